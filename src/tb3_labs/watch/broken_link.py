@@ -66,8 +66,8 @@ class NodeRun:
     @cached_property
     def reading_times(self) -> np.ndarray:
         """The times at which any variable was read [s]."""
-        return np.unique(np.concatenate([np.empty(0)] + [
-            series.time for series in self.variables.values()]))
+        times = [series.time for series in self.variables.values()]
+        return np.unique(np.concatenate([np.empty(0), *times]))
 
     def runs_at(self, time: float) -> bool:
         """Was a variable read at most MAX_READING_GAP before this time?"""

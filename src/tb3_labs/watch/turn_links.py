@@ -7,8 +7,10 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, other_field_text, should_be, slow_commands)
+from tb3_labs.watch.headings import broken_heading, heading_candidates
 from tb3_labs.watch.typed_turns import (
-    READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn, letter_turns, own_heading)
+    READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw, letter_turns,
+    own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
 #: A goal_yaw is correct if it differs by at most this from the correct angle [deg]. A node that
@@ -28,18 +30,19 @@ FINE_STOP_TIME = 2.5
 
 def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a curr_yaw that is not a usable heading."""
-    broken = node_run.cached(own_heading).broken
-    if broken is not None:
-        yield broken
+    series = node_run.variable('curr_yaw')
+    if series is not None and own_heading(node_run) is None:
+        correct = node_run.cached(heading_candidates)[0]
+        yield broken_heading(series, correct, node_run.cached(followed_by_curr_yaw))
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields goal_yaw if a letter did not set it to curr_yaw plus or minus 90 degrees."""
-    series, quantity, _ = node_run.cached(own_heading)
+    series, heading = node_run.variable('curr_yaw'), own_heading(node_run)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
-    if series is None or quantity is None or goal is None:
+    if series is None or heading is None or goal is None:
         return
-    unit = quantity.per_degree
+    unit = heading.per_degree
     correct_turn = None
     for turn in node_run.cached(letter_turns):
         if turning is not None and turning.at(turn.begin) == 1.0:

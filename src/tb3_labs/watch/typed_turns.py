@@ -1,14 +1,14 @@
 """The turns of a node, from its own variables. A turn has a letter, a goal, commands and errors."""
 from dataclasses import dataclass
-from typing import Any, List, NamedTuple, Optional
+from typing import Any, List, Optional
 
 import numpy as np
 
 from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
-from tb3_labs.watch.broken_link import MAX_COMMAND_GAP, BrokenLink, NodeRun
-from tb3_labs.watch.headings import broken_heading, followed_quantity, heading_candidates
-from tb3_labs.watch.variables import Quantity, Series
+from tb3_labs.watch.broken_link import MAX_COMMAND_GAP, NodeRun
+from tb3_labs.watch.headings import followed_quantity, heading_candidates
+from tb3_labs.watch.variables import Quantity
 
 #: A node reads a typed letter within this time [s].
 LETTER_DELAY = 3.0
@@ -77,23 +77,18 @@ class NodeTurn:
         return f'{clause} the command was {self.command[k]:+.2f} rad/s'
 
 
-class OwnHeading(NamedTuple):
-    """`series` is the node's variable for the heading, or None. `quantity` is the usable heading
-    that this variable follows. If it follows no usable heading, `broken` is the BrokenLink."""
-
-    series: Optional[Series] = None
-    quantity: Optional[Quantity] = None
-    broken: Optional[BrokenLink] = None
-
-
-def own_heading(node_run: NodeRun) -> OwnHeading:
-    series, quantities = node_run.variable('curr_yaw'), node_run.cached(heading_candidates)
+def followed_by_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
+    """Returns the quantity that curr_yaw follows, or None."""
+    series = node_run.variable('curr_yaw')
     if series is None:
-        return OwnHeading()
-    followed = followed_quantity(series, quantities)
-    if followed is None or not followed.per_degree:
-        return OwnHeading(series, broken=broken_heading(series, quantities[0], followed))
-    return OwnHeading(series, followed)
+        return None
+    return followed_quantity(series, node_run.cached(heading_candidates))
+
+
+def own_heading(node_run: NodeRun) -> Optional[Quantity]:
+    """Returns the usable heading that curr_yaw follows, or None."""
+    followed = node_run.cached(followed_by_curr_yaw)
+    return followed if followed is not None and followed.per_degree else None
 
 
 def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
@@ -140,11 +135,13 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
 def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bool) -> NodeTurn:
     """Returns the NodeTurn of a letter. If the node has no usable heading, the correct heading and
     the correct goal are used instead."""
-    series, heading, _ = node_run.cached(own_heading)
     goal = node_run.variable('goal_yaw')
-    if series is None or heading is None:
-        series, heading, goal = None, node_run.cached(heading_candidates)[0], None
-    begin_yaw = float((series or heading).at(begin))
+    heading: Any = own_heading(node_run)
+    curr_yaw: Any = node_run.variable('curr_yaw')
+    if heading is None:
+        heading = curr_yaw = node_run.cached(heading_candidates)[0]
+        goal = None
+    begin_yaw = float(curr_yaw.at(begin))
     read_at = begin
     goal_before = goal_after = ''
     if goal is not None:
