@@ -80,7 +80,11 @@ def test_physics_may_change_while_the_robot_drives(name):
     robot.step(0.013)   # between two ticks of the board
     truth = robot.truth
     value = getattr(robot.config, name)
-    changed = (not value) if isinstance(value, bool) else 0.3 + value / 2.0 if value < 1 else 20.0
+    changed = 20.0
+    if isinstance(value, bool):
+        changed = not value
+    elif value < 1.0:
+        changed = 0.3 + value / 2.0
     changed = {'reset_pause': 1.0, 'stamp_step': 0.1}.get(name, changed)
     switch(robot, **{name: changed})
     assert close(robot.truth, truth, metres=1e-6, radians=1e-6)

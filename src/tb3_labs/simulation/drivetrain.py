@@ -18,7 +18,7 @@ from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 #: Longest arc while the speed changes [s].
 MAX_ARC_TIME = 1.0 / 60.0
-#: A motor has reached its goal if its speed is off by less than this [rad/s].
+#: A motor has reached its goal speed if its speed differs by less than this [rad/s].
 STEADY_SPEED = 1e-6
 
 
@@ -116,7 +116,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
-        # (start [s], drivetrain) of each motion that is still needed for readings of the wheels
+        # the motions that the readings of the wheels still need, each (start [s], drivetrain)
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property

@@ -96,8 +96,8 @@ class Sensors:
         self.resetting = False
         #: The frame odom in the world. After a reset it is computed anew from the true pose.
         self.world_T_odom = Pose2()
-        #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, even if the
-        #: sample was not sent.
+        #: The wheels at each odometry sample, even if the sample was not sent. Each row is (stamp,
+        #: angles [rad], speeds [rad/s]).
         self.wheel_readings: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MAX_SAMPLES)
         # {'imu' or 'odom': sample that the frozen sensor repeats}
         self._frozen: Dict[str, Sample] = {}
