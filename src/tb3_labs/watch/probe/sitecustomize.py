@@ -5,7 +5,7 @@ the node. The probe removes the folder again, so that the node has its usual pat
 probe waits until the node calls rospy.init_node(). From then on, the thread reads the node's
 variables 20 times a second. If the topic has a subscriber, the thread publishes
 
-    variables    diagnostic_msgs/DiagnosticArray, with the node's name, its file, its variables
+    variables    diagnostic_msgs/DiagnosticArray, with the node's name and its variables
 
 The variables are those of the node's objects, of its script, and of its running functions. The
 probe calls no function of the node and changes nothing, and no error of the probe reaches the node.
@@ -82,8 +82,9 @@ class WatchedNode:
 
     def __init__(self, script):
         """`script` is the globals of the node's main program."""
-        self._script, self.file = script, str(script.get('__file__', ''))
-        self._folder = self._package = os.path.dirname(os.path.abspath(self.file))
+        self._script = script
+        self._folder = os.path.dirname(os.path.abspath(str(script.get('__file__', ''))))
+        self._package = self._folder
         while self._package != '/' and not os.path.isfile(self._package + '/package.xml'):
             self._package = os.path.dirname(self._package)
         self._is_own, self._objects = {WatchedNode: False}, []
@@ -238,7 +239,6 @@ def run():
         if node is None and frames:
             node = WatchedNode(frames[0].f_globals)
         if node and publisher.get_num_connections():
-            status.hardware_id = node.file
             status.values = [KeyValue(*each) for each in node.variables(frames).items()]
             message.header.stamp = rospy.Time.now()
             publisher.publish(message)
