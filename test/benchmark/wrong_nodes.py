@@ -59,7 +59,7 @@ def observe(folder, rows):
         if mine:
             subprocess.run(
                 ['rosrun', 'tb3_labs', 'mark.py', str(folder / lab / 'submissions'), '--lab', lab,
-                 '-o', str(folder / lab / 'marks')],
+                 '-o', str(folder / lab / 'marks'), '--jobs', '2'],
                 check=True, stdout=sys.stderr)
 
 

@@ -53,7 +53,8 @@ def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
                 ('the yaw of the odometry', odometry, odometry.yaw),
                 ('the yaw, mirrored', imu, -imu.yaw),
                 ('the z of the quaternion', imu, imu.z)]
-    readings += [(f'the {name}', imu, angle) for name, angle in angles_of(imu).items()][1:]
+    readings += [(f'the {name}', imu, angle) for name, angle in angles_of(imu).items()
+                 if name != 'yaw']
     return [Quantity(name, samples.arrival, value, SCALE) for name, samples, value in readings]
 
 
