@@ -64,8 +64,12 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
         candidates += [
             Quantity(f'the {angle} in {unit}, {range_text}', imu.arrival, formula(number, turn),
                      min(turn, 360.0), per_degree) for range_text, formula in ranges]
-    candidates += [Quantity(f'the {part} of the quaternion', imu.arrival, getattr(imu, part), 1.0)
-                   for part in 'wxyz']
+    for part in 'wxyz':
+        name, number = f'the {part} of the quaternion', getattr(imu, part)
+        plus_360 = np.where(number < 0.0, number + 360.0, number)
+        candidates += [
+            Quantity(name, imu.arrival, number, scale=1.0),
+            Quantity(f'{name} plus 360 where it is negative', imu.arrival, plus_360, scale=1.0)]
     candidates[0] = candidates[0]._replace(name='the heading, from 0 to 360 degrees')
     return candidates
 
