@@ -140,12 +140,21 @@ def test_a_finer_tolerance_is_no_mistake(is_typed):
     assert first_broken(NodeRun(run if is_typed else untyped(run)), CHAINS['turn']) is None
 
 
+def heading_of_a_second_ago(self, yaw):
+    yaws = vars(self).setdefault('yaws', 100 * [40.0])
+    yaws.append(yaw % 360.0)
+    return yaws[-101]
+
+
 WRONG = {
     'heading': [
         (lambda self, yaw: 12.5, 'curr_yaw stays at 12.5; it should be the heading, from 0 to 360'),
         (lambda self, yaw: yaw + 180.0 if yaw < 0.0 else yaw,
          'follows the yaw in degrees, plus 180 where it is negative'),
-        (lambda self, yaw: -yaw % 360.0, 'follows the yaw in degrees, mirrored')],
+        (lambda self, yaw: -yaw % 360.0, 'follows the yaw in degrees, mirrored'),
+        (lambda self, yaw: math.sin(math.radians(yaw) / 2.0) + (360.0 if yaw < 0.0 else 0.0),
+         'follows the z of the quaternion plus 360 where it is negative'),
+        (heading_of_a_second_ago, 'from 0 to 360 degrees, up to 1.0 s late; it should be')],
     'goal': [
         (lambda self, letter: self.curr_yaw + 90.0,
          'After r, with curr_yaw 124.6, goal_yaw became 214.6; it should be 34.6; after l with 40 it was'),
