@@ -8,7 +8,7 @@ Units: seconds, metres, radians.
 import math
 from dataclasses import dataclass, replace
 
-from rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
+from rollout import control, moved, navigation, run
 
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
@@ -91,12 +91,11 @@ def _stop(robot, driver, hear, fault, reason, log_lines=None):
         if zero_at is None and ZERO in commands:
             zero_at, said = robot.now, reason()
         here = robot.truth
-        way += last.distance_to(here)
         now_yaw = unwrap(here.yaw, yaw)
+        if moved(last, here, STEP):
+            moved_at = robot.now
+        way += last.distance_to(here)
         turn += abs(now_yaw - yaw)
         last, yaw = here, now_yaw
-        linear, angular = robot.true_velocity
-        if abs(linear) > STILL_LINEAR or abs(angular) > STILL_ANGULAR:
-            moved_at = robot.now
     return Stop(said or reason(), math.inf if zero_at is None else zero_at - begun,
                 moved_at - begun, way, turn)

@@ -116,7 +116,7 @@ def test_the_command_ends_with_0_for_the_right_answer_alone(command):
 @pytest.mark.parametrize('words, told', [
     ('x slip 3', "'x'"), ('0 slip 3', '1 to 9999'), ('10000 slip 3', '1 to 9999'), ('-3 slip 3', '1 to 9999'),
     ('7 rust 130', 'Valid: '), ('7 slip much', "'much'")])
-def test_what_is_no_answer_is_one_line(command, words, told):
+def test_an_invalid_answer_is_explained_in_one_line(command, words, told):
     status, out, errors = command('--answer', *words.split(' '))
     assert (status, out, len(errors.splitlines())) == (2, '', 1) and told in errors
 
