@@ -89,10 +89,6 @@ def controller():
     return ControllerCore(make_turn(TurnConfig(), BURGER))
 
 
-#: Mystery robots, and robots on a carpet: a gyro that was right at rest is never accused.
-BAD_WHEELS = {'slip': 0.4}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08}, {'slip': 0.2}
-
-
 @pytest.mark.parametrize('settings', [
     {}, {'slip': 0.05, 'wheel_mismatch': 0.03}, {'slip': 0.05, 'wheel_mismatch': -0.03},
     {'motor_lag': 0.5}, {'imu_rate': 20.0, 'odom_rate': 20.0},
@@ -100,10 +96,9 @@ BAD_WHEELS = {'slip': 0.4}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08},
     {'imu_drift_deg_per_min': 60.0}, {'model': 'waffle'}, {'yaw_lag': 0.0, 'wheel_lag': 0.03},
     dict(SLOW, slip=0.05), {'slip': 1.0},
     dict(HOSTS['pi'], **NETWORKS['bad']), HOSTS['laptop'],
-    *BAD_WHEELS], ids=str)
+    {'slip': 0.4}, {'slip': 0.2}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08}], ids=str)
 def test_no_sound_robot_is_accused(settings):
     watched = Watched(**settings)
-    watched.run(0.5 * (settings in BAD_WHEELS))
     for linear, angular, seconds in MOTIONS:
         watched.run(seconds, linear, angular, until=watched.problem_text)
         assert watched.problem_text() == '', (linear, angular)
@@ -139,23 +134,16 @@ def test_samples_that_were_lost_accuse_nobody(settings):
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 @pytest.mark.parametrize('words, settings, steps', [
-    *[('right at rest for less than a second, it is accused of what the wheels do', settings, [
-        (0.8,), (2.0, 0.2), (1.0, 0.0, 1.5), True]) for settings in BAD_WHEELS],
-    *[('right at rest, it lies in a turn: found before 5 degrees', {'slip': slip}, [
-        (1.5,), (0.8, 0.0, 1.5), False, {'gyro_bias_deg': bias}, (5.0 / 28.0 + 0.06, 0.0, 1.5),
-        True]) for slip in (0.0, 0.2) for bias in (28.0, -28.0)],
-    *[('the slip is a mean, a reading alone shows it to 0.07', {'slip': 0.2, 'seed': seed}, [
-        (1.5,), {'gyro_noise': 0.1}, (1.5, 0.0, 1.5), False]) for seed in (1, 3)],
+    *[('a lie that slip may explain is found when the wheels rest', {'slip': slip}, [
+        (1.5,), (0.8, 0.0, 1.5), {'gyro_bias_deg': -28.0}, (0.8, 0.0, 1.5), False, (0.6,), True])
+      for slip in (0.0, 0.1)],
+    *[('the floor changes in a turn', {'slip': slip}, [
+        (1.5,), (0.7, 0.0, 1.5), {'slip': 0.4 - slip}, (0.7, 0.0, 1.5), False])
+      for slip in (0.0, 0.1, 0.4)],
     ('the turn of the wheels explains a lie for 0.13 s, not for as long as it is remembered', {}, [
         (1.0, 0.0, 1.5), {'gyro_bias_deg': 28.0}, (0.4,), True]),
     ('the rate of a turn is repeated: a matter of the watch of frozen sensors', {}, [
         (1.0, 0.0, 1.5), {'imu_frozen': True}, (2.0,), False]),
-    *[('after a silence it has to be right at rest for a second again', {'slip': slip}, [
-        (1.5,), {'odom_silent': True}, (0.5, 0.0, 1.5), {'odom_silent': False}, (0.5,),
-        (1.0, 0.0, 1.5), slip > 0.0]) for slip in (0.4, 0.0)],
-    ('after a silence the slip is learned anew', {'slip': 0.1}, [
-        (2.0,), (1.0, 0.0, 1.5), False, {'slip': 0.4, 'odom_silent': True}, (0.5,),
-        {'odom_silent': False}, (2.0,), (1.0, 0.0, 1.5), False]),
     *[('a turn about one wheel without a rest', {'slip': 0.05, 'wheel_mismatch': mismatch}, [
         (2.0, 0.1, 1.3), False]) for mismatch in (0.05, -0.05)],
     ("the robot's clock is set", {}, [
@@ -197,9 +185,10 @@ def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_
     assert accused_at <= found_in and (accused_at < math.inf) is bool(bias_deg)
 
 
-@pytest.mark.parametrize('speeds', [(0.0, 0.0), (0.0, -1.5), (0.2, 0.0), (0.15, 0.8)])
-@pytest.mark.parametrize('bias_deg, settings', [
-    (12.0, {}), (-12.0, {}), (28.0, {}), (-28.0, {}), (12.0, SLOW), (-20.0, SLOW)])
+@pytest.mark.parametrize('speeds, bias_deg', [
+    ((0.0, 0.0), 12.0), ((0.0, 0.0), -12.0), ((0.2, 0.0), 12.0), ((0.2, 0.0), -12.0),
+    ((0.0, -1.5), -20.0), ((0.15, 0.8), 20.0)])
+@pytest.mark.parametrize('settings', [{}, SLOW], ids=str)
 def test_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
     watched = Watched(TimedPart(GyroMonitor(BURGER, '/robot3/reset')), **settings)
     watched.run(2.0, *speeds)
@@ -293,30 +282,25 @@ def test_wheels_that_cannot_be_compared_are_awaited_for_a_second_at_most(sends):
     assert watch.is_checked is (sends == 'nothing')
 
 
-def accused(rate, said_first, said, sign):
-    """Is a gyro accused that is right at rest, then shows `said_first`, and after 0.5 s `said`,
-    while the wheels turn the robot on the spot at `rate` [rad/s]? Samples without noise or lag."""
+def is_accused(rate, shown):
+    """Is a gyro accused that shows a rate, while the wheels turn the robot on the spot at `rate` [rad/s]? Samples
+    without noise or lag."""
     watch, yaw, wheel = TimedPart(GyroMonitor(BURGER)), 0.0, 0.0
     for tick in range(300):
         now = 50.0 + 0.01 * tick
-        turning = 0.0 if tick < 150 else rate
         if tick % 3 == 0:
             watch.on_wheels(WheelSample(now, -wheel, wheel))
-        shown = 0.0 if tick < 150 else sign * (said_first if tick < 200 else said)
         watch.on_imu(ImuSample(now, yaw, shown), now)
-        assert tick > 200 or not watch.problem_text()
         yaw += 0.01 * shown
-        wheel += 0.01 * sign * turning * BURGER.wheel_separation / BURGER.wheel_radius / 2.0
+        wheel += 0.01 * rate * BURGER.wheel_separation / BURGER.wheel_radius / 2.0
     return bool(watch.problem_text())
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
-@pytest.mark.parametrize('rate, said_first, least, most', [
-    # 20 % slip is learned: 0.8 is right, give or take 0.055 + 0.02 + 0.1 / 2 for one wheel.
-    (1.0, 0.8, 0.675, 0.925),
-    # At less than 0.3 rad/s it is not: 0 to 45 % slip, give or take 0.01375 + 0.02 + 0.0125.
-    (0.25, 0.2, 0.55 * 0.25 - 0.04625, 0.29625)])
-def test_how_wrong_a_calibrated_gyro_may_be_in_closed_form(rate, said_first, least, most, sign):
-    assert [accused(rate, said_first, said, sign)
-            for said in (least - 0.03, least + 0.005, most - 0.005, most + 0.03)] == [
-                True, False, False, True]
+@pytest.mark.parametrize('rate', [0.2, 1.0, 2.0])
+def test_how_wrong_a_gyro_may_be_in_closed_form(rate, sign):
+    """Slip is 0 to 45 %, drift 0.02 rad/s. Uneven wheels are 10 % of the rate of one wheel, which is half the rate."""
+    margin = 0.02 + 0.1 * rate / 2.0
+    least, most = 0.55 * rate - margin, rate + margin
+    assert [is_accused(sign * rate, sign * shown)
+            for shown in (least - 0.03, least + 0.005, most - 0.005, most + 0.03)] == [True, False, False, True]
