@@ -199,44 +199,6 @@ def test_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
     assert 'rostopic pub -1 /robot3/reset' in watched.problem_text()
 
 
-# -- the orientation and its gyro
-
-def turn_from_rest(watch, orientation, seconds=1.0, rate=1.5, stamped=True, begin=50.0):
-    """Let a robot rest for a second, then turn. `orientation(true yaw)` is what its IMU shows.
-    Returns the times at which a GyroMonitor has a problem, from the first motion on [s]."""
-    yaw, speed, told = 0.0, 0.0, []
-    for tick in range(round((1.0 + seconds) / 0.01)):
-        now = begin + 0.01 * tick
-        speed = min(abs(rate), speed + 0.3) if tick > 100 else 0.0
-        yaw += 0.01 * math.copysign(speed, rate)
-        wheel = yaw * BURGER.wheel_separation / BURGER.wheel_radius / 2.0
-        if stamped and tick % 3 == 0:
-            watch.on_wheels(WheelSample(now, -wheel, wheel))
-        watch.on_imu(ImuSample(now if stamped else 0.0, orientation(yaw) + 1e-9 * (tick % 2),
-                               math.copysign(speed, rate) + 1e-6 * tick), now)
-        if watch.problem_text():
-            told.append(now - begin - 1.0)
-    return told
-
-
-@pytest.mark.parametrize('rate', [1.5, -1.5, 0.5, 2.6])
-@pytest.mark.parametrize('stamped', [True, False])
-@pytest.mark.parametrize('noise', [0.0, 0.005])
-def test_an_orientation_that_stands_while_the_gyro_turns_is_found_and_forgiven(rate, stamped, noise):
-    watch, chance = TimedPart(GyroMonitor(BURGER)), random.Random(1)
-    told = turn_from_rest(watch, lambda _: 0.3 + chance.gauss(0.0, noise), 1.0, rate, stamped)
-    assert 0.0 < told[0] <= 0.3 and "the imu's orientation stands" in watch.problem_text()
-    assert 'switch the robot off and on' in watch.problem_text()
-    told = turn_from_rest(watch, lambda yaw: 0.3 + yaw, 1.0, rate, stamped, 52.0)
-    assert -0.1 < told[-1] <= 0.02      # until the gyro rested for a second, or the orientation moved
-
-
-@pytest.mark.parametrize('orientation', [lambda yaw: yaw, lambda yaw: 0.8 * yaw + 0.1])
-def test_an_orientation_that_follows_its_gyro_is_not_accused(orientation):
-    for rate in (0.05, 0.12, 1.5, -2.6):
-        assert turn_from_rest(TimedPart(GyroMonitor(BURGER)), orientation, 3.0, rate) == []
-
-
 # -- the cores of both nodes
 
 @pytest.mark.parametrize('settings, begins', [
@@ -262,6 +224,27 @@ def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, setti
     elif not begins:
         with pytest.raises(ValueError, match='cannot turn: the gyro contradicts the wheels'):
             core.request_turn(90.0, watched.robot.now)
+
+
+class StuckOrientation(Watched):
+    """The orientation of the IMU never changes, as in turtlebot3 #912. The gyro works."""
+
+    def _hear(self, sample):
+        super()._hear(sample._replace(yaw=0.3) if isinstance(sample, ImuSample) else sample)
+
+
+@pytest.mark.parametrize('make', [navigator, controller])
+def test_an_orientation_that_never_changes_ends_the_motion(make):
+    core = make()
+    watched = StuckOrientation(core)
+    if make is navigator:
+        core.set_goal(Pose2(0.0, 1.0, 0.0))
+    watched.run(1.5)
+    if make is controller:
+        core.request_turn(90.0, watched.robot.now)
+    watched.run(3.0)
+    assert 'imu repeats one reading' in watched.log_lines[-1].text
+    assert 0.0 < watched.robot.truth.yaw < math.radians(64.0)
 
 
 @pytest.mark.parametrize('sends', ['nothing', 'no stamps', 'rarely', 'other joints'])

@@ -1,4 +1,4 @@
-"""Does the gyro contradict the wheels, or the orientation of its own IMU?
+"""Does the gyro contradict the wheels?
 
 If a board calibrates its gyro while the robot turns, the board takes this rate of turn for zero.
 From then on the gyro is wrong by this rate, even at rest. Each rate of the gyro is compared with
@@ -23,11 +23,10 @@ in which at most 0.5 deg of the turns are unexplained.
 from collections import deque
 from typing import Deque, List, NamedTuple, Optional, Tuple
 
-from tb3_labs.geometry.angles import clamp, difference
+from tb3_labs.geometry.angles import clamp
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import REST_ANGULAR, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
     GYRO_GAP, INTERPOLATED_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP)
 
@@ -50,53 +49,6 @@ WHEEL_MEMORY = 0.6
 #: The problem in words, and its remedy.
 GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved? carried? not a '
              '{}?): let it rest, then `rostopic pub -1 {} std_msgs/Empty`')
-
-#: The orientation is stuck if it stays the same while the gyro shows a turn of this size [rad].
-GYRO_TURNED = 0.1
-#: The noise of a stuck orientation is smaller than this [rad].
-STUCK_NOISE = 0.02
-#: A stuck orientation changes by less than this share of the gyro's turn.
-STUCK_SHARE = 0.25
-#: The problem in words, and its remedy.
-STUCK_ORIENTATION = ("the imu's orientation stands while its gyro turns: switch the robot off and "
-                     'on, or start its driver anew')
-
-
-class OrientationMonitor:
-    """Does the orientation of an IMU follow its gyro? Some boards and drivers send an orientation
-    that never changes (turtlebot3 #912). The contradiction is over when the orientation moves, or
-    the gyro rested for `AGREEMENT_TIME`."""
-
-    def __init__(self) -> None:
-        self._first_yaw: Optional[float] = None   # yaw at the start of the comparison [rad]
-        self._turned = 0.0                    # turn by the gyro since then [rad]
-        self._rested_for = 0.0                # time for which the gyro rested [s]
-        self.is_stuck = False                 # does the orientation contradict the gyro?
-
-    def on_imu(self, timed: TimedSample) -> None:
-        sample, last = timed.sample, timed.before
-        yaw, seconds = sample.yaw, timed.step
-        if last is None or self._first_yaw is None:
-            self._first_yaw = yaw
-            return
-        rate = 0.5 * (last.yaw_rate + sample.yaw_rate)
-        self._rested_for += seconds
-        if yaw == last.yaw and sample.yaw_rate == last.yaw_rate:
-            return    # sensors_and_stalls finds a frozen IMU
-        if abs(rate) < SURE_TURN_RATE:
-            self._turned = 0.0
-            if self._rested_for >= AGREEMENT_TIME:
-                self.is_stuck = False
-        elif 0.0 < seconds <= GYRO_GAP:
-            self._turned += rate * seconds
-            self._rested_for = 0.0
-        changed = abs(difference(yaw, self._first_yaw))
-        if changed > max(STUCK_NOISE, STUCK_SHARE * abs(self._turned)):
-            self._first_yaw = yaw
-            self._turned = 0.0
-            self.is_stuck = False
-        elif abs(self._turned) > GYRO_TURNED:
-            self.is_stuck = True
 
 
 class _WheelTurn(NamedTuple):
@@ -157,7 +109,6 @@ class GyroMonitor:
         self._sends_wheels = False
         self._rested_for = 0.0       # time of all comparisons at rest [s]
         self._uncompared_for = 0.0   # time of gyro samples since the last comparison [s]
-        self._orientation = OrientationMonitor()
         self._contradicts = False
         self._comparison = _Comparison()
 
@@ -169,7 +120,6 @@ class GyroMonitor:
             self._rested_for = self._uncompared_for = 0.0
         elif self._uncompared_for < AGREEMENT_TIME:
             self._uncompared_for += timed.silence
-        self._orientation.on_imu(timed)
         sample, last = timed.sample, timed.before
         if timed.by_stamps < -SMALL_STEP:
             self._comparison = _Comparison()
@@ -195,8 +145,6 @@ class GyroMonitor:
 
     def problem_text(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""
-        if self._orientation.is_stuck:
-            return STUCK_ORIENTATION
         return self._gyro_lies if self._contradicts else ''
 
     @property

@@ -88,7 +88,7 @@ class MoveToGoalCore:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.imu.received(now, sample[1:])
+        self.imu.received(now, sample.yaw)
         self._gyro.on_imu(timed, sends_wheels)
         self._localizer.on_imu(timed)
         self._check_localizer()
