@@ -10,7 +10,7 @@ have moved unnoticed, the pose is lost. Then a local frame does not exist until 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import List, Optional
 
 from tb3_labs.geometry.angles import wrap
@@ -83,8 +83,7 @@ class Localizer:
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
         self.is_lost = False    # True from a loss of the pose to the next reset
-        #: Time of the last known command to move [s, receiver's clock].
-        self.driven_at = -math.inf
+        self._driven_at = -math.inf    # time of the last known command to move
         self._jump_finder = JumpFinder()
         self.jumps: Queue[Jump] = Queue()    # of both sensors
         self._buffer = SampleBuffer()
@@ -102,17 +101,18 @@ class Localizer:
         self._yaw_noise.learn(timed)
         self._carry_out_resets()
 
+    def on_command(self, now: float) -> None:
+        """Take in a command to move the robot, given at `now` [s, receiver's clock]."""
+        self._driven_at = now
+
     def on_odometry(self, timed: TimedSample) -> None:
         if timed.all_silent > RESET_SILENCE:
             self._awaits_imu = True
         if self._timing.imu is None or self._awaits_imu:
-            self._jump_finder.skip(timed)
             return
-        shift, jump = self._jump_finder.find(timed, self._timing.imu.sample, self.driven_at)
+        jump = self._jump_finder.find(timed, self._timing.imu.sample, self._driven_at)
         if jump is not None:
             self._on_jump(jump)
-        if shift is not None:
-            self._shift(shift)
         self._buffer.add_odometry(timed)
         self._odometry = timed
         self._carry_out_resets()
@@ -181,22 +181,19 @@ class Localizer:
                    for reset in self._waiting)
 
     def _on_jump(self, jump: Jump) -> None:
-        self.jumps.append(jump)
+        if jump.text:
+            self.jumps.append(jump)
         if jump.outcome == POSE_LOST:    # earlier samples are invalid
             for reset in self._waiting:
                 reset.problem = 'the robot started anew at that moment'
             self.frame = None
             self._buffer = SampleBuffer()
             self.is_lost = True
-        elif self.frame is not None:
-            self.frame = replace(
-                self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
-
-    def _shift(self, shift: Pose2) -> None:
-        """Convert ``local`` to a new ``odom``, in which the old ``odom`` has the pose `shift`."""
-        self._buffer.shift(shift)
+            return
+        self._buffer.shift(jump.shift)
         if self.frame is not None:
-            self.frame = replace(self.frame, odom_T_local=shift @ self.frame.odom_T_local)
+            self.frame = LocalFrame(jump.shift @ self.frame.odom_T_local,
+                                    wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
     def _carry_out_resets(self) -> None:
         for reset in self._waiting:

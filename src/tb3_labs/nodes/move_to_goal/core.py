@@ -110,7 +110,7 @@ class MoveToGoalCore:
         warning names the other node after `RIVAL_TIME`."""
         if not (linear or angular):
             return
-        self._localizer.driven_at = now
+        self._localizer.on_command(now)
         if self._last_command == Twist2():
             self._rivals_since.clear()
         elif now - self._rivals_since.setdefault(sender, now) > RIVAL_TIME:
@@ -240,7 +240,7 @@ class MoveToGoalCore:
         command = self._machine.step(motion, dt)
         self._last_command = command or Twist2()
         if self._last_command != Twist2():
-            self._localizer.driven_at = now
+            self._localizer.on_command(now)
         return command
 
     def _check_end(self, steady_now: float) -> None:
