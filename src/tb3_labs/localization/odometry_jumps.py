@@ -38,8 +38,6 @@ STEP_SLACK = 0.05
 TURN_SLACK = 0.3
 #: A rate of turn above this is the firmware's spike [rad/s].
 SPIKE_RATE = 10.0
-#: The odometry is at zero if x and y are exactly zero, and the yaw is below this [rad].
-ZERO_YAW = 0.01
 #: A step to zero is a reset only if the place before the step was farther from zero than this [m].
 ZERO_PLACE = 0.001
 #: The first place after a reset may be this far from zero, since the robot may move [m].
@@ -57,8 +55,6 @@ CONTRADICTION_TIME = 0.5
 #: The text about an odometry that contradicts the wheels.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
                  'empty? a cable out?); switch the robot off and on')
-
-
 SET_TO_ZERO = 'the odometry was set to zero'
 #: The two outcomes of a jump of the odometry.
 POSE_KEPT = 'the local pose is kept'
@@ -183,7 +179,7 @@ def _problem_of_step(before: Pose2, after: Pose2, seconds: float) -> str:
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     moved_too_far = moved > SPEED_BOUND * seconds + STEP_SLACK
     turned_too_far = turned > TURN_BOUND * seconds + TURN_SLACK
-    at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
+    at_zero = after.x == after.y == 0.0
     if at_zero and (moved > ZERO_PLACE or turned_too_far):
         return SET_TO_ZERO
     if moved_too_far or turned_too_far:
