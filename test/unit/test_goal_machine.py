@@ -1,12 +1,10 @@
 """The four states, and the ends of a drive; with a law that only repeats given answers."""
-import math
 from functools import partialmethod
 
 import pytest
 
 from tb3_labs.control.commands import LawStep
 from tb3_labs.control.goal_machine import GoalMachine, GoalState
-from tb3_labs.control.goal_state import errors, to_go
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import Twist2
@@ -73,13 +71,6 @@ def test_a_cancelled_drive_does_not_begin_anew():
         assert machine.failure == after
         machine.set_goal(GOAL)
         assert machine.failure == ''
-
-
-def test_errors_are_distance_and_signed_angle_the_short_way():
-    distance, angle = errors(Pose2(0.0, 0.0, math.radians(170.0)),
-                             Pose2(3.0, 4.0, math.radians(-170.0)))
-    assert (distance, math.degrees(angle)) == pytest.approx((5.0, 20.0))
-    assert to_go(0.0126, -4.56) == '0.013 m to go, 4.6 deg off the final heading'
 
 
 @pytest.mark.parametrize('misses, starts, reached', [

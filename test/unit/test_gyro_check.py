@@ -8,8 +8,7 @@ import pytest
 
 from real_recordings import NAMES, arrays_of
 from rollout import obey
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.odometry_jumps import EncoderMonitor

@@ -6,9 +6,9 @@ import pytest
 
 from story_nodes import Ahead
 from tb3_labs.control.commands import MAX_IDLE
-from tb3_labs.control.drive_law import DriveLaw
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.control.goal_state import (
-    DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
+    DRIVING, WAITING_FOR_CONTROL, GoalState, is_over, is_stopped)
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset

@@ -7,8 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 import pytest
 from rollout import drive, least_time, navigation, run
 
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model

@@ -145,9 +145,9 @@ class Approach:
     def _advance(self, speed: float, dt: float) -> None:
         """Let `dt` [s] pass. The travel commanded in this time reduces the way after a stop."""
         history = self._history
-        before = history.commanded_travel(history.begin)
+        before = history.commanded_travel(history.period_start)
         history.advance(dt)
-        travel = history.commanded_travel(history.begin) - before
+        travel = history.commanded_travel(history.period_start) - before
         faster = max(abs(speed), abs(history.command))
         self.way_after_stop.shift(-self._identification.estimate.gain * travel,
                                   TIME_DEVIATION * faster)

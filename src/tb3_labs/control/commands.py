@@ -89,7 +89,7 @@ class CommandHistory:
         self._sent: Deque[Tuple[float, float]] = deque()   # (start of the period, command)
         self.now = 0.0        # time since the start [s]
         #: Start of the period in which the robot obeys a command that is sent now [s].
-        self.begin = 0.0
+        self.period_start = 0.0
         self.command = 0.0    # the latest command
         self._same_since = 0.0
         self._earlier_travel = 0.0        # travel commanded before the latest period
@@ -112,22 +112,22 @@ class CommandHistory:
     def advance(self, dt: float) -> None:
         self.now += dt
         # the nearest start of a period, since a step may be a little early or late
-        self.begin = round(self.now / self._period) * self._period
+        self.period_start = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
         """Note the command for the period that begins now."""
-        begin = self.begin
-        self._earlier_travel = self.commanded_travel(begin)
+        self._earlier_travel = self.commanded_travel(self.period_start)
         if command != self.command:
             self._same_since = self.now
         self.command = command
-        self._sent.append((begin, command))
+        self._sent.append((self.period_start, command))
         while self._sent[0][0] < self.now - COMMAND_MEMORY:
             self._sent.popleft()
 
     def travel_under_way(self, delay: float) -> float:
-        """Returns the travel that was commanded from `delay` [s] ago until `begin`."""
-        travel, until = 0.0, self.begin
+        """Returns the travel that was commanded from `delay` [s] ago until `period_start`."""
+        travel = 0.0
+        until = self.period_start
         horizon = self.now - delay
         for time, command in reversed(self._sent):
             if until <= horizon:

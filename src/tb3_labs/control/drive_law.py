@@ -1,22 +1,49 @@
-"""The law of a drive to a goal: the command in each state. :mod:`tb3_labs.control.approach` brakes.
+"""The settings and the law of a drive to a goal. The law gives the command in each state, and
+:mod:`tb3_labs.control.approach` brakes.
 
 Units: metres, radians, seconds. Poses are in the local frame.
 """
 import math
+from dataclasses import dataclass
 from typing import Optional
 
+from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.goal_state import DriveConfig, sum_of_turns
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.handout import MAX_ANG_Z
 from tb3_labs.robot.samples import REST_LINEAR, Motion
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
 #: The robot backs up if it would stop beyond the goal by more than this share of the tolerance.
 BACKUP_SHARE = 0.8
+
+
+@dataclass(frozen=True)
+class DriveConfig(Config):
+    """Settings of a drive to a goal."""
+
+    allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
+    distance_tolerance: float = setting(0.01, 'the goal is reached within this distance', unit='m',
+                                        low=0.002, high=1.0)
+    angle_tolerance_deg: float = setting(0.5, 'the heading is reached within this angle',
+                                         unit='deg', low=0.2, high=45.0)
+    max_linear: float = setting(0.26, "fastest drive; the robot's own limit holds as well",
+                                unit='m/s', low=0.02, high=1.0)
+    max_angular: float = setting(MAX_ANG_Z, "fastest turn; the robot's own limit holds as well",
+                                 unit='rad/s', low=0.1, high=5.0)
+    linear_acceleration: float = setting(4.0, 'speeding up; a fifth of it for braking',
+                                         unit='m/s^2', low=0.1, high=10.0)
+    angular_acceleration: float = setting(45.0, 'speeding up a turn; a quarter of it for braking',
+                                          unit='rad/s^2', low=1.0, high=80.0)
+
+
+def sum_of_turns(start: float, face: float, end: float) -> float:
+    """Returns the sum of two turns [rad]: from yaw `start` to `face`, and from `face` to `end`."""
+    return abs(difference(face, start)) + abs(difference(end, face))
 
 
 def driving_approach(config: DriveConfig) -> ApproachConfig:

@@ -34,7 +34,7 @@ class GoalMachine:
         self.state = GoalState.GOAL_REACHED
         self.failure = ''         # the reason why the drive was given up, or ''
         self.begun = False        # was a motion to this goal commanded?
-        self.cancelled = False    # did a person or program cancel the drive?
+        self.canceled = False    # did a person or program cancel the drive?
         self.attempt = 0          # number of the drive; each goal and restart begins a new drive
         self._tries_left = 0
         self._interrupted = False
@@ -48,12 +48,12 @@ class GoalMachine:
 
     def set_goal(self, goal: Pose2) -> None:
         self.goal = goal
-        self.cancelled = False
+        self.canceled = False
         self.restart()
 
     def restart(self) -> None:
-        """Begin the drive to the goal again, unless the drive was cancelled."""
-        if self.goal is not None and not self.cancelled:
+        """Begin the drive to the goal again, unless the drive was canceled."""
+        if self.goal is not None and not self.canceled:
             self.failure = ''
             self.begun = False
             self._interrupted = False
@@ -72,7 +72,7 @@ class GoalMachine:
     def cancel(self) -> None:
         """End the drive. Only a new goal starts another drive."""
         if self.goal is not None:
-            self.cancelled = True
+            self.canceled = True
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:

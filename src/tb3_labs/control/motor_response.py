@@ -14,10 +14,11 @@ smaller if its standard deviation is larger.
 
 At steady speed the equation shows only the sum of delay and lag. So the first sample of a motion is
 used in a different way. From rest, with the command u, a first-order motor has
-v = gain u (1 - exp(-(t - delay) / lag)). With the shares r = v / (gain u) and w = x / (gain u) of
-this sample,
+v = gain u (1 - exp(-(t - delay) / lag)). With speed_share = v / (gain u), and with the motion_time
+x / (gain u) of the travel at steady speed,
 
-    lag = w / (-log(1 - r) - r)         delay = t - w - lag r
+    lag = motion_time / (-log(1 - speed_share) - speed_share)
+    delay = t - motion_time - lag speed_share
 
 This delay is the time of the round trip, to the robot and back. A robot sets its clock over the
 same slow link, so the stamps of late samples look fresh. A command needs `COMMAND_TIME`, as was
@@ -123,11 +124,14 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
     """
     if abs(steady_speed) < MIN_FIRST_COMMAND or not 0.0 < speed * steady_speed:
         return None
-    r, w = speed / steady_speed, travelled / steady_speed
-    lag = 0.0 if r > PROMPT_SHARE else w / (-math.log1p(-r) - r)
+    speed_share = speed / steady_speed
+    motion_time = travelled / steady_speed
+    lag = 0.0
+    if speed_share <= PROMPT_SHARE:
+        lag = motion_time / (-math.log1p(-speed_share) - speed_share)
     if not 0.0 <= lag <= MAX_LAG:
         return None
-    return clamp(time - w - lag * r, 0.0, MAX_DELAY), lag
+    return clamp(time - motion_time - lag * speed_share, 0.0, MAX_DELAY), lag
 
 
 class Identification:
@@ -145,7 +149,8 @@ class Identification:
         self._start_observed = False     # did a sample show that the robot speeds up?
         lag_deviation = FIRST_LAG_DEVIATION if speed_is_prompt else FIXED_LAG_DEVIATION
         deviations = np.array([FIRST_GAIN_DEVIATION, FIRST_DELAY_DEVIATION, lag_deviation])
-        self._normal_matrix, self._normal_vector = np.diag(deviations ** -2.0), np.zeros(3)
+        self._normal_matrix = np.diag(deviations ** -2.0)
+        self._normal_vector = np.zeros(3)
 
     def begin(self, speed: float) -> None:
         """Start just before the first command, at this measured `speed`. If the robot moves,

@@ -252,7 +252,7 @@ class MoveToGoalCore:
         self._last_ended_attempt = machine.attempt
         if machine.failure:
             self._requests.give_up(steady_now)
-            outcome = GoalOutcome.CANCELED if machine.cancelled else GoalOutcome.GIVEN_UP
+            outcome = GoalOutcome.CANCELED if machine.canceled else GoalOutcome.GIVEN_UP
             self._requests.end(outcome, machine.failure)
         else:
             self._requests.end(GoalOutcome.REACHED, PRINTED_REACHED + '!')

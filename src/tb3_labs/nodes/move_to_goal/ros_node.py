@@ -11,8 +11,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
