@@ -4,11 +4,11 @@ Units: radians. An infinite angle becomes NaN, and is not an error, since one in
 not hide the valid samples.
 """
 import math
-from typing import Any, Sequence, Tuple, Union
+from typing import Any, Sequence, Union
 
 import numpy as np
 
-from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN
+from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN, euler
 
 
 def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
@@ -20,14 +20,6 @@ def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
     with np.errstate(invalid='ignore'):
         wrapped = np.minimum(angles - whole_turn * np.round(angles / whole_turn), half_turn)
         return np.where(wrapped <= -half_turn, half_turn, wrapped)
-
-
-def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
-          z: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns roll, pitch and yaw [rad] of quaternions."""
-    return (np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-            np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
-            np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
 
 
 def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
