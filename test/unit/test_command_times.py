@@ -64,7 +64,7 @@ def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
     assert history.travel_under_way(0.05) == pytest.approx(0.02 * 0.3 + 0.02 * 0.2 + 0.01 * 0.1)
     assert history.travel_under_way(0.0) == 0.0
     assert history.travel_under_way(10.0) == pytest.approx(0.012)
-    assert history.oldest_command == 0.1
+    assert history.first_command == 0.1
 
 
 def test_nothing_is_under_way_before_the_first_command():

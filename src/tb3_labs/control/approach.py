@@ -58,18 +58,17 @@ class ApproachConfig:
     speed_is_prompt: bool = False
 
 
-def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
-    """Returns the fastest speed from which a robot can stop within the remaining way.
+def braking_speed(distance: float, deceleration: float, gain: float) -> float:
+    """Returns the fastest speed from which a robot can stop within the `distance`, at least 0.
 
     At a large distance d the speed is the braking profile, sqrt(2 a d) for the `deceleration` a
     [1/s^2]. The slope of this profile is infinite at 0, and no motor can follow that slope. So near
     0 the speed is the line `gain` d, with the gain in [1/s]. Line and profile meet without a kink.
     """
-    distance = abs(remaining)
     meeting = deceleration / gain ** 2
     if distance <= meeting:
-        return math.copysign(gain * distance, remaining)
-    return math.copysign(math.sqrt(deceleration * (2.0 * distance - meeting)), remaining)
+        return gain * distance
+    return math.sqrt(deceleration * (2.0 * distance - meeting))
 
 
 class Approach:
@@ -180,7 +179,7 @@ class Approach:
         is_far = distance > near or distance < -max(near, config.backwards_from)
         if not is_far:
             return 0.0
-        speed = abs(braking_speed(distance, config.braking, config.gain / gain_divisor))
+        speed = braking_speed(abs(distance), config.braking, config.gain / gain_divisor)
         speed = clamp(speed, min(config.slowest, fastest), fastest)
         return math.copysign(speed, distance)
 

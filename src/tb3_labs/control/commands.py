@@ -90,14 +90,11 @@ class CommandHistory:
         self.now = 0.0        # time since the start [s]
         #: Start of the period in which the robot obeys a command that is sent now [s].
         self.period_start = 0.0
-        self.command = 0.0    # the latest command
+        self.command = 0.0          # the latest command
+        self.first_command = 0.0    # 0 before the first command
+        self._latest_start = 0.0    # start of the latest command's period [s]
         self._same_since = 0.0
         self._earlier_travel = 0.0        # travel commanded before the latest period
-
-    @property
-    def oldest_command(self) -> float:
-        """The oldest command that is remembered."""
-        return self._sent[0][1]
 
     @property
     def unchanged_for(self) -> float:
@@ -106,8 +103,7 @@ class CommandHistory:
 
     def commanded_travel(self, until: float) -> float:
         """Returns the travel commanded until the time `until` [s], after the latest command."""
-        latest = self._sent[-1][0] if self._sent else until
-        return self._earlier_travel + self.command * (until - latest)
+        return self._earlier_travel + self.command * (until - self._latest_start)
 
     def advance(self, dt: float) -> None:
         self.now += dt
@@ -117,6 +113,9 @@ class CommandHistory:
     def send(self, command: float) -> None:
         """Note the command for the period that begins now."""
         self._earlier_travel = self.commanded_travel(self.period_start)
+        self._latest_start = self.period_start
+        if not self._sent:
+            self.first_command = command
         if command != self.command:
             self._same_since = self.now
         self.command = command

@@ -46,14 +46,6 @@ def sum_of_turns(start: float, face: float, end: float) -> float:
     return abs(difference(face, start)) + abs(difference(end, face))
 
 
-def driving_approach(config: DriveConfig) -> ApproachConfig:
-    """Returns the ApproachConfig of a precise drive along its line."""
-    return ApproachConfig(
-        period=PreciseTurn.period, acceleration=config.linear_acceleration,
-        braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,
-        backwards_from=BACKUP_SHARE * config.distance_tolerance, nudge_time=PreciseTurn.period)
-
-
 class DriveLaw:
     """Drives as fast as the limits allow, and stops at the goal.
 
@@ -85,7 +77,11 @@ class DriveLaw:
         self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
                                     math.radians(config.angle_tolerance_deg), response)
         self._backup_distance = BACKUP_SHARE * config.distance_tolerance
-        self._driving = Approach(driving_approach(config), response)
+        self._driving = Approach(ApproachConfig(
+            period=self.period, acceleration=config.linear_acceleration,
+            braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015,
+            close_enough=0.0005, backwards_from=self._backup_distance, nudge_time=self.period),
+            response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Choose the line to the goal, and whether the robot drives it forwards or backwards."""

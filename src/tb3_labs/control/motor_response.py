@@ -57,7 +57,7 @@ MAX_DELAY, MAX_LAG = 0.4, 0.15
 FIRST_GAIN_DEVIATION = 0.03
 FIRST_DELAY_DEVIATION = 0.03    # [s]
 FIRST_LAG_DEVIATION = 0.05      # [s]
-#: Standard deviation of the lag if the measured speed is a mean [s]. A mean does not show the lag.
+#: Standard deviation of the lag [s] if the measured speed is a mean, which does not show the lag.
 FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
 TIME_DEVIATION = 0.002
@@ -183,7 +183,7 @@ class Identification:
     def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
                            age: float) -> None:
         self._start_observed = True
-        steady_speed = history.oldest_command * self._linearized_at.gain
+        steady_speed = history.first_command * self._linearized_at.gain
         observed = identify_at_start(history.now - age, steady_speed, travelled, speed)
         if observed is not None:
             self._linearized_at.delay, self._linearized_at.lag = observed

@@ -48,15 +48,6 @@ class Settling:
         return self.rested_for >= SETTLING_TIME
 
 
-def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
-    """Returns the ApproachConfig of a precise turn. `acceleration` [rad/s^2], `tolerance` [rad]."""
-    period = PreciseTurn.period
-    return ApproachConfig(
-        period=period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.02, close_enough=0.0007, nudge_dead_band=0.5 * tolerance, nudge_time=period,
-        speed_is_prompt=True)
-
-
 class PreciseTurn:
     """Turns as fast as the limits allow, in the requested direction. The turn ends when the robot
     has settled inside the tolerance."""
@@ -74,7 +65,10 @@ class PreciseTurn:
         delay and lag of the robot."""
         self._fastest = fastest
         self._tolerance = tolerance
-        self._approach = Approach(turning_approach(acceleration, tolerance), response)
+        self._approach = Approach(ApproachConfig(
+            period=self.period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
+            slowest=0.02, close_enough=0.0007, nudge_dead_band=0.5 * tolerance,
+            nudge_time=self.period, speed_is_prompt=True), response)
         self.start(0.0, 0.0)
 
     def start(self, yaw: float, angle: float) -> None:

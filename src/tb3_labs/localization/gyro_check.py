@@ -113,7 +113,7 @@ class GyroMonitor:
         self._comparison = _Comparison()
 
     def on_imu(self, timed: TimedSample, sends_wheels: bool = False) -> None:
-        """Take in a sample of the IMU. `sends_wheels`: does the robot send joint states?"""
+        """Take in a sample of the IMU. `sends_wheels`: does the robot send `joint_states`?"""
         if sends_wheels:
             self._sends_wheels = True
         if timed.silence > RESUME_TIME:
@@ -149,7 +149,7 @@ class GyroMonitor:
 
     @property
     def is_checked(self) -> bool:
-        """Were gyro and wheels compared at rest, or does the robot not send its wheels?"""
+        """May a motion begin? Gyro and wheels were compared at rest, or cannot be compared."""
         waited_for = max(self._rested_for, self._uncompared_for)
         return not self._sends_wheels or waited_for >= AGREEMENT_TIME
 

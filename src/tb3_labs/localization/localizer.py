@@ -1,11 +1,13 @@
 """Follows the robot in a local frame that can be declared again at any moment.
 
 Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
-the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits for
-samples of both sensors from after the request, and interpolates to the moment of the request. So a
-reset corrects any error of the old frame. If the odometry jumps and the robot did not move,
-``local`` is shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may
-have moved unnoticed, the pose is lost. Then a local frame does not exist until the next reset.
+the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits
+until both sensors have sent samples after the request. Then both sensors are interpolated to the
+moment of the request. So a reset corrects any error of the old frame.
+
+If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
+(:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
+lost. Then a local frame does not exist until the next reset.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -47,7 +49,7 @@ class Reset:
     requested_at: float = 0.0        # [s, receiver's clock]
     stamp: Optional[float] = None    # `requested_at` [s, sender's clock]; None: no sample yet
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
-    sample_delay: float = 0.0        # samples are older by this time than their stamps show [s]
+    sample_delay: float = 0.0        # samples are older than their stamps show, by this time [s]
     before: Optional[Pose2] = None   # the pose in the old frame at the request, if known
     declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
@@ -146,8 +148,9 @@ class Localizer:
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
         """Declare that the robot is at the pose `reset.requested` at the time `now`. Resets are
         carried out in order. Samples are older by `sample_delay` [s] than their stamps show."""
-        reset.requested_at, reset.sample_delay = now, sample_delay
-        reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
+        reset.requested_at = now
+        reset.sample_delay = sample_delay
+        self._convert_request(reset)
         self._resets.append(reset)
 
     @property
@@ -195,11 +198,15 @@ class Localizer:
             self.frame = LocalFrame(jump.shift @ self.frame.odom_T_local,
                                     wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
+    def _convert_request(self, reset: Reset) -> None:
+        """Convert the time of the request to the sender's clock."""
+        reset.stamp = self._clock.stamp_of(reset.requested_at)
+        reset.epoch = self._clock.epoch
+
     def _carry_out_resets(self) -> None:
         for reset in self._waiting:
             if reset.stamp is None:
-                reset.stamp = self._clock.stamp_of(reset.requested_at)
-                reset.epoch = self._clock.epoch
+                self._convert_request(reset)
             if reset.epoch != self._clock.epoch:    # the samples for the reset are lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
