@@ -194,20 +194,6 @@ def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
     return abs(sample.angular) > SPIKE_RATE and forward * sample.linear < 0.0
 
 
-class _Interval:
-    """For how long was a condition true, by the stamps of the samples?"""
-
-    def __init__(self) -> None:
-        self.begin, self.end = math.inf, -math.inf
-
-    def update(self, is_true: bool, stamp: float) -> None:
-        """Take in the condition at `stamp` [s]. If the clock goes back, start again."""
-        continues = is_true and self.begin <= stamp
-        if not continues:
-            self.begin = stamp
-        self.end = stamp
-
-
 class EncoderMonitor:
     """Does the odometry contradict the angles of the wheels?
 
@@ -223,22 +209,27 @@ class EncoderMonitor:
     def __init__(self) -> None:
         self._wheels: Optional[WheelSample] = None           # the latest sample
         self._odometry: Optional[OdometrySample] = None      # the latest sample
-        self._wheels_rest = _Interval()       # the angles of the wheels do not change
-        self._odometry_moves = _Interval()
+        self._rest_since = math.inf     # since this stamp the angles of the wheels do not change
+        self._moves_since = math.inf    # since this stamp the odometry moves
 
     def on_wheels(self, sample: WheelSample) -> None:
-        rests = self._wheels is not None and self._wheels[1:] == sample[1:]
-        self._wheels_rest.update(rests, sample.stamp)
+        rest = self._wheels is not None and self._wheels[1:] == sample[1:]
+        if not rest or sample.stamp < self._rest_since:    # the clock may go back
+            self._rest_since = sample.stamp
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:
         """Take in a sample of the odometry. A repeated pose is not a motion."""
-        moves = self._odometry is not None and self._odometry.pose != sample.pose
-        self._odometry_moves.update(moves and abs(sample.linear) > REST_LINEAR, sample.stamp)
+        is_new = self._odometry is not None and self._odometry.pose != sample.pose
+        moves = is_new and abs(sample.linear) > REST_LINEAR
+        if not moves or sample.stamp < self._moves_since:
+            self._moves_since = sample.stamp
         self._odometry = sample
 
     def problem_text(self) -> str:
         """Returns SERVOS_SILENT, or ''."""
-        begin = max(self._wheels_rest.begin, self._odometry_moves.begin)
-        end = min(self._wheels_rest.end, self._odometry_moves.end)
+        if self._wheels is None or self._odometry is None:
+            return ''
+        begin = max(self._rest_since, self._moves_since)
+        end = min(self._wheels.stamp, self._odometry.stamp)
         return SERVOS_SILENT if end - begin > CONTRADICTION_TIME else ''
