@@ -77,8 +77,6 @@ LEARNING_TIME = 1.5
 ONSET_SPEED = 0.03
 #: A robot speeds up if its speed is between these shares of the command.
 SPEEDING_UP_SHARES = 0.1, 1.5
-#: If the first command is slower than this [rad/s], it does not show delay and lag well.
-MIN_FIRST_COMMAND = 0.2
 #: If the first sample shows more than this share of the commanded speed, the lag is 0.
 PROMPT_SHARE = 0.98
 
@@ -122,7 +120,8 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
     The sample has the travel `travelled`, and the `speed` at this moment, not the mean of a period.
     The first command was given `time` [s] ago, and was not changed. It leads to `steady_speed`.
     """
-    if abs(steady_speed) < MIN_FIRST_COMMAND or not 0.0 < speed * steady_speed:
+    starts_forwards = speed * steady_speed > 0.0    # False for NaN
+    if not starts_forwards:
         return None
     speed_share = speed / steady_speed
     motion_time = travelled / steady_speed

@@ -47,8 +47,9 @@ AGREEMENT_TIME = 1.0
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6
 #: The problem in words, and its remedy.
-GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved? carried? not a '
-             '{}?): let it rest, then `rostopic pub -1 {} std_msgs/Empty`')
+GYRO_CONTRADICTION = (
+    'the gyro contradicts the wheels (calibrated while the robot moved? carried? not a {}?): let '
+    'it rest, then `rostopic pub -1 {} std_msgs/Empty`')
 
 
 class _WheelTurn(NamedTuple):
@@ -104,7 +105,7 @@ class GyroMonitor:
 
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
-        self._gyro_lies = GYRO_LIES.format(model.name, reset_topic)
+        self._contradiction = GYRO_CONTRADICTION.format(model.name, reset_topic)
         self.has_compared = False    # was any rate of the gyro compared with the wheels?
         self._sends_wheels = False
         self._rested_for = 0.0       # time of all comparisons at rest [s]
@@ -145,7 +146,7 @@ class GyroMonitor:
 
     def problem_text(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""
-        return self._gyro_lies if self._contradicts else ''
+        return self._contradiction if self._contradicts else ''
 
     @property
     def is_checked(self) -> bool:
@@ -169,7 +170,7 @@ class GyroMonitor:
         if turns is None:
             return
         self.has_compared = True
-        if self._uncompared_for < AGREEMENT_TIME:
+        if self._uncompared_for < AGREEMENT_TIME:    # a wait that is over stays over
             self._uncompared_for = 0.0
         seconds = reading.end - reading.begin
         wheels_rest = max(turn.rate_of_one_wheel for turn in turns) < REST_ANGULAR
