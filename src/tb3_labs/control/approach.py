@@ -23,7 +23,7 @@ from tb3_labs.control.commands import CommandHistory, Estimate, first_order_resp
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
-#: If two times differ by less than this [s], they are of the same sample: times are rounded.
+#: Times that differ by less than this [s] belong to the same sample, since times are rounded.
 SAME_SAMPLE_TIME = 1e-6
 #: The divisor of the gain is larger by this for nudges, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
@@ -40,14 +40,14 @@ class ApproachConfig:
     #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that the
     #: robot can follow the profile in spite of disturbances.
     braking: float
-    #: Near zero the speed is this gain times the way after a stop [1/s].
+    #: Near zero the speed is this gain [1/s] times the way after a stop.
     gain: float
     #: The lowest speed of a motion. At a lower speed the last part of the way would take too long.
     slowest: float
     #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
     #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: A nudge uses this or `close_enough`, whichever is larger.
+    #: The `close_enough` of a nudge, if this is larger.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0

@@ -16,18 +16,18 @@ from typing import Deque, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Each step but the first is due this long before the end of a period [s], since the sample of a
+#: Each step but the first is due this time [s] before the end of a period, since the sample of a
 #: step may come 5 ms late. Until the command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
 #: If a node does not drive, it reads the next sample after this time [s], about one period.
 MAX_IDLE = 0.036
-#: In 95 of 100 cases the estimate is off by less than this [standard deviations].
+#: In 95 of 100 cases the estimate is off by less than this number of standard deviations.
 STANDARD_ERRORS = 2.0
 #: If a sample is off by more standard deviations than this, it contradicts the estimate.
 CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
-#: The least lag [s]. A smaller lag is raised to it, to avoid a division by zero.
+#: A smaller lag [s] is replaced by this lag, to avoid a division by zero.
 MIN_LAG = 1e-6
 
 

@@ -55,9 +55,9 @@ class DriveLaw:
     """
 
     period = PreciseTurn.period
-    #: The robot starts to drive when its heading is off the line by less than this [rad].
+    #: The robot starts to drive when its heading differs from the line by less than this [rad].
     FACING_ANGLE = 0.1
-    #: The drive ends when a stop now would be at most this distance before the goal [m].
+    #: The drive ends when a stop now would be at most this distance [m] before the goal.
     STOP_AHEAD = 0.0005
     #: The robot steers towards a point on the line, at this distance ahead [m]. A larger distance
     #: makes the steering calmer, a smaller distance keeps the robot nearer to the line.

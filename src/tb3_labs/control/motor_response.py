@@ -63,7 +63,7 @@ FIXED_LAG_DEVIATION = 1e-6
 TIME_DEVIATION = 0.002
 #: Weight of each measurement at steady speed in the start values of the next approach.
 LEARNING_WEIGHT = 0.1
-#: The usual delay is learned over several approaches. A measurement has at least this weight in it.
+#: The usual delay is learned over several approaches. Each measurement has at least this weight.
 MIN_LEARNING_WEIGHT = 0.01
 #: A steady speed differs from the command by less than this share of the command.
 CRUISE_DEVIATION = 0.08
@@ -71,9 +71,9 @@ CRUISE_DEVIATION = 0.08
 CRUISE_TIME = 0.12
 #: Samples are used if the command has at least this share of the fastest speed.
 MIN_CRUISE_SHARE = 0.5
-#: Samples are used until this time after the start [s].
+#: Samples are used until this time [s] after the start.
 LEARNING_TIME = 1.5
-#: Above this speed a robot has begun to move [rad/s or m/s].
+#: Above this speed [rad/s or m/s] a robot has begun to move.
 ONSET_SPEED = 0.03
 #: A robot speeds up if its speed is between these shares of the command.
 SPEEDING_UP_SHARES = 0.1, 1.5
@@ -86,7 +86,7 @@ class MotorResponse:
 
     def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG,
                  gain: float = 1.0) -> None:
-        #: Time from a command to the moment at which the motors begin to follow it [s].
+        #: Time [s] from a command until the motors begin to follow the command.
         self.delay = delay
         self.lag = lag      # time constant of the motors [s]
         self.gain = gain    # steady speed as a share of the command
@@ -120,8 +120,8 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
     The sample has the travel `travelled`, and the `speed` at this moment, not the mean of a period.
     The first command was given `time` [s] ago, and was not changed. It leads to `steady_speed`.
     """
-    starts_forwards = speed * steady_speed > 0.0    # False for NaN
-    if not starts_forwards:
+    follows_command = speed * steady_speed > 0.0    # False for NaN
+    if not follows_command:
         return None
     speed_share = speed / steady_speed
     motion_time = travelled / steady_speed

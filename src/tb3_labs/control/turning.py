@@ -15,7 +15,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-#: Least time from the first to the latest sample at rest [s], nearly one control period.
+#: The least time [s] from the first to the latest sample at rest, nearly one control period.
 SETTLING_TIME = 0.03
 
 
@@ -38,7 +38,7 @@ class Settling:
 
     @property
     def rested_for(self) -> float:
-        """Time from the first to the latest sample at rest [s]; 0 while the robot moves."""
+        """Time [s] from the first to the latest sample at rest; 0 while the robot moves."""
         if self.rest_began_at is None:
             return 0.0
         return self._last - self.rest_began_at

@@ -42,7 +42,7 @@ UNEVEN_SHARE = 0.1
 GYRO_DRIFT = 0.02
 #: The gyro contradicts the wheels when the unexplained turn is larger than this [rad].
 MAX_UNEXPLAINED_TURN = 0.015
-#: A contradiction is over when gyro and wheels agreed for this long, with the wheels at rest [s].
+#: A contradiction is over when gyro and wheels agreed for this time [s], with the wheels at rest.
 AGREEMENT_TIME = 1.0
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6

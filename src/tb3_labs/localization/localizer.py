@@ -28,13 +28,13 @@ from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: The robot is assumed to keep its latest speed for at most two control periods [s].
+#: A pose is extrapolated for at most this time [s], by the latest speed.
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
 @dataclass(frozen=True)
 class Fix:
-    """The robot's pose at the `stamp` of one odometry message [s, sender's clock]."""
+    """The robot's pose at the `stamp` [s, sender's clock] of one odometry message."""
 
     stamp: float
     local_T_base: Pose2

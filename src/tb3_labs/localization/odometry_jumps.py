@@ -40,17 +40,17 @@ TURN_SLACK = 0.3
 SPIKE_RATE = 10.0
 #: A step to zero is a reset only if the place before the step was farther from zero than this [m].
 ZERO_PLACE = 0.001
-#: The first place after a reset may be this far from zero, since the robot may move [m].
+#: The first place after a reset may be this far [m] from zero, since the robot may move.
 NEAR_ZERO_PLACE = 0.03
-#: The first yaw after a reset may be this far from zero, or from the turn of the IMU [rad].
+#: The first yaw after a reset may differ by this [rad] from zero, or from the turn of the IMU.
 NEAR_ZERO_YAW = 0.1
-#: The IMU of a robot at rest turns no farther than this between two messages [rad].
+#: The IMU of a robot at rest turns no farther than this [rad] between two messages.
 RESTING_TURN = 0.1
-#: If the IMU turns farther than this in a silence, it was calibrated [rad].
+#: If the IMU turns farther than this [rad] in a silence, the board has calibrated the IMU.
 CALIBRATION_TURN = 0.005
 #: If the messages of a turning robot stop, the robot comes to rest within this time [s].
 STOPPING_TIME = 0.5
-#: The odometry contradicts the wheels if it moves for this time while the wheels rest [s].
+#: The odometry contradicts the wheels if the odometry moves for this time [s], and the wheels rest.
 CONTRADICTION_TIME = 0.5
 #: The text about an odometry that contradicts the wheels.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '

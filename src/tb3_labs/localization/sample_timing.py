@@ -35,7 +35,7 @@ MAX_REPEATS = 3
 NOISE_WEIGHT = 0.02
 #: A robot turns slowly if its rate is below this [rad/s].
 SLOW_TURN_RATE = 0.2
-#: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
+#: A robot turns evenly if its rate changes by less than this [rad/s] between two samples.
 EVEN_TURN_CHANGE = 0.03
 
 
