@@ -65,7 +65,7 @@ def drive_with_a_reset(robot, requested_at, declared=DECLARED, end=4.0, **delays
     """(localizer, reset, fixes after it) of a drive with one reset."""
     localizer, reset, fixes = feed_with_a_reset(
         robot.messages(0.0, end, **delays), requested_at, declared)
-    assert reset.done
+    assert reset.is_done
     return localizer, reset, [fix for fix in fixes
                               if fix.stamp - robot.clock_ahead > requested_at + 0.01]
 
@@ -120,11 +120,11 @@ def test_a_reset_during_a_stall_is_exact_or_not_carried_out(stall, requested_at)
     """Nothing is lost: messages from 2.0 s on are delayed, then delivered at once."""
     messages = held_back(SPINNING.messages(0.0, 8.0), 2.0, 2.0 + stall)
     _, reset, fixes = feed_with_a_reset(messages, requested_at)
-    if reset.done:
+    if reset.is_done:
         assert_fixes(fixes[-30:], SPINNING, DECLARED, requested_at)
     else:
         assert_fixes(fixes[-30:], SPINNING, ZERO, since=0.0)
-    assert reset.done or stall > 1.0
+    assert reset.is_done or stall > 1.0
 
 
 @pytest.mark.parametrize('imu, odometry, problem', [
@@ -140,7 +140,7 @@ def test_a_new_clock_or_board_ends_a_waiting_reset(
     if odometry:
         localizer.on_odometry(robot.odometry(2.01)._replace(**odometry), 2.01)
         assert localizer.motion(2.01) is None
-    assert reset.problem.startswith(problem) and not reset.done and not localizer.has_resets
+    assert reset.problem.startswith(problem) and not reset.is_done and not localizer.has_resets
 
 
 def test_a_reset_before_the_first_message_waits():
@@ -157,7 +157,7 @@ def test_a_reset_may_be_the_first_frame():
         if not time:
             reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), 0.05)
     assert localizer.pop_resets() == [reset]
-    assert reset.before is None and reset.done
+    assert reset.before is None and reset.is_done
     assert_pose(localizer.pop_fix().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
 
 

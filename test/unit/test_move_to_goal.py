@@ -103,7 +103,7 @@ def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     given_up = robot.reset(Pose2(3.0, 0.0, 0.0))
     given_up.give_up()
     robot.run(0.05)
-    assert reset.done and not given_up.done
+    assert reset.is_done and not given_up.is_done
     pose = robot.fix.local_T_base
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((5.0, -1.0, math.pi / 2.0), abs=1e-9)
     assert robot.status.state.value == 'ROTATE_TO_GOAL' and robot.status.attempt == 2
@@ -168,7 +168,7 @@ def test_a_reset_in_a_spin_waits_for_the_samples_of_its_moment(monkeypatch):
         robot.imu_yaw += 0.01
         robot.run(0.01)
         resets += [robot.reset()] if tick == 20 else []
-    assert resets[0].done and robot.fix.local_T_base.yaw == pytest.approx(0.1, abs=1e-6)
+    assert resets[0].is_done and robot.fix.local_T_base.yaw == pytest.approx(0.1, abs=1e-6)
 
 
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it_goes():
@@ -288,7 +288,7 @@ def test_a_place_that_is_far_away_is_a_mistake(in_odom):
     robot.ask(edge, in_odom=in_odom)
     refused, reset = robot.reset(far, in_odom), robot.reset(edge, in_odom)
     robot.run(0.05)
-    assert reset.done and not refused.done
+    assert reset.is_done and not refused.is_done
     assert 'is not valid: a number from -100 to 100 m' in refused.problem
     (outcome, reason), = robot.ask(
         robot.core.odom_T_local @ Pose2(-71.0, 100.5) if in_odom else far, in_odom=in_odom)

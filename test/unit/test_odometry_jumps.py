@@ -196,5 +196,5 @@ def test_after_a_reset_in_motion_the_pose_is_lost_until_it_is_declared(linear, a
     assert driven.localizer.odom_T_local is None
     reset = driven.localizer.reset(RequestedPose(Pose2(1.0, 2.0, 0.5)), driven.robot.now)
     driven.run(0.1)
-    assert reset.done and not driven.localizer.is_lost
+    assert reset.is_done and not driven.localizer.is_lost
     assert driven.pose.distance_to(Pose2(1.0, 2.0)) < 0.001

@@ -44,7 +44,7 @@ def assert_right(pairs, robot, stamped_off=0.0, radians=1e-6):
 def instant_at(history, now):
     """(stamp, both readings) of `now` on the receiver's clock."""
     stamp = history.clock.stamp_of(now)
-    readings = None if stamp is None else history.at(stamp)
+    readings = None if stamp is None else history.readings_at(stamp)
     return None if readings is None else (stamp, readings)
 
 
@@ -67,8 +67,8 @@ def test_nothing_is_interpolated_over_a_dropout(gap, known):
     track = Track(lambda start, end, fraction: start + fraction * (end - start))
     for time in (-0.1, 0.0, gap):
         track.add(time, 10.0 * time)
-    assert track.at(gap / 4) == (pytest.approx(2.5 * gap) if known else None)
-    assert track.at(gap) == pytest.approx(10.0 * gap)
+    assert track.value_at(gap / 4) == (pytest.approx(2.5 * gap) if known else None)
+    assert track.value_at(gap) == pytest.approx(10.0 * gap)
 
 
 @pytest.mark.parametrize('imu_late, odometry_late', [
@@ -106,7 +106,7 @@ def test_a_bridge_ends_at_the_yaw_of_the_imu_in_spite_of_slip():
     for k in range(9):
         time = 0.1 * k
         history.add(OdometrySample(10.0 + time, Pose2(0.0, 0.0, 0.9 * time), 0.0, 0.9), time)
-    pose, imu_yaw = history.at(10.4)
+    pose, imu_yaw = history.readings_at(10.4)
     assert angle_between(imu_yaw, 3.4) < 1e-9
     assert pose.yaw == pytest.approx(0.36)
 

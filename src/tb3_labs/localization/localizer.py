@@ -56,14 +56,14 @@ class Reset:
     hint: str = ''                   # a text for the caller, added to the answer
 
     @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         """Is the new frame in force?"""
         return self.declared is not None
 
     @property
     def is_over(self) -> bool:
         """Was the reset carried out or refused?"""
-        return self.done or bool(self.problem)
+        return self.is_done or bool(self.problem)
 
     @property
     def answer(self) -> str:
@@ -212,7 +212,7 @@ class Localizer:
                 continue
             if reset.stamp is None:
                 return    # the resets after this reset wait, too
-            readings = self._buffer.at(reset.stamp + reset.sample_delay)
+            readings = self._buffer.readings_at(reset.stamp + reset.sample_delay)
             if readings is None:
                 return
             self._carry_out(reset, *readings)

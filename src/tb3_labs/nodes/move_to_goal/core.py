@@ -344,7 +344,7 @@ class MoveToGoalCore:
             elif self._permission.grant_exists and has_begun:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_resets():
-            if reset.done:
+            if reset.is_done:
                 self._machine.restart()
                 self._restart()
                 if not self._machine.active:
