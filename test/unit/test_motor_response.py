@@ -46,6 +46,7 @@ def test_one_sample_of_a_robot_that_speeds_up_shows_delay_and_lag(delay, lag, si
 
 @pytest.mark.parametrize('since, first, travelled, speed, told', [
     (0.15, 1.0, 0.05, 1.0, (0.1, 0.0)), (0.15, 1.0, 0.05, 1.2, (0.1, 0.0)),    # at speed at once
+    (0.1, 0.1, 0.001, 0.05, None),     # too slow
     (0.1, 1.0, -0.01, -0.5, None),     # the other way
     (0.1, 1.0, 0.2, 0.3, None)])       # a lag beyond all motors
 def test_samples_of_prompt_motors_and_samples_that_show_too_little(
