@@ -83,9 +83,10 @@ def test_the_arrived_command_was_sent_one_delay_ago(delay, command):
 
 
 def test_commands_are_forgotten_but_not_their_travel():
-    history = history_of([0.1] * 500, extra=PERIOD)
-    assert history.commanded_travel(history.now) == pytest.approx(0.1 * 500 * PERIOD)
-    assert history.travel_under_way(10.0) < 0.1 * 1.5
+    """In the last 5 s all commands were 0.2, and the commands before are forgotten."""
+    history = history_of([0.1] * 250 + [0.2] * 250, extra=PERIOD)
+    assert history.commanded_travel(history.now) == pytest.approx(1.5)
+    assert history.travel_under_way(10.0) == pytest.approx(10.0 * 0.2)
 
 
 # An estimate: the mean of equal samples, the newest of those that say more ------------------------
