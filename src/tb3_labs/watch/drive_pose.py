@@ -10,7 +10,8 @@ from typing import Any, Iterator, List
 
 import numpy as np
 
-from tb3_labs.geometry.angles import euler, wrap
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.arrays import euler
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, should_be, worst_index
 from tb3_labs.watch.drive_states import (
     MAX_PROBE_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, index_from,

@@ -9,8 +9,7 @@ from typing import Callable, Iterator, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angles import euler
-from tb3_labs.geometry.arrays import wrap_all
+from tb3_labs.geometry.arrays import euler, wrap_all
 from tb3_labs.handout import PRINTED_HEADING
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, should_be, wrong_value
 from tb3_labs.watch.variables import Quantity, Series, longest_delay, matching_quantities
