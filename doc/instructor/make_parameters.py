@@ -14,7 +14,7 @@ from typing import NamedTuple
 import yaml
 
 from tb3_labs.config import NOT_GIVEN, Config, bounds_text, setting
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig
 from tb3_labs.nodes.controller.turns import TurnConfig
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.nodes.move_to_goal.status import MoveToGoalConfig

@@ -3,10 +3,6 @@
 A configuration is a frozen dataclass, and :func:`setting` makes its fields. Default, unit, bounds
 and meaning of a field are in one place. The dataclass refuses an invalid value with one sentence.
 The room `ros` reads, documents and changes ROS parameters by the same fields.
-
-    @dataclass(frozen=True)
-    class TurnConfig(Config):
-        max_rate: float = setting(1.5, 'fastest turn', unit='rad/s', low=0.0)
 """
 import difflib
 from dataclasses import Field, dataclass, field, fields
@@ -14,7 +10,7 @@ from typing import Any, Iterable, Mapping, Optional, Sequence, Type, TypeVar
 
 #: The value of a parameter that was not given.
 NOT_GIVEN = 'default'
-Kind = TypeVar('Kind', bound='Config')
+ConfigType = TypeVar('ConfigType', bound='Config')
 
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
@@ -34,14 +30,14 @@ class Config:
                 object.__setattr__(self, item.name, _checked(item, getattr(self, item.name)))
 
 
-def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
-    """Returns a configuration of class `kind` from the parameters `given`.
+def from_parameters(config_type: Type[ConfigType], given: Mapping[str, Any]) -> ConfigType:
+    """Returns a configuration of class `config_type` from the parameters `given`.
 
     Unknown parameters, and parameters with the value NOT_GIVEN, are ignored. Raises ``ValueError``
     for the first invalid value.
     """
-    return kind(**{item.name: given[item.name] for item in fields(kind)
-                   if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
+    return config_type(**{item.name: given[item.name] for item in fields(config_type)
+                          if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
 
 
 def hint_for(name: str, known: Iterable[str]) -> str:
@@ -71,8 +67,8 @@ def bounds_text(item: Field) -> str:
     rule = item.metadata
     if rule['choices']:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])
-    kind = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
+    text = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
         type(item.default)]
     if rule['low'] is not None:    # a whole number of 32 bits has at most ten digits
-        kind += f' from {rule["low"]:.10g} to {rule["high"]:.10g}'
-    return f'{kind} {rule["unit"]}'.rstrip()
+        text += f' from {rule["low"]:.10g} to {rule["high"]:.10g}'
+    return f'{text} {rule["unit"]}'.rstrip()

@@ -16,7 +16,8 @@ from concurrent.futures import ProcessPoolExecutor
 from stops import setting, stop_of_a_drive, stop_of_a_turn
 from rollout import drive, least_time, turns
 
-from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState
+from tb3_labs.control.drive_law import DriveConfig
+from tb3_labs.control.goal_state import DRIVING, GoalState
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS

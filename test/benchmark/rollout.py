@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import Callable, List, Optional, Sequence, Union
 
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw, sum_of_turns
+from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.geometry.se2 import Pose2

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 
 from rollout import control, moved, navigation, run
 
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller.core import ControllerCore

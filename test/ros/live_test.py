@@ -10,7 +10,7 @@ from dynamic_reconfigure.client import Client
 from std_msgs.msg import Bool, Float64
 
 from node_case import STARTING, ZERO, NodeCase, TestProgram
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.ros import dynparam
 

@@ -27,7 +27,7 @@ def test_wrap(angle, expected):
 @given(st.floats(allow_nan=False, allow_infinity=False))
 @example(PI)
 @example(-PI)
-def test_wrap_ends_in_its_interval_and_wrapping_again_changes_nothing(angle):
+def test_a_wrapped_angle_stays_the_same(angle):
     once = wrap(angle)
     assert -PI < once <= PI
     assert wrap(once) == once
@@ -51,7 +51,7 @@ def test_difference_goes_the_short_way(target, start, expected):
 
 
 @given(st.floats(-20.0, 20.0), st.lists(st.floats(-3.1, 3.1), max_size=30))
-def test_continuous_follows_any_turning_with_less_than_half_a_turn_between_samples(start, turns):
+def test_unwrap_follows_turns_of_less_than_half_a_turn(start, turns):
     truth = followed = start
     for turn in turns:
         truth += turn
@@ -62,14 +62,14 @@ def test_continuous_follows_any_turning_with_less_than_half_a_turn_between_sampl
 
 @given(st.lists(ANGLES, max_size=20))
 @example([PI, -PI, WHOLE_TURN, -WHOLE_TURN, 3 * PI, -3 * PI, 5 * PI, 0.0, 1e4])
-def test_an_array_is_wrapped_as_its_numbers_are(angles):
+def test_an_array_is_wrapped_like_numbers(angles):
     wrapped = wrap_all(angles)
     assert np.all((wrapped > -PI) & (wrapped <= PI))
     for angle, once in zip(angles, wrapped):
         assert angle_between(once, angle) < 1e-8
 
 
-def test_an_array_keeps_its_shape_and_what_is_no_angle_does_not_hide_the_others():
+def test_nan_in_an_array_does_not_change_other_angles():
     angles = np.array([[0.0, 1.0, PI], [-1e-300, -3.14159, 2.0]])
     assert np.array_equal(wrap_all(angles), angles)
     assert np.array_equal(np.isnan(wrap_all([math.nan, 1.0, math.inf])), [True, False, True])
@@ -113,14 +113,14 @@ def assert_yaw(quaternion, yaw, scale=1.0):
 
 
 @given(st.one_of(YAWS, st.sampled_from(AWKWARD)))
-def test_there_and_back_and_a_quaternions_negative_is_the_same_attitude(yaw):
+def test_a_quaternion_and_its_negative_have_the_same_yaw(yaw):
     assert quaternion_from_yaw(yaw) == pytest.approx(about_z(yaw), abs=1e-12)
     assert_yaw(about_z(yaw), yaw)
     assert_yaw(about_z(yaw), yaw, scale=-1.0)
 
 
 @given(YAWS, st.sampled_from([0.999996, 0.96, 1.04]))
-def test_a_norm_that_is_nearly_one_does_not_bend_the_angle(yaw, norm):
+def test_a_norm_of_nearly_one_does_not_change_the_yaw(yaw, norm):
     assert_yaw(about_z(yaw), yaw, scale=norm)
 
 
@@ -132,7 +132,7 @@ def test_a_norm_that_is_not_one_is_refused(yaw, norm):
 
 
 @given(st.floats(math.radians(46), math.radians(134)), st.sampled_from([1, -1]))
-def test_ros_order_mistaken_for_w_first_and_the_other_way_round_are_refused(yaw, side):
+def test_a_wrong_order_of_the_parts_is_refused(yaw, side):
     w, x, y, z = about_z(side * yaw)
     for parts in ((x, y, z, w), (z, w, x, y)):
         with pytest.raises(ValueError, match='order'):
@@ -140,7 +140,7 @@ def test_ros_order_mistaken_for_w_first_and_the_other_way_round_are_refused(yaw,
 
 
 @given(YAWS, st.floats(-40.0, 40.0), st.sampled_from('xy'))
-def test_a_ramp_does_not_hide_the_heading(yaw, tilt_deg, axis):
+def test_a_quaternion_on_a_ramp_has_its_yaw(yaw, tilt_deg, axis):
     assert_yaw(then_tilted(yaw, math.radians(tilt_deg), axis), yaw)
 
 

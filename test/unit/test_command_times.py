@@ -26,7 +26,7 @@ def test_after_a_late_step_the_next_is_due_half_a_period_later():
     assert not pace.due(0.229) and pace.due(0.231)
 
 
-def test_a_clock_that_goes_back_is_no_step_backwards():
+def test_a_clock_that_goes_back_gives_a_step_of_zero():
     pace = Pace(0.1)
     pace.step(100.0)
     assert pace.due(3.0)
@@ -34,7 +34,7 @@ def test_a_clock_that_goes_back_is_no_step_backwards():
     assert pace.due(3.11) and not pace.due(3.04)
 
 
-def test_between_steps_no_sample_needs_a_look():
+def test_a_pace_is_idle_until_the_next_step():
     pace = Pace(1.0 / 30.0)
     pace.step(5.0)
     woken = 5.0 + pace.idle_for(5.0)
@@ -64,7 +64,7 @@ def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
     assert history.travel_under_way(0.05) == pytest.approx(0.02 * 0.3 + 0.02 * 0.2 + 0.01 * 0.1)
     assert history.travel_under_way(0.0) == 0.0
     assert history.travel_under_way(10.0) == pytest.approx(0.012)
-    assert history.oldest_command == 0.1
+    assert history.first_command == 0.1
 
 
 def test_nothing_is_under_way_before_the_first_command():
@@ -78,14 +78,15 @@ def test_nothing_is_under_way_before_the_first_command():
 
 @pytest.mark.parametrize('delay, command', [(0.0, 0.3), (0.015, 0.3), (0.03, 0.2), (0.05, 0.1),
                                             (0.07, 0.0)])
-def test_the_command_that_arrives_is_the_one_of_a_delay_ago(delay, command):
+def test_the_arrived_command_was_sent_one_delay_ago(delay, command):
     assert history_of([0.1, 0.2, 0.3], extra=PERIOD).arrived(delay) == command
 
 
 def test_commands_are_forgotten_but_not_their_travel():
-    history = history_of([0.1] * 500, extra=PERIOD)
-    assert history.commanded_travel(history.now) == pytest.approx(0.1 * 500 * PERIOD)
-    assert history.travel_under_way(10.0) < 0.1 * 1.5
+    """In the last 5 s all commands were 0.2, and the commands before are forgotten."""
+    history = history_of([0.1] * 250 + [0.2] * 250, extra=PERIOD)
+    assert history.commanded_travel(history.now) == pytest.approx(1.5)
+    assert history.travel_under_way(10.0) == pytest.approx(10.0 * 0.2)
 
 
 # An estimate: the mean of equal samples, the newest of those that say more ------------------------
@@ -97,13 +98,13 @@ def estimate_of(*samples, noise=0.1):
     return estimate
 
 
-def test_of_a_number_that_does_not_change_it_is_the_mean():
+def test_the_estimate_of_a_constant_is_the_mean():
     estimate = estimate_of(0.1, 0.2, 0.3, 0.4)
     assert estimate.value == pytest.approx(0.25)
     assert estimate.uncertainty == pytest.approx(0.1)       # 2 x 0.1 / sqrt(4)
 
 
-def test_a_change_is_taken_over_and_its_doubt_added():
+def test_a_change_shifts_the_estimate_and_adds_its_variance():
     estimate = estimate_of(1.0)
     estimate.shift(0.5, 0.1)
     assert estimate.value == 1.5

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
@@ -59,7 +58,7 @@ def test_no_command_exceeds_a_limit(x, y, yaw, goal_x, goal_y, goal_yaw, linear,
     (Pose2(-1.0, 0.0, math.pi), False),       # behind, to be faced backwards: same turns
     (Pose2(-0.61, 0.61, 0.0), True),          # 45 + 45 instead of 135 + 135 deg
 ])
-def test_reverse_is_taken_only_where_it_is_shorter_and_allowed(goal, backwards):
+def test_a_drive_is_reversed_only_if_shorter_and_allowed(goal, backwards):
     for allowed in (False, True):
         law = begun(goal, allow_reverse=allowed)
         step = moves(law, law.move_forward, at(0.0, 0.0, 0.0), goal)
@@ -70,7 +69,7 @@ EITHER_WAY = [(Pose2(3.0, 0.0, 0.0), 1.0), (Pose2(-3.0, 0.0, 0.0), -1.0)]
 
 
 @pytest.mark.parametrize('goal, forwards', EITHER_WAY)
-def test_the_limits_that_are_set_hold_either_way_of_driving(goal, forwards):
+def test_configured_limits_hold_forwards_and_backwards(goal, forwards):
     law = begun(goal, max_linear=0.1, max_angular=0.3, allow_reverse=True)
     # 4 m/s^2 over one period of 1/30 s is more than the limit
     assert moves(law, law.move_forward, at(0.0, 0.0, 0.0), goal).command.linear == pytest.approx(
@@ -80,7 +79,7 @@ def test_the_limits_that_are_set_hold_either_way_of_driving(goal, forwards):
 
 
 @pytest.mark.parametrize('distance, there', [(0.0049, True), (0.0051, False)])
-def test_a_goal_nearer_than_half_the_tolerance_is_only_turned_at(distance, there):
+def test_at_a_goal_within_half_the_tolerance_the_robot_only_turns(distance, there):
     goal = Pose2(0.0, distance, 0.0)
     law = begun(goal)
     step = law.rotate_to_goal(at(0.0, 0.0, 0.0), goal, law.period)
@@ -93,7 +92,7 @@ def test_a_goal_nearer_than_half_the_tolerance_is_only_turned_at(distance, there
 
 @pytest.mark.parametrize('left, arrived', [(0.0035, False), (0.0015, True), (-0.0003, True),
                                            (-0.0006, False)])
-def test_a_robot_arrives_where_it_would_come_to_rest(left, arrived):
+def test_move_forward_ends_if_a_stop_now_ends_at_the_goal(left, arrived):
     """At 0.1 m/s it coasts on for 0.1 exp(-(1 / 30) / 0.05) 0.05 = 2.6 mm. A predicted rest from
     0.5 mm ahead to 3 mm (0.3 of the tolerance) beyond the goal is a rest; a robot that is farther has slipped."""
     goal = Pose2(1.0, 0.0, 0.0)

@@ -37,7 +37,7 @@ def test_a_recorded_robot_is_not_accused(name):
         assert watch.problem_text() == ''
 
 
-def test_without_joint_states_or_stamps_nothing_is_said():
+def test_without_joint_states_or_stamps_a_contradiction_is_not_found():
     deaf, stampless = EncoderMonitor(), EncoderMonitor()
     for k in range(100):
         deaf.on_odometry(OdometrySample(0.033 * k, Pose2(0.007 * k, 0.0), 0.2, 0.0))

@@ -1,12 +1,10 @@
 """The four states, and the ends of a drive; with a law that only repeats given answers."""
-import math
 from functools import partialmethod
 
 import pytest
 
 from tb3_labs.control.commands import LawStep
 from tb3_labs.control.goal_machine import GoalMachine, GoalState
-from tb3_labs.control.goal_state import errors, to_go
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import Twist2
@@ -60,7 +58,7 @@ def test_finished_states_are_passed_through_within_one_step():
     assert law.times == [0.1, 0.0, 0.0]      # the time passed once
 
 
-def test_a_cancelled_drive_does_not_begin_anew():
+def test_a_canceled_drive_does_not_begin_again():
     machine = GoalMachine(GivenDriveLaw())
     machine.cancel()
     machine.restart()       # without a goal
@@ -75,16 +73,9 @@ def test_a_cancelled_drive_does_not_begin_anew():
         assert machine.failure == ''
 
 
-def test_errors_are_distance_and_signed_angle_the_short_way():
-    distance, angle = errors(Pose2(0.0, 0.0, math.radians(170.0)),
-                             Pose2(3.0, 4.0, math.radians(-170.0)))
-    assert (distance, math.degrees(angle)) == pytest.approx((5.0, 20.0))
-    assert to_go(0.0126, -4.56) == '0.013 m to go, 4.6 deg off the final heading'
-
-
 @pytest.mark.parametrize('misses, starts, reached', [
     (0, 1, True), (1, 2, True), (2, 3, True), (3, 3, False)])
-def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts, reached):
+def test_a_drive_that_ends_outside_the_tolerance_has_two_more_tries(misses, starts, reached):
     law = GivenDriveLaw(left=0.0)
     ends = iter(misses * ['stopped 30 mm from the goal'] + [''])
     law.shortfall = lambda pose, goal: next(ends)
@@ -95,7 +86,7 @@ def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts,
     assert machine.failure == ('' if reached else 'stopped 30 mm from the goal')
 
 
-def test_another_try_waits_for_rest_of_its_own():
+def test_each_try_waits_until_the_robot_settled():
     law = GivenDriveLaw('stopped 30 mm from the goal', left=0.0)
     machine = machine_with(law)
     answers = [machine.step(STANDING, 0.02) for _ in range(9)]
@@ -104,7 +95,7 @@ def test_another_try_waits_for_rest_of_its_own():
 
 
 @pytest.mark.parametrize('ages', [('imu_age',), ('odometry_age',), ('imu_age', 'odometry_age')])
-def test_one_sample_at_rest_is_not_enough_however_often_it_is_looked_at(ages):
+def test_one_sample_at_rest_does_not_end_a_drive(ages):
     machine, age = machine_with(GivenDriveLaw(left=0.0)), 0.0    # its law has finished
     machine.step(MOVING, 0.033)
     for _ in range(30):
@@ -133,7 +124,7 @@ def test_an_interrupted_drive_begins_at_its_present_pose():
 
 
 @pytest.mark.parametrize('motion, reason', [(STANDING, 'does not move'), (MOVING, 'missed it')])
-def test_a_drive_that_does_not_get_on_is_given_up_however_often_it_is_interrupted(motion, reason):
+def test_a_stalled_drive_is_given_up_in_spite_of_interruptions(motion, reason):
     machine = machine_with(GivenDriveLaw())
     driven = 0.0
     while machine.step(motion, 0.033) is not None and driven < 10.0:

@@ -65,13 +65,13 @@ def drive_with_a_reset(robot, requested_at, declared=DECLARED, end=4.0, **delays
     """(localizer, reset, fixes after it) of a drive with one reset."""
     localizer, reset, fixes = feed_with_a_reset(
         robot.messages(0.0, end, **delays), requested_at, declared)
-    assert reset.done
+    assert reset.is_done
     return localizer, reset, [fix for fix in fixes
                               if fix.stamp - robot.clock_ahead > requested_at + 0.01]
 
 
 @pytest.mark.parametrize('silent', [ImuSample, object])
-def test_a_dropout_of_one_or_both_leaves_the_frame_as_it_was(silent):
+def test_a_dropout_does_not_change_the_frame(silent):
     messages = [(arrival, sample) for arrival, sample in CURVING.messages(0.0, 8.0)
                 if not (isinstance(sample, silent) and 2.0 < arrival < 6.3)]
     fixes, _ = feed(TimedPart.localizer(), messages)
@@ -105,7 +105,7 @@ def test_a_reset_in_motion_is_as_exact_as_at_rest(robot, seed):
 
 
 @pytest.mark.parametrize('sample_delay', [0.0135, 0.08])
-def test_samples_that_are_older_than_their_stamps_show_the_instant_of_a_reset_later(sample_delay):
+def test_a_reset_allows_for_the_sample_delay(sample_delay):
     """Both sensors are read at one instant, in the middle of a spin."""
     older = replace(SPINNING, clock_ahead=SPINNING.clock_ahead + sample_delay)
     messages = [(arrival + sample_delay, sample) for arrival, sample in older.messages(0.0, 4.0)]
@@ -116,21 +116,21 @@ def test_samples_that_are_older_than_their_stamps_show_the_instant_of_a_reset_la
 
 @pytest.mark.parametrize('stall, requested_at', [
     (0.3, 2.0), (0.3, 2.24), (0.9, 2.1), (1.2, 2.1), (3.0, 2.0)])
-def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(stall, requested_at):
+def test_a_reset_during_a_stall_is_exact_or_not_carried_out(stall, requested_at):
     """Nothing is lost: messages from 2.0 s on are delayed, then delivered at once."""
     messages = held_back(SPINNING.messages(0.0, 8.0), 2.0, 2.0 + stall)
     _, reset, fixes = feed_with_a_reset(messages, requested_at)
-    if reset.done:
+    if reset.is_done:
         assert_fixes(fixes[-30:], SPINNING, DECLARED, requested_at)
     else:
         assert_fixes(fixes[-30:], SPINNING, ZERO, since=0.0)
-    assert reset.done or stall > 1.0
+    assert reset.is_done or stall > 1.0
 
 
 @pytest.mark.parametrize('imu, odometry, problem', [
     ({'stamp': 1007.01}, None, "the robot's clock was set"),
     ({'yaw': 0.0}, {'pose': Pose2()}, 'the robot started anew at that moment')])
-def test_a_reset_that_waits_while_clock_or_board_begins_anew_is_not_carried_out(
+def test_a_new_clock_or_board_ends_a_waiting_reset(
         imu, odometry, problem):
     robot, localizer = replace(RESTING, clock_ahead=1000.0), TimedPart.localizer()
     feed(localizer, robot.messages(0.0, 2.0))
@@ -140,10 +140,10 @@ def test_a_reset_that_waits_while_clock_or_board_begins_anew_is_not_carried_out(
     if odometry:
         localizer.on_odometry(robot.odometry(2.01)._replace(**odometry), 2.01)
         assert localizer.motion(2.01) is None
-    assert reset.problem.startswith(problem) and not reset.done and not localizer.has_resets
+    assert reset.problem.startswith(problem) and not reset.is_done and not localizer.has_resets
 
 
-def test_a_reset_asked_for_before_the_first_message_is_never_guessed():
+def test_a_reset_before_the_first_message_waits():
     _, reset, fixes = feed_with_a_reset(SPINNING.messages(1.0, 3.0), 0.5)
     assert not reset.is_over
     assert_fixes(fixes, SPINNING, ZERO, since=1.0)
@@ -157,7 +157,7 @@ def test_a_reset_may_be_the_first_frame():
         if not time:
             reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), 0.05)
     assert localizer.pop_resets() == [reset]
-    assert reset.before is None and reset.done
+    assert reset.before is None and reset.is_done
     assert_pose(localizer.pop_fix().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
 
 
@@ -165,7 +165,7 @@ def test_a_reset_may_be_the_first_frame():
 
 @pytest.mark.parametrize('robot', [STRAIGHT, SPINNING])
 @pytest.mark.parametrize('later', [0.0, 0.04])
-def test_motion_carries_the_newest_samples_on(robot, later):
+def test_motion_extrapolates_the_latest_samples(robot, later):
     """The last sample of the IMU arrived at 3.02 s, the last message of the odometry at 3.0 s."""
     now = 3.02 + later
     localizer, _, _ = drive_with_a_reset(robot, 2.0, end=3.02)
@@ -174,7 +174,7 @@ def test_motion_carries_the_newest_samples_on(robot, later):
     assert (motion.linear, motion.angular) == (robot.linear, robot.angular)
 
 
-def test_the_speed_of_turning_is_the_gyros_not_the_odometrys_spike():
+def test_the_rate_of_turn_comes_from_the_gyro():
     localizer = TimedPart.localizer()
     feed(localizer, SPINNING.messages(0.0, 1.0))
     localizer.on_odometry(SPINNING.odometry(1.05)._replace(angular=-143.6), 1.05)
@@ -182,14 +182,14 @@ def test_the_speed_of_turning_is_the_gyros_not_the_odometrys_spike():
 
 
 @pytest.mark.parametrize('age', [0.08, 3.0])
-def test_motion_is_carried_on_for_two_control_periods_only(age):
+def test_motion_is_extrapolated_for_two_control_periods_at_most(age):
     localizer = TimedPart.localizer()
     feed(localizer, CURVING.messages(0.0, 3.0))
     motion = localizer.motion(3.0 + age)
     assert_pose(motion.pose, Truth(*CURVING.moved(3.0 + 2.0 / 30.0)), 1e-3, 1e-6)
 
 
-def test_ages_count_from_when_a_sample_was_measured_not_from_when_it_came():
+def test_an_age_is_counted_from_the_measurement():
     """The latest samples were delayed by 50 ms, all earlier samples by 10 ms."""
     messages = STRAIGHT.messages(0.0, 2.0, imu_delay=lambda: 0.01, odometry_delay=lambda: 0.01)
     localizer = TimedPart.localizer()
@@ -209,8 +209,7 @@ TRUTHS = st.builds(Truth, st.builds(complex, METRES, METRES), TURNS)
 
 @given(TRUTHS, TRUTHS, TRUTHS, TURNS)
 @settings(max_examples=20)
-def test_the_transform_shown_in_tf_puts_the_robot_where_odometry_has_it(start, declared, motion,
-                                                                        imu_yaw):
+def test_the_transform_maps_the_local_place_to_the_odometry(start, declared, motion, imu_yaw):
     frame = LocalFrame.declare(as_pose2(declared), as_pose2(start), imu_yaw)
     odom_T_base = as_pose2(start.then(*motion))
     place = frame.pose(odom_T_base, 0.0)
@@ -218,7 +217,7 @@ def test_the_transform_shown_in_tf_puts_the_robot_where_odometry_has_it(start, d
         (odom_T_base.x, odom_T_base.y), abs=1e-9)
 
 
-def test_the_heading_is_the_imus_also_where_odometry_slipped():
+def test_the_heading_comes_from_the_imu():
     frame = LocalFrame.declare(Pose2(0.0, 0.0, 0.0), Pose2(0.0, 0.0, 0.0), 1.0)
     assert frame.pose(Pose2(0.0, 0.0, 0.5), 1.25).yaw == pytest.approx(0.25)
     assert frame.heading(1.25) == pytest.approx(0.25)

@@ -37,7 +37,7 @@ def identified(delay, lag, command=1.0, begin_speed=0.0, prompt=True, seconds=1.
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 @pytest.mark.parametrize('delay, lag', itertools.product([0.0, 0.03, 0.2], [0.01, 0.05, 0.14]))
-def test_one_sample_of_a_robot_that_speeds_up_tells_delay_and_lag(delay, lag, sign):
+def test_one_sample_of_a_robot_that_speeds_up_shows_delay_and_lag(delay, lag, sign):
     for later in (0.2 * lag, lag, 2.0 * lag):
         travelled, speed = response_at(delay + later, sign * 1.5, delay, lag)
         assert identify_at_start(delay + later, sign * 1.5, travelled, speed) == pytest.approx(
@@ -46,17 +46,17 @@ def test_one_sample_of_a_robot_that_speeds_up_tells_delay_and_lag(delay, lag, si
 
 @pytest.mark.parametrize('since, first, travelled, speed, told', [
     (0.15, 1.0, 0.05, 1.0, (0.1, 0.0)), (0.15, 1.0, 0.05, 1.2, (0.1, 0.0)),    # at speed at once
-    (0.1, 0.1, 0.001, 0.05, None),     # too slow to tell
+    (0.1, 0.1, 0.001, 0.05, None),     # too slow
     (0.1, 1.0, -0.01, -0.5, None),     # the other way
     (0.1, 1.0, 0.2, 0.3, None)])       # a lag beyond all motors
-def test_a_sample_of_motors_without_lag_and_one_that_says_too_little(
+def test_samples_of_prompt_motors_and_samples_that_show_too_little(
         since, first, travelled, speed, told):
     assert identify_at_start(since, first, travelled, speed) == (told and pytest.approx(told))
 
 
 @pytest.mark.parametrize('gain, sign', [(0.97, -1.0), (1.03, 1.0)])
 @pytest.mark.parametrize('delay, lag', [(0.02, 0.02), (0.06, 0.05), (0.1, 0.14)])
-def test_a_robot_that_is_faster_than_commanded_is_not_taken_for_a_prompt_one(
+def test_gain_and_delay_are_identified_separately(
         delay, lag, gain, sign):
     """In 1 s it travels 30 mm or mrad too far, as one would that is prompter by 30 ms."""
     estimate, learned = identified(delay, lag, sign, gain=gain)
@@ -74,7 +74,7 @@ def test_a_robot_that_is_faster_than_commanded_is_not_taken_for_a_prompt_one(
 @pytest.mark.parametrize('share, tells', [
     (0.9 * SPEEDING_UP_SHARES[0], False), (1.1 * SPEEDING_UP_SHARES[0], True), (1.1 * SPEEDING_UP_SHARES[1], False),
     (1e307, False)])
-def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(share, tells):
+def test_only_plausible_speeds_are_used(share, tells):
     history, identification = CommandHistory(PERIOD), Identification(MotorResponse(), True)
     identification.begin(0.0)
     history.send(1.0)
@@ -88,7 +88,7 @@ def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(
     {'command': 0.9 * MIN_CRUISE_SHARE, 'prompt': False},    # too slow
     {'age': 1.1 * MAX_AGE},                # the network stalls
     {'seconds': 0.1}])                         # over before it was steady
-def test_what_tells_nothing_teaches_nothing(what):
+def test_unclear_motions_are_not_learned(what):
     _, learned = identified(0.2, 0.1, **what)
     assert (learned.delay, learned.lag) == (MotorResponse().delay, MotorResponse().lag)
 
@@ -100,12 +100,12 @@ def test_what_tells_nothing_teaches_nothing(what):
     (0.06, MIN_SAMPLE_DELAY),
     (0.107, 0.107 - 0.5 / 30.0 - 0.008),      # which is 8 ms and half a control period
     (0.3, 0.15)])                             # clipped
-def test_what_exceeds_the_way_of_a_command_is_the_age_of_the_samples(delay, expected):
+def test_a_delay_beyond_the_command_time_is_a_sample_delay(delay, expected):
     _, learned = identified(delay, 0.05)
     assert learned.sample_delay == pytest.approx(expected, abs=0.003)
 
 
-def test_the_age_of_a_sample_is_no_delay_of_the_commands_nor_is_it_counted_again():
+def test_the_age_of_a_sample_is_not_a_delay_of_the_commands():
     estimate, learned = identified(0.1, 0.05, age=0.03)
     assert (estimate.delay, estimate.lag) == pytest.approx((0.1, 0.05), abs=0.001)
     assert learned.sample_delay == pytest.approx(0.1 - 0.074 / 3.0, abs=0.003)

@@ -6,9 +6,9 @@ import pytest
 
 from story_nodes import Ahead
 from tb3_labs.control.commands import MAX_IDLE
-from tb3_labs.control.drive_law import DriveLaw
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.control.goal_state import (
-    DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
+    DRIVING, WAITING_FOR_CONTROL, GoalState, is_over, is_stopped)
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset
@@ -104,7 +104,7 @@ def test_a_reset_starts_the_drive_again_in_the_new_frame():
     given_up = robot.reset(Pose2(3.0, 0.0, 0.0))
     given_up.give_up()
     robot.run(0.05)
-    assert reset.done and not given_up.done
+    assert reset.is_done and not given_up.is_done
     pose = robot.fix.local_T_base
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((5.0, -1.0, math.pi / 2.0), abs=1e-9)
     assert robot.status.state.value == 'ROTATE_TO_GOAL' and robot.status.attempt == 2
@@ -169,7 +169,7 @@ def test_a_reset_in_a_spin_waits_for_samples_of_the_moment_of_its_request(monkey
         robot.imu_yaw += 0.01
         robot.run(0.01)
         resets += [robot.reset()] if tick == 20 else []
-    assert resets[0].done and robot.fix.local_T_base.yaw == pytest.approx(0.1, abs=1e-6)
+    assert resets[0].is_done and robot.fix.local_T_base.yaw == pytest.approx(0.1, abs=1e-6)
 
 
 def test_a_new_grant_starts_a_given_up_drive_again():
@@ -289,7 +289,7 @@ def test_a_goal_and_a_reset_far_away_are_refused(in_odom):
     robot.ask(edge, in_odom=in_odom)
     refused, reset = robot.reset(far, in_odom), robot.reset(edge, in_odom)
     robot.run(0.05)
-    assert reset.done and not refused.done
+    assert reset.is_done and not refused.is_done
     assert 'is not valid: a number from -100 to 100 m' in refused.problem
     (outcome, reason), = robot.ask(
         robot.core.odom_T_local @ Pose2(-71.0, 100.5) if in_odom else far, in_odom=in_odom)

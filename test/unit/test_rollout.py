@@ -7,8 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 import pytest
 from rollout import drive, least_time, navigation, run
 
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -71,7 +70,7 @@ def test_the_least_time_to_the_labs_goal():
     assert least_time(Pose2(), LAB_GOAL, BURGER, max_angular=1.5) == pytest.approx(7.23, abs=0.005)
 
 
-def test_the_labs_goal_is_reached_in_little_more_than_the_least_time_and_sooner_in_reverse():
+def test_the_labs_goal_is_reached_in_nearly_the_least_time():
     robot = SimulatorConfig(start_yaw_deg=170.0, imu_offset_deg=140.0)
     forward, either = drive(LAB_GOAL, robot), drive(LAB_GOAL, robot, DriveConfig(allow_reverse=True))
     assert forward.reached and either.reached
@@ -83,7 +82,7 @@ def test_the_labs_goal_is_reached_in_little_more_than_the_least_time_and_sooner_
     ({'wheel_mismatch': 0.03}, 0.015, 0.0),
     ({'imu_drift_deg_per_min': 5.0}, 0.0, 5.0),
     ({'slip': 0.1, 'wheel_mismatch': 0.03, 'imu_drift_deg_per_min': 5.0}, 0.1135, 5.0)])
-def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, drift_deg):
+def test_a_drive_misses_only_by_errors_that_no_sensor_shows(fault, lost_share, drift_deg):
     """By wheels and IMU the robot reaches the goal, and does not swing about it."""
     robot = SimulatorConfig(imu_offset_deg=59.1, command_latency=0.02, **fault)
     result = drive(LAB_GOAL, robot)
@@ -99,7 +98,7 @@ def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, d
 
 @pytest.mark.parametrize('network', ['good', 'busy', 'bad'])
 @pytest.mark.parametrize('crosses', [False, True])
-def test_drives_over_a_network_arrive_and_are_never_said_to_have_arrived_falsely(network, crosses):
+def test_drives_over_a_network_arrive_at_the_goal(network, crosses):
     """A drive on which the IMU crosses +/-180 deg, where the firmware reverses one displacement."""
     offset = 45.0 if crosses else 100.0          # the goal lies at 135 deg
     d = drive(LAB_GOAL, SimulatorConfig(imu_offset_deg=offset, **NETWORKS[network]))

@@ -44,7 +44,7 @@ def assert_right(pairs, robot, stamped_off=0.0, radians=1e-6):
 def instant_at(history, now):
     """(stamp, both readings) of `now` on the receiver's clock."""
     stamp = history.clock.stamp_of(now)
-    readings = None if stamp is None else history.at(stamp)
+    readings = None if stamp is None else history.readings_at(stamp)
     return None if readings is None else (stamp, readings)
 
 
@@ -67,8 +67,8 @@ def test_nothing_is_interpolated_over_a_dropout(gap, known):
     track = Track(lambda start, end, fraction: start + fraction * (end - start))
     for time in (-0.1, 0.0, gap):
         track.add(time, 10.0 * time)
-    assert track.at(gap / 4) == (pytest.approx(2.5 * gap) if known else None)
-    assert track.at(gap) == pytest.approx(10.0 * gap)
+    assert track.value_at(gap / 4) == (pytest.approx(2.5 * gap) if known else None)
+    assert track.value_at(gap) == pytest.approx(10.0 * gap)
 
 
 @pytest.mark.parametrize('imu_late, odometry_late', [
@@ -98,7 +98,7 @@ def test_the_odometry_bridges_a_gap_of_the_imu(silent):
     assert_instant(instant_at(history, now), SPINNING, now, radians=1e-5)
 
 
-def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
+def test_a_bridge_ends_at_the_yaw_of_the_imu_in_spite_of_slip():
     """The odometry turns a tenth less than the IMU: the difference is spread over the gap."""
     history = TimedPart(SampleBuffer())
     for time in (0.0, 0.1, 0.7, 0.8):
@@ -106,7 +106,7 @@ def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
     for k in range(9):
         time = 0.1 * k
         history.add(OdometrySample(10.0 + time, Pose2(0.0, 0.0, 0.9 * time), 0.0, 0.9), time)
-    pose, imu_yaw = history.at(10.4)
+    pose, imu_yaw = history.readings_at(10.4)
     assert angle_between(imu_yaw, 3.4) < 1e-9
     assert pose.yaw == pytest.approx(0.36)
 
@@ -120,7 +120,7 @@ def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
     # odometry stamped by another machine: both sensors have only the arrival in common
     (OdometrySample, lambda stamp: stamp + 5.0), (OdometrySample, lambda stamp: stamp - 5.0),
     (OdometrySample, lambda stamp: stamp + 1e9)])
-def test_arrival_takes_the_place_of_stamps_that_are_no_clock(whose, new_stamp):
+def test_arrivals_replace_stamps_that_are_not_a_clock(whose, new_stamp):
     history = filled(
         (arrival, sample._replace(stamp=new_stamp(sample.stamp)) if isinstance(sample, whose) else sample)
         for arrival, sample in SPINNING.messages(0.0, 4.0))
@@ -128,7 +128,7 @@ def test_arrival_takes_the_place_of_stamps_that_are_no_clock(whose, new_stamp):
     assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)
 
 
-def test_the_receivers_clock_goes_back_where_stamps_are_zero():
+def test_the_receivers_clock_goes_back_while_stamps_are_zero():
     turned = replace(SPINNING, imu_offset=1.0)
     messages = SPINNING.messages(0.0, 3.0) + turned.messages(2.0, 2.6)
     history = filled(restamped(messages, lambda arrival, stamp: 0.0))
@@ -137,7 +137,7 @@ def test_the_receivers_clock_goes_back_where_stamps_are_zero():
 
 @pytest.mark.parametrize('step, imu_late', [
     (5.0, 0.0), (1.5, 0.02), (-1.5, 0.0), (-0.2, 0.0), (-0.2, 0.02), (0.5, 0.0), (3600.0, 0.0)])
-def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
+def test_a_step_of_the_senders_clock_begins_an_epoch(step, imu_late):
     robot = replace(SPINNING, clock_ahead=10000.0)
     messages = restamped(robot.messages(0.0, 6.0, imu_delay=lambda: imu_late),
                          lambda arrival, stamp: stamp + (step if stamp > 10003.03 else 0.0))
@@ -153,7 +153,7 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
 
 
 @pytest.mark.parametrize('stall', [0.9, 1.6, 4.0])
-def test_late_messages_are_no_new_clock(stall):
+def test_late_messages_do_not_begin_an_epoch(stall):
     end = 2.1 + stall
     messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
     history = TimedPart(SampleBuffer())
@@ -164,14 +164,14 @@ def test_late_messages_are_no_new_clock(stall):
 
 # The least delay ----------------------------------------------------------------------------------
 
-def test_a_stamp_that_is_heard_four_times_in_a_row_is_no_clock():
+def test_a_stamp_that_is_repeated_three_times_is_not_a_clock():
     timing = SampleTiming()
     for k, stamp in enumerate([7.0] * 3 + [8.0] * 4):
         timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.0 + 0.01 * k)
         assert timing.clock.uses_stamps is (k < 6)
 
 
-def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is_one():
+def test_a_step_or_a_long_silence_begins_an_epoch():
     """The last stamp is ahead of the stamp before, but by less than the silence."""
     timing = SampleTiming()
     for arrival, stamp, epoch in ((1.0, 101.0, 0), (2.2, 102.2, 0), (2.3, 104.0, 1),
@@ -180,7 +180,7 @@ def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is
         assert timing.clock.epoch == epoch
 
 
-def test_what_a_silence_held_up_is_late_also_the_first_of_it():
+def test_messages_that_were_held_up_are_late():
     lateness = Lateness()
     lateness.received(49.9, 1001.4)       # the fastest message decides, not the first one
     lateness.received(50.0, 1000.0)
@@ -190,7 +190,7 @@ def test_what_a_silence_held_up_is_late_also_the_first_of_it():
 
 
 @pytest.mark.parametrize('step', [0.4, 10.0])
-def test_a_clock_that_was_set_back_is_believed_after_a_while(step):
+def test_a_clock_that_was_set_back_is_used_after_5_seconds(step):
     lateness = Lateness()
     lateness.received(50.0, 1000.0)
     seen = [lateness.received(50.0 - step + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 80)]

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from story_nodes import Ahead
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore

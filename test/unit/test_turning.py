@@ -27,7 +27,7 @@ def test_words_of_the_keyboard(text, degrees):
 
 
 @pytest.mark.parametrize('text', ['', 'x', 'left', 'l r', '9o', '\x1b[A', 'l' * 1000])
-def test_other_words_are_answered_with_what_is_valid(text):
+def test_an_invalid_word_is_answered_with_the_valid_words(text):
     with pytest.raises(ValueError) as problem:
         degrees_of(text)
     answer = str(problem.value)
@@ -40,7 +40,7 @@ def test_other_words_are_answered_with_what_is_valid(text):
     (-179.0, -180.0, 'burger', 1.5), (0.0, 1.0, 'burger', 1.5), (0.0, -5.0, 'burger', 1.5),
     (0.0, -270.0, 'burger', 1.5), (0.0, 720.0, 'burger', 1.5)])
 @pytest.mark.parametrize('motor_lag', [0.0, 0.05])
-def test_precise_turns_end_where_they_should(start, degrees, model, fastest, motor_lag):
+def test_turns_end_at_the_requested_angle(start, degrees, model, fastest, motor_lag):
     robot = replace(ROBOT, start_yaw_deg=start, motor_lag=motor_lag, model=model)
     turn, = turns([degrees], robot, TurnConfig(max_ang_z=1.5 if model == 'burger' else 5.0))
     assert math.degrees(turn.turned) == pytest.approx(degrees, abs=0.5)
@@ -53,7 +53,7 @@ def test_precise_turns_end_where_they_should(start, degrees, model, fastest, mot
 @pytest.mark.parametrize('lag, mismatch, noise, rate', [
     (0.02, -0.06, 0.0, 200.0), (0.02, 0.06, 0.05, 118.0), (0.15, -0.06, 0.05, 118.0),
     (0.15, 0.06, 0.0, 200.0)])
-def test_robots_of_any_kind_end_where_they_should(lag, mismatch, noise, rate):
+def test_turns_of_different_robots_end_at_the_requested_angle(lag, mismatch, noise, rate):
     """Motors, wheels and IMU differ from the default robot's."""
     robot = SimulatorConfig(
         motor_lag=lag, wheel_mismatch=mismatch, imu_noise_deg=noise, imu_rate=rate,
@@ -69,7 +69,7 @@ def test_robots_of_any_kind_end_where_they_should(lag, mismatch, noise, rate):
 # Noise --------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('noise, error', [(0.3, 0.6), (1.0, 2.0)])
-def test_turns_by_a_noisy_imu_end_as_near_as_it_lets_know(noise, error):
+def test_turns_by_a_noisy_imu_end_within_its_noise(noise, error):
     """None of twelve turns is given up; with 0.3 deg each sample alone would miss the tolerance.
 
     With 1 deg, 90 % of 1200 such turns are within 1.7 to 1.8 deg; here it is the second worst of six.
@@ -96,17 +96,17 @@ def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
     (0.0051, 0.0, 9),      # 2 x 0.0051 / sqrt(9) is less than 0.35 of the tolerance of 0.01 rad
     (0.02, 0.0, 19),       # the yaw is never known so well: 0.6 s of samples must be enough,
     (0.03, 0.012, 19)])    # and what is not known is added to the tolerance
-def test_a_turn_ends_as_soon_as_its_rest_is_known_well_enough(noise, left, looks):
+def test_a_turn_ends_when_the_remaining_angle_is_known_well(noise, left, looks):
     _, finished = resting_turn(looks, noise, left=left)
     assert finished == (looks - 1) * [False] + [True]
 
 
-def test_a_sample_that_is_looked_at_again_and_again_ends_no_turn():
+def test_one_sample_that_is_read_again_does_not_end_a_turn():
     _, finished = resting_turn(30, age=0.035)
     assert not any(finished)
 
 
-def test_a_mean_is_of_one_rest_and_one_goal():
+def test_the_mean_starts_again_after_a_push_or_a_new_goal():
     """The goal moves by 3 standard deviations of a sample, which is not noise: the robot does not rest any more."""
     for move in ('extend', 'aim'):
         turn, _ = resting_turn(5, noise=0.1)
@@ -130,7 +130,7 @@ def test_more_than_a_radian_at_once_is_a_jump(turned, said):
     assert heading_jump(None, ImuSample(1.1, 3.0, 0.0)) == ''
 
 
-def test_the_heading_of_a_robot_at_rest_is_better_known_than_by_one_sample():
+def test_the_heading_at_rest_has_less_noise_than_one_sample():
     """Yaws of +/-0.01 rad in turns, at rest; then it turns away, and the new yaw is used."""
     heading = TimedPart(Heading())
     for k in range(40):
@@ -144,7 +144,7 @@ def test_the_heading_of_a_robot_at_rest_is_better_known_than_by_one_sample():
 
 @pytest.mark.parametrize('noise_deg', [0.0, 0.005, 0.1, 0.3, 2.0])
 @pytest.mark.parametrize('rate', [0.0, 0.1])
-def test_the_noise_of_an_imu_is_measured_while_it_turns_slowly(noise_deg, rate):
+def test_the_noise_of_an_imu_is_measured_while_the_robot_turns_slowly(noise_deg, rate):
     chance, noise, timing = random.Random(1), YawNoise(), SampleTiming()
     for k in range(400):
         time = 0.03 * k

@@ -28,7 +28,7 @@ def test_the_burgers_limits_are_its_motors():
     assert robot_model('waffle').half_track == 0.1435 and burger.max_wheel_speed == pytest.approx(rim_speed(61.0))
 
 
-def test_the_environment_is_blamed_for_its_own_word_alone():
+def test_an_invalid_model_names_its_source():
     with pytest.raises(ValueError, match="^TURTLEBOT3_MODEL = 'burgr' is not valid: one of burger"):
         model_of_environment({'TURTLEBOT3_MODEL': 'burgr'})
     with pytest.raises(ValueError, match="^model = 'wafle' is not valid: one of burger, waffle, w"):
@@ -55,7 +55,7 @@ def test_no_wheel_and_no_limit_is_exceeded(linear, angular, max_linear, max_angu
 
 
 @given(st.floats(-0.2108, 0.2108), st.floats(-2.635, 2.635))
-def test_where_both_ask_too_much_of_a_wheel_the_curve_stays(linear, angular):
+def test_saturation_keeps_the_curve(linear, angular):
     twist = saturate(Twist2(linear, angular), 1.0, 5.0, MODELS['burger'])
     assert twist.linear * angular == pytest.approx(twist.angular * linear, abs=1e-12)
     if max(map(abs, wheels(Twist2(linear, angular), MODELS['burger']))) < 0.2107:

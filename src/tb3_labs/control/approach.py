@@ -23,7 +23,7 @@ from tb3_labs.control.commands import CommandHistory, Estimate, first_order_resp
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
-#: If two times differ by less than this [s], they are of the same sample: times are rounded.
+#: Times that differ by less than this [s] belong to the same sample, since times are rounded.
 SAME_SAMPLE_TIME = 1e-6
 #: The divisor of the gain is larger by this for nudges, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
@@ -40,14 +40,14 @@ class ApproachConfig:
     #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that the
     #: robot can follow the profile in spite of disturbances.
     braking: float
-    #: Near zero the speed is this gain times the way after a stop [1/s].
+    #: Near zero the speed is this gain [1/s] times the way after a stop.
     gain: float
     #: The lowest speed of a motion. At a lower speed the last part of the way would take too long.
     slowest: float
     #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
     #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: A nudge uses this or `close_enough`, whichever is larger.
+    #: The `close_enough` of a nudge, if this is larger.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
@@ -58,18 +58,17 @@ class ApproachConfig:
     speed_is_prompt: bool = False
 
 
-def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
-    """Returns the fastest speed from which a robot can stop within the remaining way.
+def braking_speed(distance: float, deceleration: float, gain: float) -> float:
+    """Returns the fastest speed from which a robot can stop within the `distance`, at least 0.
 
     At a large distance d the speed is the braking profile, sqrt(2 a d) for the `deceleration` a
     [1/s^2]. The slope of this profile is infinite at 0, and no motor can follow that slope. So near
     0 the speed is the line `gain` d, with the gain in [1/s]. Line and profile meet without a kink.
     """
-    distance = abs(remaining)
     meeting = deceleration / gain ** 2
     if distance <= meeting:
-        return math.copysign(gain * distance, remaining)
-    return math.copysign(math.sqrt(deceleration * (2.0 * distance - meeting)), remaining)
+        return gain * distance
+    return math.sqrt(deceleration * (2.0 * distance - meeting))
 
 
 class Approach:
@@ -145,9 +144,9 @@ class Approach:
     def _advance(self, speed: float, dt: float) -> None:
         """Let `dt` [s] pass. The travel commanded in this time reduces the way after a stop."""
         history = self._history
-        before = history.commanded_travel(history.begin)
+        before = history.commanded_travel(history.period_start)
         history.advance(dt)
-        travel = history.commanded_travel(history.begin) - before
+        travel = history.commanded_travel(history.period_start) - before
         faster = max(abs(speed), abs(history.command))
         self.way_after_stop.shift(-self._identification.estimate.gain * travel,
                                   TIME_DEVIATION * faster)
@@ -180,7 +179,7 @@ class Approach:
         is_far = distance > near or distance < -max(near, config.backwards_from)
         if not is_far:
             return 0.0
-        speed = abs(braking_speed(distance, config.braking, config.gain / gain_divisor))
+        speed = braking_speed(abs(distance), config.braking, config.gain / gain_divisor)
         speed = clamp(speed, min(config.slowest, fastest), fastest)
         return math.copysign(speed, distance)
 

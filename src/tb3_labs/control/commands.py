@@ -11,23 +11,23 @@ pause is treated as one period long.
 """
 import math
 from collections import deque
-from typing import Deque, NamedTuple, Optional, Tuple
+from typing import NamedTuple, Optional
 
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Each step but the first is due this long before the end of a period [s], since the sample of a
+#: Each step but the first is due this time [s] before the end of a period, since the sample of a
 #: step may come 5 ms late. Until the command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
 #: If a node does not drive, it reads the next sample after this time [s], about one period.
 MAX_IDLE = 0.036
-#: In 95 of 100 cases the estimate is off by less than this [standard deviations].
+#: In 95 of 100 cases the estimate is off by less than this number of standard deviations.
 STANDARD_ERRORS = 2.0
 #: If a sample is off by more standard deviations than this, it contradicts the estimate.
 CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
-#: The least lag [s]. A smaller lag is raised to it, to avoid a division by zero.
+#: A smaller lag [s] is replaced by this lag, to avoid a division by zero.
 MIN_LAG = 1e-6
 
 
@@ -80,73 +80,73 @@ class Pace:
         self._last = None
 
 
+class _SentCommand(NamedTuple):
+    """A command, and the travel that was commanded before its period."""
+
+    start: float      # start of the period in which the robot obeys the command [s]
+    command: float
+    travel: float     # [m or rad]
+
+
 class CommandHistory:
     """The commands since the start of an approach. All commands before the start were stops."""
 
     def __init__(self, period: float) -> None:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
-        self._sent: Deque[Tuple[float, float]] = deque()   # (start of the period, command)
+        self._sent = deque([_SentCommand(-COMMAND_MEMORY, 0.0, 0.0)])
         self.now = 0.0        # time since the start [s]
         #: Start of the period in which the robot obeys a command that is sent now [s].
-        self.begin = 0.0
-        self.command = 0.0    # the latest command
+        self.period_start = 0.0
+        self.command = 0.0          # the latest command
+        self.first_command = 0.0    # 0 before the first command
         self._same_since = 0.0
-        self._earlier_travel = 0.0        # travel commanded before the latest period
-
-    @property
-    def oldest_command(self) -> float:
-        """The oldest command that is remembered."""
-        return self._sent[0][1]
 
     @property
     def unchanged_for(self) -> float:
         """Time since the latest change of the command [s]."""
         return self.now - self._same_since
 
-    def commanded_travel(self, until: float) -> float:
-        """Returns the travel commanded until the time `until` [s], after the latest command."""
-        latest = self._sent[-1][0] if self._sent else until
-        return self._earlier_travel + self.command * (until - latest)
-
     def advance(self, dt: float) -> None:
         self.now += dt
         # the nearest start of a period, since a step may be a little early or late
-        self.begin = round(self.now / self._period) * self._period
+        self.period_start = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
         """Note the command for the period that begins now."""
-        begin = self.begin
-        self._earlier_travel = self.commanded_travel(begin)
+        if len(self._sent) == 1:    # only the stop before the first command
+            self.first_command = command
         if command != self.command:
             self._same_since = self.now
         self.command = command
-        self._sent.append((begin, command))
-        while self._sent[0][0] < self.now - COMMAND_MEMORY:
+        travel = self.commanded_travel(self.period_start)
+        self._sent.append(_SentCommand(self.period_start, command, travel))
+        while self._sent[1].start < self.now - COMMAND_MEMORY:
             self._sent.popleft()
 
+    def commanded_travel(self, until: float) -> float:
+        """Returns the travel commanded until the time `until` [s]."""
+        sent = self._command_at(until)
+        return sent.travel + sent.command * (until - sent.start)
+
     def travel_under_way(self, delay: float) -> float:
-        """Returns the travel that was commanded from `delay` [s] ago until `begin`."""
-        travel, until = 0.0, self.begin
-        horizon = self.now - delay
-        for time, command in reversed(self._sent):
-            if until <= horizon:
-                break
-            travel += command * (until - max(time, horizon))
-            until = time
-        return travel
+        """Returns the travel that was commanded from `delay` [s] ago until `period_start`."""
+        since = min(self.now - delay, self.period_start)
+        return self.commanded_travel(self.period_start) - self.commanded_travel(since)
 
     def arrived(self, delay: float) -> float:
         """Returns the command that reaches the motors now. Before the first command it is 0."""
-        horizon = self.now - delay
-        for time, command in reversed(self._sent):
-            if time <= horizon:
-                return command
-        return 0.0
+        return self._command_at(self.now - delay).command
 
     def only_stops_since(self, time: float) -> bool:
         """Are all commands stops in the periods that start at `time` or later?"""
-        return not any(command for begin, command in self._sent if begin >= time)
+        return not any(sent.command for sent in self._sent if sent.start >= time)
+
+    def _command_at(self, time: float) -> _SentCommand:
+        """Returns the command for the period at `time` [s], or the oldest command that is not
+        forgotten."""
+        earlier = (sent for sent in reversed(self._sent) if sent.start <= time)
+        return next(earlier, self._sent[0])
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:

@@ -1,17 +1,20 @@
-"""The law of a drive to a goal: the command in each state. :mod:`tb3_labs.control.approach` brakes.
+"""The settings and the law of a drive to a goal. The law gives the command in each state, and
+:mod:`tb3_labs.control.approach` brakes.
 
 Units: metres, radians, seconds. Poses are in the local frame.
 """
 import math
+from dataclasses import dataclass
 from typing import Optional
 
+from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.goal_state import DriveConfig, sum_of_turns
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.handout import MAX_ANG_Z
 from tb3_labs.robot.samples import REST_LINEAR, Motion
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
@@ -19,12 +22,28 @@ from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 BACKUP_SHARE = 0.8
 
 
-def driving_approach(config: DriveConfig) -> ApproachConfig:
-    """Returns the ApproachConfig of a precise drive along its line."""
-    return ApproachConfig(
-        period=PreciseTurn.period, acceleration=config.linear_acceleration,
-        braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,
-        backwards_from=BACKUP_SHARE * config.distance_tolerance, nudge_time=PreciseTurn.period)
+@dataclass(frozen=True)
+class DriveConfig(Config):
+    """Settings of a drive to a goal."""
+
+    allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
+    distance_tolerance: float = setting(0.01, 'the goal is reached within this distance', unit='m',
+                                        low=0.002, high=1.0)
+    angle_tolerance_deg: float = setting(0.5, 'the heading is reached within this angle',
+                                         unit='deg', low=0.2, high=45.0)
+    max_linear: float = setting(0.26, "fastest drive; the robot's own limit holds as well",
+                                unit='m/s', low=0.02, high=1.0)
+    max_angular: float = setting(MAX_ANG_Z, "fastest turn; the robot's own limit holds as well",
+                                 unit='rad/s', low=0.1, high=5.0)
+    linear_acceleration: float = setting(4.0, 'speeding up; a fifth of it for braking',
+                                         unit='m/s^2', low=0.1, high=10.0)
+    angular_acceleration: float = setting(45.0, 'speeding up a turn; a quarter of it for braking',
+                                          unit='rad/s^2', low=1.0, high=80.0)
+
+
+def sum_of_turns(start: float, face: float, end: float) -> float:
+    """Returns the sum of two turns [rad]: from yaw `start` to `face`, and from `face` to `end`."""
+    return abs(difference(face, start)) + abs(difference(end, face))
 
 
 class DriveLaw:
@@ -36,9 +55,9 @@ class DriveLaw:
     """
 
     period = PreciseTurn.period
-    #: The robot starts to drive when its heading is off the line by less than this [rad].
+    #: The robot starts to drive when its heading differs from the line by less than this [rad].
     FACING_ANGLE = 0.1
-    #: The drive ends when a stop now would be at most this distance before the goal [m].
+    #: The drive ends when a stop now would be at most this distance [m] before the goal.
     STOP_AHEAD = 0.0005
     #: The robot steers towards a point on the line, at this distance ahead [m]. A larger distance
     #: makes the steering calmer, a smaller distance keeps the robot nearer to the line.
@@ -58,7 +77,11 @@ class DriveLaw:
         self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
                                     math.radians(config.angle_tolerance_deg), response)
         self._backup_distance = BACKUP_SHARE * config.distance_tolerance
-        self._driving = Approach(driving_approach(config), response)
+        self._driving = Approach(ApproachConfig(
+            period=self.period, acceleration=config.linear_acceleration,
+            braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015,
+            close_enough=0.0005, backwards_from=self._backup_distance, nudge_time=self.period),
+            response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Choose the line to the goal, and whether the robot drives it forwards or backwards."""

@@ -34,10 +34,10 @@ class GoalMachine:
         self.state = GoalState.GOAL_REACHED
         self.failure = ''         # the reason why the drive was given up, or ''
         self.begun = False        # was a motion to this goal commanded?
-        self.cancelled = False    # did a person or program cancel the drive?
+        self.canceled = False     # did a person or program cancel the drive?
         self.attempt = 0          # number of the drive; each goal and restart begins a new drive
         self._tries_left = 0
-        self._interrupted = False
+        self._law_is_started = False
         self._stalls: Dict[GoalState, StallMonitor] = defaultdict(StallMonitor)
         self._settling = Settling()
         self._time = 0.0             # sum of `dt` of all steps [s]
@@ -48,22 +48,21 @@ class GoalMachine:
 
     def set_goal(self, goal: Pose2) -> None:
         self.goal = goal
-        self.cancelled = False
+        self.canceled = False
         self.restart()
 
     def restart(self) -> None:
-        """Begin the drive to the goal again, unless the drive was cancelled."""
-        if self.goal is not None and not self.cancelled:
+        """Begin the drive to the goal again, unless the drive was canceled."""
+        if self.goal is not None and not self.canceled:
             self.failure = ''
             self.begun = False
-            self._interrupted = False
             self.attempt += 1
             self._tries_left = MORE_TRIES
             self._begin()
 
     def interrupt(self) -> None:
         """The robot was stopped. Let the next step drive to the goal from the present pose."""
-        self._interrupted = self.begun
+        self._law_is_started = False
 
     def give_up(self, reason: str) -> None:
         """End the drive without having reached the goal."""
@@ -72,7 +71,7 @@ class GoalMachine:
     def cancel(self) -> None:
         """End the drive. Only a new goal starts another drive."""
         if self.goal is not None:
-            self.cancelled = True
+            self.canceled = True
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
@@ -80,12 +79,12 @@ class GoalMachine:
         goal = self.goal
         if goal is None or not self.active:
             return None
-        if self._interrupted or not self.begun:
-            self._start_law(motion.pose, goal)
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
         while self.active:    # if a state is finished, the next state gives the command
+            if not self._law_is_started:
+                self._start_law(motion.pose, goal)
             step = self._law_step(motion, goal, dt)
             if not step.finished:
                 self.failure = self._stalls[self.state].update(
@@ -102,16 +101,15 @@ class GoalMachine:
         for stall in self._stalls.values():
             stall.resume()
         self.begun = True
-        self._interrupted = False
+        self._law_is_started = True
         self.state = GoalState.ROTATE_TO_GOAL
         self.law.start(pose, goal)
 
     def _law_step(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        if self.state is GoalState.ROTATE_TO_GOAL:
-            return self.law.rotate_to_goal(motion, goal, dt)
-        if self.state is GoalState.MOVE_FORWARD:
-            return self.law.move_forward(motion, goal, dt)
-        return self.law.rotate_to_final(motion, goal, dt)
+        steps = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
+                 GoalState.MOVE_FORWARD: self.law.move_forward,
+                 GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}
+        return steps[self.state](motion, goal, dt)
 
     def _has_settled(self, motion: Motion) -> bool:
         """Has the robot settled, and was the latest odometry measured after the robot came to rest?
@@ -132,7 +130,6 @@ class GoalMachine:
                 self.state = GoalState.GOAL_REACHED
             elif self._tries_left:
                 self._tries_left -= 1
-                self.law.start(pose, goal)
                 self._begin()
             else:
                 self.failure = shortfall
@@ -140,4 +137,5 @@ class GoalMachine:
     def _begin(self) -> None:
         self._stalls.clear()
         self._settling = Settling()
+        self._law_is_started = False
         self.state = GoalState.ROTATE_TO_GOAL

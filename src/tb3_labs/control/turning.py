@@ -15,7 +15,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-#: Least time from the first to the latest sample at rest [s], nearly one control period.
+#: The least time [s] from the first to the latest sample at rest, nearly one control period.
 SETTLING_TIME = 0.03
 
 
@@ -38,7 +38,7 @@ class Settling:
 
     @property
     def rested_for(self) -> float:
-        """Time from the first to the latest sample at rest [s]; 0 while the robot moves."""
+        """Time [s] from the first to the latest sample at rest; 0 while the robot moves."""
         if self.rest_began_at is None:
             return 0.0
         return self._last - self.rest_began_at
@@ -46,15 +46,6 @@ class Settling:
     @property
     def rests(self) -> bool:
         return self.rested_for >= SETTLING_TIME
-
-
-def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
-    """Returns the ApproachConfig of a precise turn. `acceleration` [rad/s^2], `tolerance` [rad]."""
-    period = PreciseTurn.period
-    return ApproachConfig(
-        period=period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.02, close_enough=0.0007, nudge_dead_band=0.5 * tolerance, nudge_time=period,
-        speed_is_prompt=True)
 
 
 class PreciseTurn:
@@ -74,7 +65,10 @@ class PreciseTurn:
         delay and lag of the robot."""
         self._fastest = fastest
         self._tolerance = tolerance
-        self._approach = Approach(turning_approach(acceleration, tolerance), response)
+        self._approach = Approach(ApproachConfig(
+            period=self.period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
+            slowest=0.02, close_enough=0.0007, nudge_dead_band=0.5 * tolerance,
+            nudge_time=self.period, speed_is_prompt=True), response)
         self.start(0.0, 0.0)
 
     def start(self, yaw: float, angle: float) -> None:

@@ -2,7 +2,7 @@
 
 The library squaternion has the order w, x, y, z, and checks nothing. Another order, or a norm that
 is not 1, gives a plausible wrong yaw. So the parts are keywords here, and a quaternion is invalid
-if no robot on a floor can have it. Only this file and arrays.py use quaternions.
+if no robot on a floor can have it.
 
 Units: radians, counter-clockwise positive (REP-103). Edge cases: A wrapped angle or yaw is in
 (-pi, pi], so half a turn is +pi. The angle NaN stays NaN. An infinite angle raises ``ValueError``.

@@ -1,16 +1,18 @@
 """Follows the robot in a local frame that can be declared again at any moment.
 
 Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
-the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits for
-samples of both sensors from after the request, and interpolates to the moment of the request. So a
-reset corrects any error of the old frame. If the odometry jumps and the robot did not move,
-``local`` is shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may
-have moved unnoticed, the pose is lost. Then a local frame does not exist until the next reset.
+the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits
+until both sensors have sent samples after the request. Then both sensors are interpolated to the
+moment of the request. So a reset corrects any error of the old frame.
+
+If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
+(:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
+lost. Then a local frame does not exist until the next reset.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import List, Optional
 
 from tb3_labs.geometry.angles import wrap
@@ -26,13 +28,13 @@ from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: The robot is assumed to keep its latest speed for at most two control periods [s].
+#: A pose is extrapolated for at most this time [s], by the latest speed.
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
 @dataclass(frozen=True)
 class Fix:
-    """The robot's pose at the `stamp` of one odometry message [s, sender's clock]."""
+    """The robot's pose at the `stamp` [s, sender's clock] of one odometry message."""
 
     stamp: float
     local_T_base: Pose2
@@ -47,21 +49,21 @@ class Reset:
     requested_at: float = 0.0        # [s, receiver's clock]
     stamp: Optional[float] = None    # `requested_at` [s, sender's clock]; None: no sample yet
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
-    sample_delay: float = 0.0        # samples are older by this time than their stamps show [s]
+    sample_delay: float = 0.0        # samples are older than their stamps show, by this time [s]
     before: Optional[Pose2] = None   # the pose in the old frame at the request, if known
     declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
     hint: str = ''                   # a text for the caller, added to the answer
 
     @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         """Is the new frame in force?"""
         return self.declared is not None
 
     @property
     def is_over(self) -> bool:
         """Was the reset carried out or refused?"""
-        return self.done or bool(self.problem)
+        return self.is_done or bool(self.problem)
 
     @property
     def answer(self) -> str:
@@ -83,8 +85,7 @@ class Localizer:
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
         self.is_lost = False    # True from a loss of the pose to the next reset
-        #: Time of the last known command to move [s, receiver's clock].
-        self.driven_at = -math.inf
+        self._driven_at = -math.inf    # time of the last known command to move
         self._jump_finder = JumpFinder()
         self.jumps: Queue[Jump] = Queue()    # of both sensors
         self._buffer = SampleBuffer()
@@ -102,17 +103,18 @@ class Localizer:
         self._yaw_noise.learn(timed)
         self._carry_out_resets()
 
+    def on_command(self, now: float) -> None:
+        """Take in a command to move the robot, given at `now` [s, receiver's clock]."""
+        self._driven_at = now
+
     def on_odometry(self, timed: TimedSample) -> None:
         if timed.all_silent > RESET_SILENCE:
             self._awaits_imu = True
         if self._timing.imu is None or self._awaits_imu:
-            self._jump_finder.skip(timed)
             return
-        shift, jump = self._jump_finder.find(timed, self._timing.imu.sample, self.driven_at)
+        jump = self._jump_finder.find(timed, self._timing.imu.sample, self._driven_at)
         if jump is not None:
             self._on_jump(jump)
-        if shift is not None:
-            self._shift(shift)
         self._buffer.add_odometry(timed)
         self._odometry = timed
         self._carry_out_resets()
@@ -146,8 +148,9 @@ class Localizer:
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
         """Declare that the robot is at the pose `reset.requested` at the time `now`. Resets are
         carried out in order. Samples are older by `sample_delay` [s] than their stamps show."""
-        reset.requested_at, reset.sample_delay = now, sample_delay
-        reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
+        reset.requested_at = now
+        reset.sample_delay = sample_delay
+        self._convert_request(reset)
         self._resets.append(reset)
 
     @property
@@ -181,34 +184,35 @@ class Localizer:
                    for reset in self._waiting)
 
     def _on_jump(self, jump: Jump) -> None:
-        self.jumps.append(jump)
+        if jump.text:
+            self.jumps.append(jump)
         if jump.outcome == POSE_LOST:    # earlier samples are invalid
             for reset in self._waiting:
                 reset.problem = 'the robot started anew at that moment'
             self.frame = None
             self._buffer = SampleBuffer()
             self.is_lost = True
-        elif self.frame is not None:
-            self.frame = replace(
-                self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
-
-    def _shift(self, shift: Pose2) -> None:
-        """Convert ``local`` to a new ``odom``, in which the old ``odom`` has the pose `shift`."""
-        self._buffer.shift(shift)
+            return
+        self._buffer.shift(jump.shift)
         if self.frame is not None:
-            self.frame = replace(self.frame, odom_T_local=shift @ self.frame.odom_T_local)
+            self.frame = LocalFrame(jump.shift @ self.frame.odom_T_local,
+                                    wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
+
+    def _convert_request(self, reset: Reset) -> None:
+        """Convert the time of the request to the sender's clock."""
+        reset.stamp = self._clock.stamp_of(reset.requested_at)
+        reset.epoch = self._clock.epoch
 
     def _carry_out_resets(self) -> None:
         for reset in self._waiting:
             if reset.stamp is None:
-                reset.stamp = self._clock.stamp_of(reset.requested_at)
-                reset.epoch = self._clock.epoch
+                self._convert_request(reset)
             if reset.epoch != self._clock.epoch:    # the samples for the reset are lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
             if reset.stamp is None:
                 return    # the resets after this reset wait, too
-            readings = self._buffer.at(reset.stamp + reset.sample_delay)
+            readings = self._buffer.readings_at(reset.stamp + reset.sample_delay)
             if readings is None:
                 return
             self._carry_out(reset, *readings)

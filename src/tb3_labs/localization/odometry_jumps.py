@@ -19,7 +19,7 @@ Units: metres, radians, seconds. Source: OpenCR firmware 1.2.6 (see
 of the IMU meanwhile. In a recording of a real Burger, a reversed displacement is 7.3 mm.
 """
 import math
-from typing import NamedTuple, Optional, Tuple
+from typing import NamedTuple, Optional
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -38,66 +38,39 @@ STEP_SLACK = 0.05
 TURN_SLACK = 0.3
 #: A rate of turn above this is the firmware's spike [rad/s].
 SPIKE_RATE = 10.0
-#: The odometry is at zero if x and y are exactly zero, and the yaw is below this [rad].
-ZERO_YAW = 0.01
 #: A step to zero is a reset only if the place before the step was farther from zero than this [m].
 ZERO_PLACE = 0.001
-#: The first place after a reset may be this far from zero, since the robot may move [m].
+#: The first place after a reset may be this far [m] from zero, since the robot may move.
 NEAR_ZERO_PLACE = 0.03
-#: The first yaw after a reset may be this far from zero, or from the turn of the IMU [rad].
+#: The first yaw after a reset may differ by this [rad] from zero, or from the turn of the IMU.
 NEAR_ZERO_YAW = 0.1
-#: The IMU of a robot at rest turns no farther than this between two messages [rad].
+#: The IMU of a robot at rest turns no farther than this [rad] between two messages.
 RESTING_TURN = 0.1
-#: If the IMU turns farther than this in a silence, it was calibrated [rad].
+#: If the IMU turns farther than this [rad] in a silence, the board has calibrated the IMU.
 CALIBRATION_TURN = 0.005
 #: If the messages of a turning robot stop, the robot comes to rest within this time [s].
 STOPPING_TIME = 0.5
-#: The odometry contradicts the wheels if it moves for this time while the wheels rest [s].
+#: The odometry contradicts the wheels if the odometry moves for this time [s], and the wheels rest.
 CONTRADICTION_TIME = 0.5
 #: The text about an odometry that contradicts the wheels.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
                  'empty? a cable out?); switch the robot off and on')
-
-
-class Jump(NamedTuple):
-    """A step of a sensor that is not a motion of the robot."""
-
-    text: str                 # describes the step
-    outcome: str = ''         # POSE_KEPT, POSE_LOST or ''
-    imu_turn: float = 0.0     # turn of the IMU that the robot did not make [rad]
-
-
 SET_TO_ZERO = 'the odometry was set to zero'
 #: The two outcomes of a jump of the odometry.
 POSE_KEPT = 'the local pose is kept'
 POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
-class _Gap:
-    """The time between two odometry messages. The messages between them may be skipped."""
+class Jump(NamedTuple):
+    """A step of a sensor that is not a motion of the robot."""
 
-    def __init__(self) -> None:
-        self._by_stamps = self._by_arrival = 0.0
-
-    def add(self, timed: TimedSample) -> None:
-        self._by_stamps += timed.by_stamps
-        self._by_arrival += timed.silence
-
-    @property
-    def longest(self) -> float:
-        """The time by stamps or by arrivals, whichever is longer, up to MAX_SILENCE [s]."""
-        return min(max(self._by_stamps, self._by_arrival, 0.0), MAX_SILENCE)
-
-    @property
-    def shortest(self) -> float:
-        """The time by stamps or by arrivals, whichever is shorter [s]. A delay does not make this
-        time longer, and neither does a clock that is set."""
-        if self._by_stamps > 0.0:
-            return min(self._by_stamps, self._by_arrival)
-        return self._by_arrival
+    text: str                 # describes the step; '' if nobody needs to know about the step
+    outcome: str = ''         # POSE_KEPT, POSE_LOST or ''
+    shift: Pose2 = Pose2()    # pose of the old ``odom`` in the new ``odom``
+    imu_turn: float = 0.0     # turn of the IMU that the robot did not make [rad]
 
 
-class _JumpSample(NamedTuple):
+class _OdometryMessage(NamedTuple):
     """An odometry message, and the latest sample of the IMU when the message arrived."""
 
     sample: OdometrySample
@@ -109,10 +82,55 @@ class _JumpSample(NamedTuple):
         """Do the wheels and the gyro show a robot at rest?"""
         return is_at_rest(self.sample.linear, self.imu.yaw_rate)
 
+    def shortest_gap(self, before: '_OdometryMessage') -> float:
+        """Returns the time since `before` by stamps or by arrivals, whichever is shorter [s]. A
+        delay does not make this time longer, and neither does a clock that is set."""
+        by_stamps = self.sample.stamp - before.sample.stamp
+        by_arrival = self.arrival - before.arrival
+        return min(by_stamps, by_arrival) if by_stamps > 0.0 else by_arrival
 
-def _is_reset(before: _JumpSample, after: _JumpSample, gap: _Gap) -> bool:
+    def longest_gap(self, before: '_OdometryMessage') -> float:
+        """Returns the time since `before` by stamps or by arrivals, whichever is longer, up to
+        MAX_SILENCE [s]."""
+        by_stamps = self.sample.stamp - before.sample.stamp
+        return min(max(by_stamps, self.arrival - before.arrival, 0.0), MAX_SILENCE)
+
+
+class JumpFinder:
+    """Finds the jumps of the odometry of one robot, message by message."""
+
+    def __init__(self) -> None:
+        self._moved: Optional[_OdometryMessage] = None       # the last message with a new pose
+        self._received: Optional[_OdometryMessage] = None    # the last message
+
+    def find(self, timed: TimedSample, imu: ImuSample,
+             driven_at: float = -math.inf) -> Optional[Jump]:
+        """Returns the jump of an odometry message, or None. `imu` is the latest ImuSample. The last
+        known command to move came at `driven_at` [s, receiver's clock]."""
+        latest = _OdometryMessage(timed.sample, timed.arrival, imu)
+        moved, received = self._moved, self._received
+        self._received = latest
+        if moved is None or received is None:
+            self._moved = latest
+            return None
+        if latest.sample.pose != moved.sample.pose:
+            self._moved = latest
+        if _is_reset(received, latest):
+            return _after_reset(received, latest, driven_at)
+        before, sample = moved.sample.pose, latest.sample
+        problem = _problem_of_step(before, sample.pose, latest.longest_gap(moved))
+        if problem:
+            return _stand_still(problem, moved, latest)
+        if _is_backwards(before, sample):    # mirror the step at `before`
+            mirrored = Pose2(2.0 * before.x - sample.pose.x, 2.0 * before.y - sample.pose.y,
+                             sample.pose.yaw)
+            return Jump('', shift=_shift(mirrored, sample.pose))
+        return None
+
+
+def _is_reset(before: _OdometryMessage, after: _OdometryMessage) -> bool:
     """Was the robot, or its board, reset between two messages?"""
-    if gap.shortest <= RESET_SILENCE:
+    if after.shortest_gap(before) <= RESET_SILENCE:
         return False
     was, now = before.sample.pose, after.sample.pose
     turned = difference(after.imu.yaw, before.imu.yaw)
@@ -129,73 +147,25 @@ def _is_reset(before: _JumpSample, after: _JumpSample, gap: _Gap) -> bool:
     return has_moved or contradicts_imu or is_calibrated
 
 
-class JumpFinder:
-    """Finds the jumps of the odometry of one robot, message by message."""
-
-    def __init__(self) -> None:
-        self._last_moved: Optional[_JumpSample] = None    # the last message with a new pose
-        self._last_received: Optional[_JumpSample] = None
-        self._since_moved, self._since_received = _Gap(), _Gap()
-
-    def skip(self, timed: TimedSample) -> None:
-        """Take in an odometry message that is not used."""
-        self._since_moved.add(timed)
-        self._since_received.add(timed)
-
-    def find(self, timed: TimedSample, imu: ImuSample,
-             driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
-        """Returns (shift, jump) of an odometry message. Shift and jump may be None. `imu` is the
-        latest ImuSample. The last known command to move came at `driven_at` [s, receiver's clock].
-        """
-        self.skip(timed)
-        latest = _JumpSample(timed.sample, timed.arrival, imu)
-        shift, jump = self._find(latest, driven_at)
-        if self._last_moved is None or latest.sample.pose != self._last_moved.sample.pose:
-            self._last_moved = latest
-            self._since_moved = _Gap()
-        self._last_received = latest
-        self._since_received = _Gap()
-        return shift, jump
-
-    def _find(self, latest: _JumpSample,
-              driven_at: float) -> Tuple[Optional[Pose2], Optional[Jump]]:
-        moved, received = self._last_moved, self._last_received
-        if moved is None or received is None:
-            return None, None
-        if _is_reset(received, latest, self._since_received):
-            return self._after_reset(received, latest, driven_at)
-        before, sample = moved.sample.pose, latest.sample
-        problem = _jump(before, sample.pose, self._since_moved.longest)
-        if problem:
-            return _stand_still(problem, moved, latest)
-        if _is_backwards(before, sample):    # mirror the step at `before`
-            mirrored = Pose2(2.0 * before.x - sample.pose.x, 2.0 * before.y - sample.pose.y,
-                             sample.pose.yaw)
-            return _shift(mirrored, sample.pose), None
-        return None, None
-
-    def _after_reset(self, before: _JumpSample, after: _JumpSample,
-                     driven_at: float) -> Tuple[Optional[Pose2], Jump]:
-        """Returns (shift, jump) of a reset. The pose is kept if the robot was surely at rest."""
-        turned = difference(after.imu.yaw, before.imu.yaw)
-        stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
-        is_short = self._since_received.longest < MAX_SILENCE
-        was_turned = abs(turned) > RESTING_TURN
-        if stood and is_short and not was_turned:
-            return (_shift(before.sample.pose, after.sample.pose),
-                    Jump(SET_TO_ZERO, POSE_KEPT, turned))
-        return None, Jump(SET_TO_ZERO, POSE_LOST)
+def _after_reset(before: _OdometryMessage, after: _OdometryMessage, driven_at: float) -> Jump:
+    """Returns the jump of a reset. The pose is kept if the robot was surely at rest."""
+    turned = difference(after.imu.yaw, before.imu.yaw)
+    stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
+    is_short = after.longest_gap(before) < MAX_SILENCE
+    was_turned = abs(turned) > RESTING_TURN
+    if not stood or not is_short or was_turned:
+        return Jump(SET_TO_ZERO, POSE_LOST)
+    return Jump(SET_TO_ZERO, POSE_KEPT, _shift(before.sample.pose, after.sample.pose), turned)
 
 
-def _stand_still(problem: str, last: _JumpSample,
-                 now: _JumpSample) -> Tuple[Optional[Pose2], Jump]:
-    """Returns (shift, jump) for a robot that has not moved since `last`."""
-    turned = difference(now.imu.yaw, last.imu.yaw)
-    if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
-        return None, Jump(problem, POSE_LOST)
-    here = last.sample.pose
-    return (_shift(Pose2(here.x, here.y, here.yaw + turned), now.sample.pose),
-            Jump(problem, POSE_KEPT))
+def _stand_still(problem: str, before: _OdometryMessage, after: _OdometryMessage) -> Jump:
+    """Returns the jump of a robot that has not moved since the message `before`."""
+    turned = difference(after.imu.yaw, before.imu.yaw)
+    if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(before.imu.yaw_rate):
+        return Jump(problem, POSE_LOST)
+    here = before.sample.pose
+    return Jump(problem, POSE_KEPT,
+                _shift(Pose2(here.x, here.y, here.yaw + turned), after.sample.pose))
 
 
 def _shift(before: Pose2, after: Pose2) -> Pose2:
@@ -204,12 +174,12 @@ def _shift(before: Pose2, after: Pose2) -> Pose2:
     return after @ before.inverse()
 
 
-def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
+def _problem_of_step(before: Pose2, after: Pose2, seconds: float) -> str:
     """Returns a text about the step between two poses; '' if a robot can make this step."""
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     moved_too_far = moved > SPEED_BOUND * seconds + STEP_SLACK
     turned_too_far = turned > TURN_BOUND * seconds + TURN_SLACK
-    at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
+    at_zero = after.x == after.y == 0.0
     if at_zero and (moved > ZERO_PLACE or turned_too_far):
         return SET_TO_ZERO
     if moved_too_far or turned_too_far:
@@ -222,20 +192,6 @@ def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
     forward = ((sample.pose.x - before.x) * math.cos(sample.pose.yaw)
                + (sample.pose.y - before.y) * math.sin(sample.pose.yaw))
     return abs(sample.angular) > SPIKE_RATE and forward * sample.linear < 0.0
-
-
-class _Interval:
-    """For how long was a condition true, by the stamps of the samples?"""
-
-    def __init__(self) -> None:
-        self.begin, self.end = math.inf, -math.inf
-
-    def update(self, is_true: bool, stamp: float) -> None:
-        """Take in the condition at `stamp` [s]. If the clock goes back, start again."""
-        continues = is_true and self.begin <= stamp
-        if not continues:
-            self.begin = stamp
-        self.end = stamp
 
 
 class EncoderMonitor:
@@ -253,22 +209,27 @@ class EncoderMonitor:
     def __init__(self) -> None:
         self._wheels: Optional[WheelSample] = None           # the latest sample
         self._odometry: Optional[OdometrySample] = None      # the latest sample
-        self._wheels_rest = _Interval()       # the angles of the wheels do not change
-        self._odometry_moves = _Interval()
+        self._rest_since = math.inf     # since this stamp the angles of the wheels do not change
+        self._moves_since = math.inf    # since this stamp the odometry moves
 
     def on_wheels(self, sample: WheelSample) -> None:
-        rests = self._wheels is not None and self._wheels[1:] == sample[1:]
-        self._wheels_rest.update(rests, sample.stamp)
+        rest = self._wheels is not None and self._wheels[1:] == sample[1:]
+        if not rest or sample.stamp < self._rest_since:    # the clock may go back
+            self._rest_since = sample.stamp
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:
         """Take in a sample of the odometry. A repeated pose is not a motion."""
-        moves = self._odometry is not None and self._odometry.pose != sample.pose
-        self._odometry_moves.update(moves and abs(sample.linear) > REST_LINEAR, sample.stamp)
+        is_new = self._odometry is not None and self._odometry.pose != sample.pose
+        moves = is_new and abs(sample.linear) > REST_LINEAR
+        if not moves or sample.stamp < self._moves_since:
+            self._moves_since = sample.stamp
         self._odometry = sample
 
     def problem_text(self) -> str:
         """Returns SERVOS_SILENT, or ''."""
-        begin = max(self._wheels_rest.begin, self._odometry_moves.begin)
-        end = min(self._wheels_rest.end, self._odometry_moves.end)
+        if self._wheels is None or self._odometry is None:
+            return ''
+        begin = max(self._rest_since, self._moves_since)
+        end = min(self._wheels.stamp, self._odometry.stamp)
         return SERVOS_SILENT if end - begin > CONTRADICTION_TIME else ''

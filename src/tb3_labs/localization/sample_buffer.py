@@ -59,7 +59,7 @@ class Track:
             return after, after
         return (self._samples[index - 1], after) if index else None
 
-    def at(self, time: float) -> Any:
+    def value_at(self, time: float) -> Any:
         """Returns the value at `time`; None if `time` is too early, too late, or in a gap."""
         neighbours = self.around(time)
         if neighbours is None:
@@ -111,9 +111,9 @@ class SampleBuffer:
                 pair = sample, yaw
         return pair
 
-    def at(self, stamp: float) -> Optional[Tuple[Pose2, float]]:
+    def readings_at(self, stamp: float) -> Optional[Tuple[Pose2, float]]:
         """Returns (odom_T_base, yaw of the IMU [rad]) at `stamp` [s]; None if either is unknown."""
-        pose = self._odometry.at(stamp)
+        pose = self._odometry.value_at(stamp)
         yaw = self._imu_yaw_at(stamp)
         if pose is None or yaw is None:
             return None
@@ -121,13 +121,13 @@ class SampleBuffer:
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
         """Returns the yaw of the IMU [rad]. In a long gap the yaw turns as the odometry does."""
-        yaw = self._imu.at(time)
+        yaw = self._imu.value_at(time)
         neighbours = self._imu.around(time)
         if yaw is not None or neighbours is None:
             return yaw
         (begin, start), (end, stop) = neighbours
-        before, here = self._odometry.at(begin), self._odometry.at(time)
-        after = self._odometry.at(end)
+        before, here = self._odometry.value_at(begin), self._odometry.value_at(time)
+        after = self._odometry.value_at(end)
         is_bridged = end - begin <= BRIDGED_GAP
         if not is_bridged or before is None or here is None:
             return None

@@ -21,7 +21,8 @@ Units: seconds. Cases:
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
 import math
-from typing import Any, Dict, NamedTuple, Optional, Tuple
+from collections import defaultdict
+from typing import Any, DefaultDict, NamedTuple, Optional
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
@@ -41,7 +42,7 @@ MAX_REPEATS = 3
 NOISE_WEIGHT = 0.02
 #: A robot turns slowly if its rate is below this [rad/s].
 SLOW_TURN_RATE = 0.2
-#: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
+#: A robot turns evenly if its rate changes by less than this [rad/s] between two samples.
 EVEN_TURN_CHANGE = 0.03
 
 
@@ -103,6 +104,15 @@ def _silence(last: Optional[TimedSample], now: float) -> float:
     return max(0.0, now - last.arrival) if last else math.inf
 
 
+class _Stamp(NamedTuple):
+    """The latest stamp of one source in an epoch. The defaults are for a source without stamps."""
+
+    stamp: float = math.nan
+    time: float = -math.inf        # the latest of the source's stamps
+    repeats: int = 0               # the number of messages that repeated the stamp
+    off_since: float = math.inf    # time of arrival since which the stamps are off by CLOCK_STEP
+
+
 class SenderClock:
     """The robot's clock, learned from the stamps of its messages."""
 
@@ -111,7 +121,6 @@ class SenderClock:
         self.epoch = -1
         #: True until the stamps show that they are not a clock.
         self.uses_stamps = True
-        self._repeats: Dict[str, int] = {}    # by source: messages that repeat the stamp
         self._last_arrival = math.nan    # before the first sample
         self._new_epoch()
 
@@ -119,15 +128,20 @@ class SenderClock:
                 all_silent: float) -> float:
         """Returns the time of a sample of `source` on the sender's clock, or `arrival` if the
         stamps are not a clock. `silence`, `all_silent`: see TimedSample."""
-        if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
+        last = self._latest[source]
+        repeats = last.repeats + 1 if stamp == last.stamp else 0
+        off_since = min(last.off_since, arrival) if self._is_off(stamp, arrival) else math.inf
+        is_off_for_long = arrival - off_since > MAX_OFF_TIME
+        if self.uses_stamps and (stamp == 0.0 or repeats >= MAX_REPEATS or is_off_for_long):
             self.uses_stamps = False
             self._new_epoch()
-        elif self._is_new_clock(source, stamp, arrival, silence, all_silent):
+        elif self._is_new_clock(stamp - last.stamp, arrival, silence, all_silent):
             self._new_epoch()
-        time = stamp if self.uses_stamps else arrival
-        if self.uses_stamps and source in self._last:
-            time = max(stamp, self._last[source][0])
-        self._last[source] = time, stamp
+            off_since = math.inf
+        time = arrival
+        if self.uses_stamps:
+            time = max(stamp, self._latest[source].time)
+        self._latest[source] = _Stamp(stamp, time, repeats, off_since)
         self._last_arrival = arrival
         self._least.add(arrival, arrival - time)
         return time
@@ -142,37 +156,27 @@ class SenderClock:
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
-    def _is_no_clock(self, source: str, stamp: float, arrival: float) -> bool:
-        repeated = source in self._last and stamp == self._last[source][1]
-        self._repeats[source] = self._repeats[source] + 1 if repeated else 0
-        if stamp == 0.0 or self._repeats[source] >= MAX_REPEATS:
-            return True
+    def _is_off(self, stamp: float, arrival: float) -> bool:
+        """Does the delay of a message differ by CLOCK_STEP or more from the least delay?"""
         least = self._least.value
-        if least is None or abs(arrival - stamp - least) < CLOCK_STEP:
-            self._off_since.pop(source, None)
-            return False
-        return arrival - self._off_since.setdefault(source, arrival) > MAX_OFF_TIME
+        return least is not None and abs(arrival - stamp - least) >= CLOCK_STEP
 
-    def _is_new_clock(self, source: str, stamp: float, arrival: float, silence: float,
+    def _is_new_clock(self, step: float, arrival: float, silence: float,
                       all_silent: float) -> bool:
+        """`step` is the time since the source's last stamp [s]; NaN for its first stamp."""
         if self._least.value is None:
             return False
         if all_silent > LONG_SILENCE:
             return True
         if not self.uses_stamps:
             return arrival < self._last_arrival
-        if source not in self._last:
-            return False
-        _, last_stamp = self._last[source]
         # delayed messages arrive together, but their stamps differ as usual
-        step = stamp - last_stamp
         return step < -SMALL_STEP or step > silence + CLOCK_STEP
 
     def _new_epoch(self) -> None:
         self.epoch += 1
         self._least = WindowMinimum()
-        self._last: Dict[str, Tuple[float, float]] = {}    # by source: time, stamp
-        self._off_since: Dict[str, float] = {}
+        self._latest: DefaultDict[str, _Stamp] = defaultdict(_Stamp)    # by source
 
 
 class YawNoise:

@@ -12,11 +12,11 @@ from tb3_labs.geometry.angles import difference
 MAX_TURN_PER_SAMPLE = 1.0
 #: The odometry's place is at most this far from zero [m], which is a day of driving.
 MAX_ODOMETRY_DISTANCE = 2e4
-#: Largest speed of the odometry, if a person spins the wheels [m/s].
+#: The largest speed of the odometry [m/s]. A person who spins the wheels may reach this speed.
 MAX_DRIVE_SPEED = 3.0
-#: Largest turn rate in the odometry: the firmware's spike, two pi in at least 1 ms [rad/s].
+#: The largest rate of turn in the odometry [rad/s]. The firmware's spike is 2 pi in at least 1 ms.
 MAX_SPIKE_SPEED = 7e3
-#: Largest rate that the board's gyro can measure, 2000 deg/s [rad/s].
+#: The board's gyro measures at most this rate [rad/s], which is 2000 deg/s.
 MAX_GYRO_RATE = 35.0
 #: The angle of a wheel is at most this [rad], since the encoder counts to 2^31.
 MAX_WHEEL_ANGLE = 3.5e6

@@ -14,7 +14,7 @@ TICKS_PER_TURN = 4096
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 #: The firmware applies the latest command, and sends odometry, at this rate [1/s].
 CONTROL_RATE = 30.0
-#: The firmware stops the wheels after this time without a command [s].
+#: The firmware stops the wheels after this time [s] without a command.
 COMMAND_TIMEOUT = 0.5
 #: Width of a wheel, for all models, as in turtlebot3_description [m].
 WHEEL_WIDTH = 0.018

@@ -51,7 +51,7 @@ class ControllerCore:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.imu.received(now, sample[1:])
+        self.imu.received(now, sample.yaw)
         jump = heading_jump(timed.before, sample)
         if jump and self.driver is Driver.TURN:
             self._handle(DriverEvent.TURN_OVER, jump)

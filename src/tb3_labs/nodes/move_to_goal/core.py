@@ -60,7 +60,7 @@ class MoveToGoalCore:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.sensors.imu.received(now, sample[1:])
+        self.sensors.imu.received(now, sample.yaw)
         self._gyro.on_imu(timed, sends_wheels)
         self._localizer.on_imu(timed)
         self._check_localizer()
@@ -82,7 +82,7 @@ class MoveToGoalCore:
         both nodes drive, a warning names the other node after `RIVAL_TIME`."""
         if command == Twist2():
             return
-        self._localizer.driven_at = now
+        self._localizer.on_command(now)
         if self.sensors.last_command == Twist2():
             self._rivals_since.clear()
         elif rival and now - self._rivals_since.setdefault(rival, now) > RIVAL_TIME:
@@ -209,7 +209,7 @@ class MoveToGoalCore:
             return
         if machine.failure:
             self._requests.give_up()
-            outcome = GoalOutcome.CANCELED if machine.cancelled else GoalOutcome.GIVEN_UP
+            outcome = GoalOutcome.CANCELED if machine.canceled else GoalOutcome.GIVEN_UP
             self._requests.end(outcome, machine.failure)
         else:
             self._requests.end(GoalOutcome.REACHED, PRINTED_REACHED + '!')
@@ -297,7 +297,7 @@ class MoveToGoalCore:
             elif self._permission.grant_exists and has_begun:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_resets():
-            if reset.done:
+            if reset.is_done:
                 self._machine.restart()
                 self._restart()
                 if not self._machine.active:

@@ -11,8 +11,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -117,8 +116,8 @@ class MoveToGoalNode:
 
     def _on_command(self, message):
         command = Twist2(message.linear.x, message.angular.z)
-        sender = sender_of(connection_of(message))
-        rival = '' if sender == rospy.get_name() else sender or 'another program'
+        driver = sender_of(connection_of(message)) or 'another program'
+        rival = '' if driver == rospy.get_name() else driver
         self._runner.query(lambda: self._core.on_command(command, ros_time(), rival))
 
     def _on_imu(self, sample):

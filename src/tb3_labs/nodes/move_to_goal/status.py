@@ -5,7 +5,8 @@ from typing import Callable, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.goal_state import (
-    DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, errors, is_stopped, to_go)
+    DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, is_stopped)
+from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
 from tb3_labs.localization.localizer import Fix
@@ -50,8 +51,8 @@ class DriveStatus(NamedTuple):
     def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:
         """Returns the distance [m] and the angle [deg, not negative] from the robot to the goal."""
         assert self.goal is not None and motion is not None
-        distance, angle = errors(motion.pose, self.goal)
-        return distance, abs(math.degrees(angle))
+        turn = difference(self.goal.yaw, motion.pose.yaw)
+        return motion.pose.distance_to(self.goal), abs(math.degrees(turn))
 
     @property
     def text(self) -> str:
@@ -116,7 +117,9 @@ class Announcer:
                           f'after {now - self._begun_at:.1f} s')
         elif status.text in DRIVING:
             if begins:
-                self._log.add(f'Goal ({status.goal}): {to_go(*status.remaining(motion()))}')
+                distance, angle = status.remaining(motion())
+                self._log.add(f'Goal ({status.goal}): {distance:.3f} m to go, {angle:.1f} deg off '
+                              'the final heading')
             self._log.add(status.text)
         elif is_stopped(status.text):
             self._log.add(status.text.capitalize(), warning=True)
