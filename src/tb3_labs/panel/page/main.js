@@ -1,7 +1,6 @@
 // The main program of the page takes in the messages of the panel, and draws the page.
 
 import {Controls} from './controls.js';
-import {readColours} from './drawing.js';
 import {Link} from './link.js';
 import {FRAMES, RobotMap} from './map.js';
 import {Pad} from './pad.js';
@@ -83,8 +82,6 @@ document.addEventListener('visibilitychange', () => {
 });
 addEventListener('pagehide', () => controls.hide());
 new ResizeObserver(redraw).observe($('map-box'));
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', changeMap(readColours));
-readColours();
 showBanner(link.connected);
 redraw();
 
