@@ -4,7 +4,7 @@
 // disables the control, and the control's title shows the reason. STOP and B are never disabled.
 
 import {degrees, radians} from './drawing.js';
-import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
+import {Keys, PAD_BUTTONS, RealGamepad, mousePad, onPress, stick} from './inputs.js';
 import {MapInput} from './map.js';
 import {$, say, setPressed, setReason, setText} from './page.js';
 
@@ -37,7 +37,7 @@ export class Controls {
     const driving = () => this._state.control && !this._reasons().pad;
     this._letGo = [stick($('stick-left'), 'forward', pad),
                    stick($('stick-right'), 'left', pad), mousePad($('mouse-pad'), pad)];
-    for (const name of PAD_BUTTONS) padButton($('button-' + name), name, pad);
+    for (const name of PAD_BUTTONS) onPress($('button-' + name), () => pad.press(name));
     this._keys = new Keys(pad, {driving, stop: () => this._stop()});
     this._gamepad = new RealGamepad(pad, driving, (text) => setText($('gamepad-hint'), text));
     pad.onstop = () => this._stop();
@@ -124,9 +124,7 @@ export class Controls {
   // -- the page's elements
 
   _connect() {
-    // A stop must not wait until the person lifts the finger.
-    $('stop').addEventListener('pointerdown', () => this._stop());
-    $('stop').addEventListener('click', (event) => { if (event.detail === 0) this._stop(); });
+    onPress($('stop'), () => this._stop());
     for (const [id, angle] of TURNS) {
       onClick(id, () => this._request({type: 'turn', degrees: angle}));
     }

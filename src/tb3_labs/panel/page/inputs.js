@@ -67,12 +67,11 @@ export function mousePad(element, pad) {
   });
 }
 
-/** A button of the pad. Enter presses the button, too. */
-export function padButton(element, name, pad) {
-  onHold(element, () => pad.press(name), () => {}, () => {});
-  element.addEventListener('click', (event) => {
-    if (event.detail === 0) pad.press(name);      // of Enter, not of a pointer
-  });
+/** Calls act() when a pointer or Enter presses a button. A click of a pointer would come only when
+ *  the person lifts the finger. */
+export function onPress(button, act) {
+  button.addEventListener('pointerdown', () => { if (!button.disabled) act(); });
+  button.addEventListener('click', (event) => { if (event.detail === 0) act(); });
 }
 
 /** Calls grip(), move() and letGo() when a pointer grips the element, moves, and lets go.
