@@ -125,13 +125,11 @@ def test_a_permission_is_not_a_parameter_because_a_parameter_outlives_its_node()
 @pytest.mark.parametrize('name, robot_set', [
     ('turn', 'robot_set'), ('move2goal', 'robot_set'), ('gamepad', 'robot_set'),
     ('imu_sub', 'robot_set'), ('demo', 'robot_set'), ('fake_robot', 'set')])
-def test_the_parameters_of_the_robot_and_the_port_of_the_page_can_be_set(name, robot_set):
+def test_the_parameters_of_the_robot_can_be_set(name, robot_set):
     sim = [] if name in ('demo', 'fake_robot') else ['sim:=true']
-    params = loaded(name, robot_set + ':={slip: 0.1, network: bad}', 'model:=waffle', 'web:=true', 'port:=9000',
-                    *sim).params
+    params = loaded(name, robot_set + ':={slip: 0.1, network: bad}', 'model:=waffle', *sim).params
     assert [params['/turtlebot3/' + each].value for each in ('slip', 'network', 'model')] == [
         0.1, 'bad', 'waffle']
-    assert params['/panel/port'].value == 9000
 
 
 @pytest.mark.parametrize('web, nodes', [('true', {'panel'}), ('false', {'mouse'})])
