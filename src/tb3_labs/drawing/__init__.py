@@ -4,29 +4,15 @@ from pathlib import Path
 
 #: The folder of the map's program and colours.
 FOLDER = Path(__file__).resolve().parent
-IMPORT = re.compile(r"^import \{([^}]*)\} from '\./([\w.]+)';$", re.MULTILINE)
-EXPORT = re.compile(r'^export (?=(?:class|function|const) (\w+))', re.MULTILINE)
+#: The modules of the folder, each after the modules that it imports.
+MODULES = 'drawing.js', 'map.js'
+#: An import, or the word `export` in front of a definition.
+MODULE_SYNTAX = re.compile(r"^import \{[^}]*\} from '[^']*';$|^export ", re.MULTILINE)
 
 
 def one_script(page: Path) -> str:
-    """Returns one script with the program `page` and all its imports. If a page is a local file, a
-    browser does not load modules for it. Each module becomes a function, so that two modules may
-    use the same name.
-
-    Imports look like ``import {a, b} from './c.js';`` and must not form a circle.
-    """
-    scripts = {}
-
-    def add(path: Path) -> None:
-        source = path.read_text(encoding='utf-8')
-        for _, name in IMPORT.findall(source):
-            beside_page = page.with_name(name)
-            if name not in scripts:
-                add(beside_page if beside_page.exists() else FOLDER / name)
-        names = EXPORT.findall(source)
-        body = EXPORT.sub('', IMPORT.sub(r"const {\1} = modules['\2'];", source))
-        scripts[path.name] = (f"modules['{path.name}'] = (() => {{\n{body}\n"
-                              f"return {{{', '.join(names)}}};\n}})();\n")
-
-    add(page)
-    return "'use strict';\nconst modules = {};\n" + ''.join(scripts.values())
+    """Returns one script with the MODULES and the program `page`, since a browser loads no modules
+    for a page that is a local file. A name at the top level of one file must not be in another."""
+    paths = [FOLDER / name for name in MODULES] + [page]
+    sources = [path.read_text(encoding='utf-8') for path in paths]
+    return "'use strict';\n" + MODULE_SYNTAX.sub('', '\n'.join(sources))

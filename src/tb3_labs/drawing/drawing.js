@@ -66,7 +66,7 @@ export class View {
   }
 
   /** Zoom. The point at the pixel (px, py) stays there. */
-  zoom(factor, px = this.width / 2, py = this.height / 2) {
+  zoom(factor, px, py) {
     const [x, y] = this.point(px, py);
     this.scale = Math.max(MIN_SCALE, Math.min(MAX_SCALE, this.scale * factor));
     this.x = x - (px - this.width / 2) / this.scale;

@@ -169,7 +169,8 @@ export class RobotMap {
     }
     c.lineWidth = 3;
     arrow(c, px, py, yaw, 40, colour, true);
-    writeName(c, name, px, py, colour, {across: 1, down: -1, away: 14});
+    const away = Math.max(14, 0.72 * this._robotSize() + 3);    // outside of a robot at the goal
+    writeName(c, name, px, py, colour, {across: 1, down: -1, away});
   }
 
   /** Draw the rim of a robot at the true pose. */

@@ -6,7 +6,7 @@
 import {degrees, radians} from './drawing.js';
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, onPress, stick} from './inputs.js';
 import {MapInput} from './map.js';
-import {$, say, setPressed, setReason, setText} from './page.js';
+import {$, onClick, say, setPressed, setReason, setText} from './page.js';
 
 const ABSENT_TEXTS = {
   goal: 'no node hears move_base_simple/goal', reset: 'no node offers reset_pose or set_pose',
@@ -208,8 +208,6 @@ class PoseInput extends MapInput {
     this.redraw();
   }
 }
-
-const onClick = (id, action) => $(id).addEventListener('click', action);
 
 function showTool(tool) {
   for (const name of ['goal', 'reset']) setPressed('tool-' + name, tool === name);

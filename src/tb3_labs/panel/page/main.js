@@ -4,7 +4,7 @@ import {Controls} from './controls.js';
 import {Link} from './link.js';
 import {FRAMES, RobotMap} from './map.js';
 import {Pad} from './pad.js';
-import {$, log, say, setPressed, setText, showBanner, showStatus} from './page.js';
+import {$, log, onClick, say, setPressed, setText, showBanner, showStatus} from './page.js';
 
 const link = new Link({
   hello, connection, picture: see,
@@ -64,16 +64,13 @@ function see(picture) {
 
 // -- the buttons that change only the map
 
-const changeMap = (change) => () => {
+function changeMap(change) {
   change();
   redraw();
-};
-const buttons = {
-  'zoom-in': changeMap(() => map.view.zoom(1.25)), 'zoom-out': changeMap(() => map.view.zoom(0.8)),
-  fit: changeMap(() => map.fit()),
-};
-for (const frame of FRAMES) buttons['fixed-' + frame] = changeMap(() => map.fix(frame));
-for (const [id, action] of Object.entries(buttons)) $(id).addEventListener('click', action);
+}
+
+onClick('fit', () => changeMap(() => map.fit()));
+for (const frame of FRAMES) onClick('fixed-' + frame, () => changeMap(() => map.fix(frame)));
 
 const controls = new Controls({link, pad, map, state, redraw});
 

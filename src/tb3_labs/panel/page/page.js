@@ -7,6 +7,7 @@ const MAX_LINES = 300;    // most lines of the log
 const LATE_AGE = 0.5;    // [s] a sensor whose last message is older is silent
 
 export const $ = (id) => document.getElementById(id);
+export const onClick = (id, action) => $(id).addEventListener('click', action);
 
 /** Write a text only if it changes, so that a screen reader does not repeat the same text. */
 export function setText(element, text) {
