@@ -4,7 +4,7 @@ import time
 from dataclasses import replace
 
 from tb3_labs.doctor.computer import (
-    address_here, is_own, is_wsl_with_nat, judge_address, judge_nat, outgoing_address)
+    address_here, is_own, judge_address, outgoing_address)
 from tb3_labs.doctor.graph import (
     Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot,
     peers_of)
@@ -22,9 +22,6 @@ def examine(namespace):
     yield judge_address(here)
     graph = RobotGraph(namespace, state or ([], [], []))
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
-    robot_elsewhere = any(not is_own(peer.address) for peer in robot.values() if peer.address)
-    yield judge_nat(is_wsl_with_nat(), here.lan_address,
-                    others_elsewhere=robot_elsewhere or not here.master_here)
     yield judge_master(master)
     if state is None:
         return

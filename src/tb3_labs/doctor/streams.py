@@ -23,14 +23,14 @@ STANDING_TURN = 0.005
 
 def judge_drivers(sent: Mapping[str, int]) -> Finding:
     """Does at most one node drive? `sent` is {node: number of its commands in LISTENING_TIME}."""
+    drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
+                           for node, count in sorted(sent.items()))
     if len(sent) > 1:
-        drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
-                               for node, count in sorted(sent.items()))
         return fault('Drivers', drivers + ' send commands at the same time: the robot obeys both '
                      'in turn', 'stop all but one of them')
     # the labs' own nodes may all publish cmd_vel, since only one of them drives at a time
-    for node in sent:
-        return ok('Drivers', f'{node} drives the robot')
+    if drivers:
+        return ok('Drivers', drivers + ' drives the robot')
     return ok('Drivers', 'no node drives the robot now; if it jerks, call the doctor at that time')
 
 
