@@ -16,7 +16,6 @@ from tb3_labs.marking.student_nodes import LAB_NODES
 
 PROGRAM = runpy.run_path(str(SCRIPTS / 'skeleton.py'))
 TEMPLATES = ROOT / PROGRAM['FOLDER']
-checked_target = PROGRAM['checked_target']
 #: {lab: a part of the code in the place of each TODO of the handout, in order}
 ANSWERS = {
     'imu': ['import Imu', 'rospy.Subscriber(', 'Quaternion(', '.to_euler(', '[2]'],
@@ -134,15 +133,13 @@ def test_no_template_is_taken_for_a_part_of_this_package():
         assert path.suffix != '.launch' and path.name not in ('package.xml', 'CMakeLists.txt')
 
 
-def test_places_where_catkin_finds_no_package(tmp_path):
+def test_a_folder_in_which_catkin_finds_no_package_is_refused(tmp_path):
     (tmp_path / 'src').mkdir()
-    for folder, said in ((tmp_path / 'nowhere', 'no folder'), (tmp_path, 'give .*/src')):
-        with pytest.raises(ValueError, match=said):
-            checked_target(folder, 'lab2')
-    assert checked_target(tmp_path / 'src', 'lab2') == tmp_path / 'src' / 'lab2'
+    with pytest.raises(ValueError, match='give .*/src'):
+        PROGRAM['write_package']({}, tmp_path / 'lab2')
 
 
-def test_the_command_says_what_comes_next_and_overwrites_nothing(tmp_path, capsys):
+def test_the_command_prints_the_next_steps_and_overwrites_nothing(tmp_path, capsys):
     main, place = main_of('skeleton.py'), tmp_path.resolve() / 'src'
     place.mkdir()
     assert main(['turn', str(place)]) == 0
@@ -154,6 +151,5 @@ def test_the_command_says_what_comes_next_and_overwrites_nothing(tmp_path, capsy
     assert re.fullmatch(r'{0}/lab2 is written\..* cd {1}; catkin_make; .* roslaunch lab2 turn\.launch '
                         r'sim:=true\n'.format(place, place.parent), capsys.readouterr().out)
     assert main(['turn', str(place)]) == 2
-    assert re.fullmatch(r'skeleton\.py: {}/lab2 is already there, .*\n'.format(place),
-                        capsys.readouterr().err)
+    assert capsys.readouterr().err == f'skeleton.py: {place}/lab2: File exists\n'
     assert (target / 'src' / 'turtlebot_controller.py').read_text() == 'my work'
