@@ -63,11 +63,8 @@ MAX_TRUE_ERROR = 0.01        # largest true error of the place after a good driv
 MAX_TRUE_ERROR_DEG = 0.5     # largest true error of the heading after a good drive [deg]
 
 WHAT_NEXT = """
-All nodes still run. Drive the robot on the page of the panel, or in a second terminal, after
-source scripts/setup.sh:
-  rosservice call /reset_pose -- 0 0 0        the robot is at the origin, and drives again
-  rosrun tb3_labs send_goal.py 1 1 90         another goal
-Ctrl+C here ends all nodes."""
+All nodes still run. Drive the robot on its page, or by the commands of README.md in a second
+terminal, after source scripts/setup.sh. Ctrl+C here ends all nodes."""
 
 
 @dataclass(frozen=True)

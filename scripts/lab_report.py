@@ -4,14 +4,16 @@
 Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do, such as a bag of record.launch. The
 report finds drives and turns in goal_state, or in cmd_vel if your node does not publish goal_state.
 The report finds resets in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To compare
-runs, put their turns.csv or drives.csv into one spreadsheet.
+runs, put their turns.csv or drives.csv into one spreadsheet. The name and size of the robot are
+those of TURTLEBOT3_MODEL in the environment.
 """
+import os
 import sys
 from pathlib import Path
 
 from tb3_labs.command_line import Parser, failure_text, number_or_text, printable
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
-from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
+from tb3_labs.robot.turtlebot3 import model_of_environment
 from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
 
@@ -30,8 +32,6 @@ def parse(argv):
                         help='goal in the local frame [m, m, deg] of drives whose goal was not '
                         f"recorded; default: the lab's, {GOAL_X:g} {GOAL_Y:g} {GOAL_YAW_DEG:g}")
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
-    parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
-                        help='the kind of robot, for its name and size; default: %(default)s')
     given = parser.parse_args(argv)
     if given.goal is not None:
         try:
@@ -50,7 +50,7 @@ def main(argv):
         from tb3_labs.report.bag.ros_bag import read_run
         run = completed(read_run(str(given.bag), given.ns, _print), given.goal or LAB_GOAL)
         folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
-        page, *others = write_report(run, robot_model(given.model), folder)
+        page, *others = write_report(run, model_of_environment(os.environ), folder)
         print(f'Report: {page}\nBeside it: {", ".join(path.name for path in others)}')
     except ImportError as problem:
         return _fail(f'{problem}; install it: sudo apt install --no-install-recommends '
