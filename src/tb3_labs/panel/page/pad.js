@@ -141,7 +141,7 @@ export class Pad {
     const isHeld = this._grips.size || this.holdsMouse || this._presses.length
       || this._pressedButton;
     if (!isHeld && !this.hasGivenControl) this._end();
-    if (!this._timer || this._link.crowded) return;
+    if (!this._timer) return;
     const pad = this._sendsPad ? this._state() : null;
     this._link.send({type: 'joy', t: this._link.time, stops: this._stops, pad,
                      mouse: this._mouse, first: this._isFirst});
