@@ -49,8 +49,8 @@ class PanelBrowserTest(PanelCase):
         if self.browser is None:
             type(self).browser = Browser(CABLE.address(self.address))
         self.page = self.browser
-        self.page.wait_until(lambda: all((self.page.picture('can') or {'': False}).values()),
-                             STARTING, 'all nodes')
+        self.page.wait_until(lambda: self.page.picture('stops') is not None, STARTING, 'a picture')
+        self.wait_for_nodes()
         self.page.click('stop')
         self.rest()
         self.page.wait_for(page='', has_control=False)
@@ -215,4 +215,4 @@ class PanelBrowserTest(PanelCase):
         self.start_panel()
         self.page.wait_until(lambda: not self.page.is_shown('banner'), STARTING, 'its return')
         self.page.wait_until(lambda: self.page.picture('now') > before, STARTING, 'new pictures')
-        self.page.wait_until(lambda: all(self.page.picture('can').values()), STARTING, 'all nodes')
+        self.wait_for_nodes()

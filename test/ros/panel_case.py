@@ -4,13 +4,15 @@ A page that is silent for 0.25 s is lost, and a node must stop. On a busy machin
 itself may be late, or its messages reach the panel late: such a test is void, see
 :meth:`PanelCase.excuse`.
 """
+import xmlrpc.client
 
+import rosgraph
 import rospy
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
-from node_case import SILENCE, ZERO, NodeCase
+from node_case import SILENCE, STARTING, ZERO, NodeCase
 
 #: A lost page has stopped the robot after this time [s].
 LOSS = 0.3
@@ -18,8 +20,21 @@ LOSS = 0.3
 VOID = 'stopped meanwhile', 'came late', 'is silent for'
 
 
+#: Topics of the panel, to which move_to_goal, the gamepad and the controller listen.
+HEARD = {'/ctrl_relinq', '/joy', '/mouse_info', '/turn', '/move_base_simple/goal'}
+
+
 class PanelCase(NodeCase):
     """A case with an Observer `observer` of cmd_vel and ground_truth."""
+
+    def wait_for_nodes(self):
+        """Wait until the nodes of the labs listen to the panel."""
+        def all_listen():
+            address = rosgraph.Master(rospy.get_name()).lookupNode('/panel')
+            _, _, links = xmlrpc.client.ServerProxy(address).getBusInfo(rospy.get_name())
+            return HEARD <= {topic for _, node, direction, _, topic, *_ in links
+                             if direction == 'o' and node != '/panel'}
+        self.observer.wait_until(all_listen, STARTING, 'all nodes')
 
     @staticmethod
     def is_at(shown, place, within):

@@ -59,9 +59,8 @@ class PanelTest(PanelCase):
 
     def open_with_all_nodes(self):
         """The page of the test, when the panel has found all nodes."""
-        self.page = page = self.open()
-        page.wait_until(lambda: all(page.latest.get('picture', {}).get(
-            'can', {'': False}).values()), STARTING, 'all nodes')
+        self.page = self.open()
+        self.wait_for_nodes()
 
     def pages(self):
         return self.opened

@@ -21,7 +21,6 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
                          publishes
     "page"               the page that drives the robot: "", "this" or "other"
     "stops"              number of stops so far; see tb3_labs.supervision.dead_man
-    "can"                {type of a request: does any node listen to it?}
     "pad"                "ready", or why the pad of a page does not drive
 
 Nodes may publish NaN and infinity, which JSON does not have. A picture has null instead.
@@ -144,7 +143,7 @@ class RobotView:
         return self.driver(now) or self.latest('holder') or 'nobody'
 
     def picture(self, now: float) -> Dict[str, Any]:
-        """Returns the picture without "page", "stops", "can" and "pad"."""
+        """Returns the picture without "page", "stops" and "pad"."""
         driver = self.driver(now)
         command = None
         if driver:

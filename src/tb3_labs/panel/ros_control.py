@@ -51,20 +51,12 @@ class PanelRobot:
 
     def picture(self, now):
         """Returns the picture of :mod:`tb3_labs.panel.robot_view`, without "page"."""
-        goal = subscribers_of(self._goal)
-        joy = subscribers_of(self._joy) - {rospy.get_name()}
-        # the handout's node listens to ctrl_relinq, but not to goals
-        control = subscribers_of(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
         return dict(self.subscriptions.read_view(lambda view: view.picture(now)),
-                    stops=self.dead_man.stops,
-                    can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
-                         'turn': bool(subscribers_of(self._turn)),
-                         'mouse': bool(subscribers_of(self._mouse))},
-                    pad=self._pad_status(joy))
+                    stops=self.dead_man.stops, pad=self._pad_status())
 
-    def _pad_status(self, listeners):
+    def _pad_status(self):
         """Returns 'ready', or the reason why the pad of a page does not drive."""
-        if not listeners:
+        if not subscribers_of(self._joy) - {rospy.get_name()}:
             return 'the node gamepad does not run'
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
@@ -89,6 +81,7 @@ class PanelRobot:
                 self._release()
             return ''
         if grip.mouse:
+            self._require(self._mouse, 'mouse_info: is the controller running?')
             self._refuse_beside_move_to_goal()
         is_new = self.dead_man.page is None
         now = steady_time()

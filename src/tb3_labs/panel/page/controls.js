@@ -1,29 +1,17 @@
 // The controls of the page. A control sends a request of the person to the panel.
 //
-// The panel decides whether a request is carried out. If a request would be refused now, the page
-// disables the control, and the control's title shows the reason. STOP and B are never disabled.
+// The panel decides whether a request is carried out. If the panel refuses a request, the page shows
+// the reason.
 
 import {degrees, radians} from './drawing.js';
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, onPress, stick} from './inputs.js';
 import {MapInput} from './map.js';
-import {$, onClick, say, setPressed, setReason, setText} from './page.js';
-
-const ABSENT_TEXTS = {
-  goal: 'no node hears move_base_simple/goal', reset: 'no node offers reset_pose or set_pose',
-  turn: 'no node hears turn (the handout\'s node reads its keyboard)',
-  pad: 'no node hears joy: start a gamepad.py',
-  mouse: 'no node hears mouse_info: start a turtlebot_controller.py',
-};
+import {$, onClick, say, setPressed, setText} from './page.js';
 
 const MIN_DRAG_LENGTH = 14;    // [px] a shorter drag does not set the heading
 /** id of a button -> turn [degrees] */
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);
 const HANDS = ['pad', 'mouse'];      // the two ways to drive by hand
-/** {key of _reasons(): the ids of the elements that a reason disables} */
-const CONTROLS = {
-  turn: [...TURNS.keys()], goal: ['goal'], reset: ['reset'], mouse: ['mouse-pad'],
-  pad: ['button-a', 'button-y', 'stick-left', 'stick-right'],
-};
 
 export class Controls {
   /** `state` is {control, picture} of the page. `redraw()` draws the page again. */
@@ -34,7 +22,7 @@ export class Controls {
       redraw, placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
     });
     // may keys and a real gamepad drive now?
-    const driving = () => this._state.control && !this._reasons().pad;
+    const driving = () => this._state.control;
     this._letGo = [stick($('stick-left'), 'forward', pad),
                    stick($('stick-right'), 'left', pad), mousePad($('mouse-pad'), pad)];
     for (const name of PAD_BUTTONS) onPress($('button-' + name), () => pad.press(name));
@@ -45,27 +33,15 @@ export class Controls {
     this._connect();
   }
 
-  /** Disable the controls that cannot be used now, and show the reasons. */
-  show() {
-    const {picture} = this._state, reasons = this._reasons();
-    const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
-    for (const [kind, ids] of Object.entries(CONTROLS)) {
-      for (const id of ids) setReason($(id), reasons[kind]);
-    }
-    for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
-    setText($('drive-hint'), reasons.turn);
-    setText($('poses-hint'), reasons.goal || reasons.reset || drag);
-    setText($('hand-hint'), $('pad').hidden ? reasons.mouse || this._mouseHint()
-      : reasons.pad || this._padHint());
-  }
+  /** Show a hint about the pad or the mouse. */
+  show() { setText($('hand-hint'), this._hint()); }
 
-  _mouseHint() { return this._pad.holdsMouse ? 'driving' : 'hold to drive'; }
-
-  _padHint() {
+  _hint() {
+    if (!$('mouse').hidden) return this._pad.holdsMouse ? 'driving' : 'hold to drive';
     if (this._pad.hasGivenControl) {
       return 'move_to_goal drives while this page stays open and in sight';
     }
-    return this._pad.isHeld ? this._state.picture?.pad : 'grip a stick to drive';
+    return this._pad.isHeld ? this._state.picture.pad : 'grip a stick to drive';
   }
 
   /** End a drive, because nobody sees a hidden page, and the timers of a hidden page are slow. */
@@ -73,21 +49,6 @@ export class Controls {
     this._mapInput.cancel();
     if (!this._pad.drop()) return;
     say('The page was hidden: it drives again when something is gripped anew.', true);
-  }
-
-  /** Returns {kind of control: the reason why it cannot be used now, or ''}. */
-  _reasons() {
-    const {picture} = this._state, can = picture?.can || {};
-    const noPicture = picture ? '' : 'no data yet';
-    const unknown = this._link.connected ? noPicture : 'not connected';
-    const absent = (kind) => unknown || (can[kind] ? '' : ABSENT_TEXTS[kind]);
-    const hasControl = picture?.has_control === true;
-    const other = picture?.page === 'other' ? 'another page drives' : '';
-    return {
-      turn: absent('turn') || (hasControl ? 'move_to_goal has control: B takes it' : ''),
-      goal: absent('goal'), reset: absent('reset'),
-      pad: absent('pad') || other, mouse: absent('mouse') || other,
-    };
   }
 
   // -- requests of a person

@@ -70,7 +70,7 @@ export function mousePad(element, pad) {
 /** Calls act() when a pointer or Enter presses a button. A click of a pointer would come only when
  *  the person lifts the finger. */
 export function onPress(button, act) {
-  button.addEventListener('pointerdown', () => { if (!button.disabled) act(); });
+  button.addEventListener('pointerdown', act);
   button.addEventListener('click', (event) => { if (event.detail === 0) act(); });
 }
 
@@ -79,7 +79,7 @@ export function onPress(button, act) {
 function onHold(element, grip, move, letGo) {
   let pointer = null;
   element.addEventListener('pointerdown', (event) => {
-    if (pointer !== null || event.button !== 0 || element.disabled) return;
+    if (pointer !== null || event.button !== 0) return;
     pointer = event.pointerId;
     element.setPointerCapture(pointer);
     element.classList.add('held');

@@ -117,7 +117,7 @@ export class Pad {
   // -- sending
 
   _begin() {
-    if (!this._picture) { this.drop(); return; }
+    if (!this._picture || !this._link.connected) { this.drop(); return; }
     if (!this._timer) {
       this._stops = this._link.stops;
       this._gripAt = performance.now();

@@ -25,14 +25,6 @@ function make(tag, className, text = '') {
   return element;
 }
 
-/** Disable a control, and show the reason in the title. Without a reason enable the control. */
-export function setReason(element, reason) {
-  element.dataset.plainTitle ??= element.title;
-  element.title = reason || element.dataset.plainTitle;
-  element.disabled = Boolean(reason);
-  element.setAttribute('aria-disabled', String(Boolean(reason)));
-}
-
 /** A number as text, with `digits` after the point. An unknown number is a dash, -0.0 is 0.0. */
 function number(value, digits, unit = '') {
   if (!Number.isFinite(value)) return '\u2013';
