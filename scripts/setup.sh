@@ -71,10 +71,6 @@ _tb3_labs_keeps() {
       ! "$python" -c 'import sys; del sys.path[0]; import importlib.util as u; sys.exit(None in map(u.find_spec, ("rospy", "squaternion")))' 2>/dev/null; then
     echo "tb3_labs: ${1%/*} was built with $python, which lacks rospy or squaternion. Once: cd ${1%/*} && rm -rf build devel && catkin_make" >&2
   fi
-  sources=${sources:-/nowhere}/tb3_labs
-  if [ -d "$1/share/tb3_labs" ] || [ -d "$sources" ]; then
-    [ "$sources" -ef "$repo" ] || echo "tb3_labs: this terminal uses the tb3_labs of ${1%/*}, which goes before $repo" >&2
-  fi
 }
 
 if [ "${BASH_SOURCE[0]}" != "$0" ]; then

@@ -16,7 +16,7 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
 from masters import free_port, process_of
-from node_case import SILENCE, STARTING, ZERO, NodeProgram
+from node_case import SILENCE, ZERO, NodeProgram
 from panel_case import LOSS, PanelCase
 from panel_page import PanelPage, address_of
 
