@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """The demonstration of the Transformation lab, judged by the simulated robot's true pose.
 
-The node gives control to move_to_goal, which drives to its goal. Then the node declares the local
-frame again at the robot's place, and the robot drives again. demo.launch starts the node, and ends
-with it. demo.sh reads from the exit status whether every drive ended within tolerance.
+The node gives control to move_to_goal, which drives to its goal. Then the node resets the local
+frame to the robot's place, and the robot drives again. demo.launch ends with this node. If every
+drive ended within tolerance, the node makes a file for demo.sh.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -62,9 +62,8 @@ HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly o
 MAX_TRUE_ERROR = 0.01        # largest true error of the place after a good drive [m]
 MAX_TRUE_ERROR_DEG = 0.5     # largest true error of the heading after a good drive [deg]
 
-WHAT_NEXT = """
-All nodes still run. Drive the robot on its page, or by the commands of README.md in a second
-terminal, after source scripts/setup.sh. Ctrl+C here ends all nodes."""
+WHAT_NEXT = """All nodes still run. Drive the robot on its page, or by the commands of README.md in
+a second terminal. Ctrl+C here ends all nodes."""
 
 
 @dataclass(frozen=True)
@@ -147,39 +146,43 @@ class Demo:
             self._control_taken = self._granted
 
     def _run(self):
-        for topic in ('local_pose', 'current_goal'):
-            self._await(topic)
+        self._await('local_pose')
+        self._await('current_goal')
         if self._config.record and not wait_until(recorder_listens, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
-        drives, problem = [], 'a drive ended outside the tolerance'
+        problem = self._demonstrate()
+        if self._config.stay:
+            print(f'\n{problem}\n{WHAT_NEXT}')
+        else:
+            begin_shutdown(problem)
+
+    def _demonstrate(self):
+        """Let the robot drive, and print the table. Returns the problem, or ''."""
+        drives = []
         try:
             for number in range(1, self._config.drives + 1):
                 rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
-                drives.append(self._drive(after_reset=number > 1))
-            print(table(drives))
+                drives.append(self._drive(is_reset_needed=number > 1))
         except ControlTaken:
-            drives, problem = [], 'Control was taken from the demonstration: it drives no more'
-        good = drives and all(drive.is_good for drive in drives)
-        if good:
-            problem = ''
-            if 'TB3_LABS_DEMO' in os.environ:
-                Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
-        if not self._config.stay:
-            begin_shutdown(problem)
-            return
-        if problem:
-            rospy.logwarn(problem)
-        print(WHAT_NEXT)
+            return 'Control was taken from the demonstration: it drives no more'
+        print(table(drives))
+        if not all(drive.is_good for drive in drives):
+            return 'a drive ended outside the tolerance'
+        if 'TB3_LABS_DEMO' in os.environ:
+            Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
+        return ''
 
-    def _drive(self, after_reset):
-        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. If
-        late sensors end a drive before the robot moves, the drive begins again."""
-        after_reset = after_reset or self._value('has_control')
+    def _drive(self, is_reset_needed):
+        """Let the robot drive once. Returns the DemoDrive. If late sensors end a drive before the
+        robot moves, the drive begins again, after a reset."""
+        if self._value('has_control'):
+            is_reset_needed = True
         world_T_local = self._value('ground_truth', rospy.get_time())
-        for attempt in range(MAX_ATTEMPTS):
+        for _ in range(MAX_ATTEMPTS):
             self._received['goal_state'].clear()
-            if after_reset or attempt:
+            if is_reset_needed:
                 self._wait_for('a reset', try_reset)
+            is_reset_needed = True
             self._give_control()
             begun, state = self._await('goal_state', matches=lambda state: is_over(state) or (
                 state == GoalState.ROTATE_TO_GOAL.name))

@@ -17,7 +17,7 @@ def drive(reached=GOAL, believed=GOAL, state='GOAL_REACHED', goal=GOAL):
     return DemoDrive(state, goal, believed, reached, 7.834)
 
 
-def test_the_table_is_the_readmes():
+def test_the_table_has_a_row_for_each_drive():
     one = drive(Pose2(-0.61, 0.6092, math.radians(0.09)), Pose2(-0.61, 0.609, math.radians(0.1)))
     two = drive(Pose2(-0.6084, 0.61, math.radians(-0.09)), Pose2(-0.609, 0.609, math.radians(0.1)))
     assert table([one, two]).split('\n') == [

@@ -19,7 +19,7 @@ def test_an_answer_at_once(status, ends_with, monkeypatch, capsys):
         get_goal_status=lambda: status, get_goal_status_text=lambda: 'the text',
         send_goal=lambda goal, on_transition: on_transition(client) or client)
     monkeypatch.setattr('actionlib.ActionClient', lambda *_: client)
-    monkeypatch.setitem(drive.__globals__, 'StatePrinter', lambda: None)
+    monkeypatch.setitem(drive.__globals__, 'print_states', lambda: None)
     for name in ('init_node', 'on_shutdown'):
         monkeypatch.setattr('rospy.' + name, lambda *_, **__: None)
     monkeypatch.setitem(drive.__globals__, 'pause', None)    # nothing is waited for

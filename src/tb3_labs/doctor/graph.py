@@ -44,10 +44,11 @@ class Peer:
     address: str = ''          # the address of the name in `uri`
 
     def __post_init__(self):
-        self.name, self.port = '', 0
-        found = re.fullmatch(r'http://([^/:]+):(\d+)/?', self.uri)
-        if found:
-            self.name, self.port = found.group(1), int(found.group(2))
+        self.name = ''
+        match = re.fullmatch(r'http://([^/:]+):(\d+)/?', self.uri)
+        if match:
+            self.name = match.group(1)
+            self.port = int(match.group(2))
 
     def ask(self, method, *arguments):
         """Call `method`. Returns the answer, or None if there is no answer. Sets `problem`."""
@@ -189,7 +190,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 def _mistakes(text, graph, users, partners, names):
     """Returns `text` with (node, wrong topic, right topic, partner) for each mistake. `users` and
     `partners` are {topic: nodes} of both ends of the topics. Users may have wrong names."""
-    found = []
+    texts = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:
             right = graph.right_topic(topic, node, names)
@@ -200,8 +201,8 @@ def _mistakes(text, graph, users, partners, names):
                 # a recorder is named only if the robot has no node
                 of_robot = [each for each in partners[right] if each in graph.robot_nodes]
                 partner = (of_robot or partners[right])[0]
-                found.append(text.format(node, topic, right, partner))
-    return found
+                texts.append(text.format(node, topic, right, partner))
+    return texts
 
 
 # The connections from this computer -------------------------------------------------------------

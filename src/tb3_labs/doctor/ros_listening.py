@@ -52,14 +52,14 @@ def examine_messages(graph, address, is_wall_time):
     if delays and is_wall_time:
         yield judge_clock(min(delays))
     samples = read_samples(received)
-    watch = gyro_watch_of(samples, graph.namespace + 'reset')
-    cause, _, remedy = watch.problem_text().partition(': ')
-    yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
+    gyro = gyro_monitor_of(samples, graph.namespace + 'reset')
+    cause, _, remedy = gyro.problem_text().partition(': ')
+    yield judge_gyro(cause, remedy, is_compared=gyro.has_compared)
     yaws = [(sample.stamp, sample.yaw) for _, sample in samples if isinstance(sample, ImuSample)]
     wheel_angles = [(sample.left, sample.right) for _, sample in samples
                     if isinstance(sample, WheelSample)]
     drift = drift_of(yaws, wheel_angles)
-    if drift is not None and watch.has_compared and not watch.problem_text():
+    if drift is not None and gyro.has_compared and not gyro.problem_text():
         yield judge_drift(drift, graph.namespace)
 
 
@@ -96,13 +96,13 @@ def read_samples(received):
     return samples
 
 
-def gyro_watch_of(samples, reset_topic):
+def gyro_monitor_of(samples, reset_topic):
     """Returns a GyroMonitor that has taken in the samples of :func:`read_samples`."""
-    watch = GyroMonitor(model_of_environment(os.environ), reset_topic)
+    monitor = GyroMonitor(model_of_environment(os.environ), reset_topic)
     timing = SampleTiming()
     for at, sample in samples:
         if isinstance(sample, ImuSample):
-            watch.on_imu(timing.on_imu(sample, at))
+            monitor.on_imu(timing.on_imu(sample, at))
         elif isinstance(sample, WheelSample):
-            watch.on_wheels(sample)
-    return watch
+            monitor.on_wheels(sample)
+    return monitor

@@ -104,11 +104,13 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     samples. `imu` has (stamp [s], yaw [rad]), and `wheels` has (left [rad], right [rad])."""
     if len(imu) < 12 or len(wheels) < 2:
         return None
-    if any(max(angles) - min(angles) > STANDING_TURN for angles in zip(*wheels)):
-        return None
+    for angles in [left for left, _ in wheels], [right for _, right in wheels]:
+        if max(angles) - min(angles) > STANDING_TURN:
+            return None
     middle = mean(stamp for stamp, _ in imu)
     _, first_yaw = imu[0]
     turns = [(stamp - middle, math.remainder(yaw - first_yaw, 2.0 * math.pi)) for stamp, yaw in imu]
-    # a short recording is divided by the spread of 2 s, so that its noise does not look like drift
+    # slope of the least-squares line: sum(time * turn) / sum(time * time). A short recording is
+    # divided by the sum of a recording of 2 s, so that its noise does not look like drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

@@ -37,14 +37,13 @@ from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.watch.printed_pose import declared_by
 
-#: After a larger jump of its position [m] or yaw [rad] the odometry was set to zero.
+#: If the odometry's position [m] or yaw [rad] jumps by more than this, it was set to zero.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
 #: If the stamps of truth and odometry are farther apart than this, truth is not moved in time [s].
 MAX_TIME_APART = 0.3
-#: A robot is at rest if its odometry is slower than this [m/s], [rad/s].
+#: A robot stands still if both speeds of its odometry are below this [m/s], [rad/s].
 STANDSTILL_SPEED = 0.02
-
 #: A page no longer shows a node's variables after a silence of this length [s].
 VARIABLES_TIMEOUT = 2.0
 
@@ -147,7 +146,8 @@ class RobotView:
         driver = self.driver(now)
         command = None
         if driver:
-            command = [_rounded(speed) for speed in self._commands[driver][1:]]
+            _, linear, angular = self._commands[driver]
+            command = [_rounded(linear), _rounded(angular)]
         odom_pose = self.latest('odom').pose if self.latest('odom') else None
         local, frame = self.latest('local'), self.latest('frame')
         is_published = local or frame
@@ -166,8 +166,7 @@ class RobotView:
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
-            'driver': driver,
-            'command': command, 'heading_deg': _heading_deg(self.latest('imu')),
+            'driver': driver, 'command': command, 'heading_deg': _heading_deg(self.latest('imu')),
             'ages': {sensor: _rounded(now - self._arrivals.get(sensor, math.nan))
                      for sensor in ('imu', 'odom')},
             'inside': [{'node': node, 'values': values}

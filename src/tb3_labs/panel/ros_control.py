@@ -22,7 +22,7 @@ from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 from tb3_labs.supervision.dead_man import DeadMan
 
-#: A request with a larger delay is rejected, since the person expects no motion any more [s].
+#: A request with a larger delay [s] is rejected, since the person no longer expects a motion.
 MAX_REQUEST_AGE = 2.0
 #: A stop is confirmed if the robot stands still within this time [s].
 CONFIRM_WITHIN = 1.5
@@ -154,7 +154,8 @@ class PanelRobot:
         """Stop the robot, whichever node drives."""
         self._control.publish(False)
         self._send_pad(BrowserPad(b=True))    # the handout's gamepad reads no ctrl_relinq
-        self._send_mouse((0.0, 0.0))    # an active mouse, so that _release() ends a turn
+        # an active mouse first, because only the release of an active mouse ends a turn
+        self._send_mouse((0.0, 0.0))
         self._release()
         self._cmd_vel.publish(Twist())    # for drivers that do not read ctrl_relinq
         self.dead_man.stop()
