@@ -137,16 +137,22 @@ export class RobotMap {
   _frame(c, name) {
     const at = this.drawn(name, [0, 0, 0]);
     if (!at) return;
-    const [px, py, yaw] = at, isOdom = name === 'odom', colour = colours[name];
+    const [px, py, yaw] = at;
+    const isOdom = name === 'odom';
+    const colour = colours[name];
     // The axes of local are longer and thinner, so that both are visible where frames coincide.
-    const [least, most] = AXIS_PIXELS, factor = isOdom ? 1 : 1.35;
+    const factor = isOdom ? 1 : 1.35;
+    const [least, most] = AXIS_PIXELS;
     const length = factor * Math.max(least, Math.min(most, AXIS * this.view.scale));
     for (const [axis, angle] of [['x', yaw], ['y', yaw + Math.PI / 2]]) {
       c.lineWidth = isOdom ? 4 : 2;
       c.setLineDash(isOdom ? [] : [6, 3]);
       arrow(c, px, py, angle, length, colour, axis === 'x');
-      const end = length + 17;
-      writeName(c, axis, px + end * Math.cos(angle), py - end * Math.sin(angle), colour, {});
+      // the name lies beside the tip of odom's axis, and beyond the tip of local's axis
+      const end = isOdom ? length : length + 17;
+      const aside = isOdom ? 13 : 0;
+      writeName(c, axis, px + end * Math.cos(angle) + aside * Math.sin(angle),
+                py - end * Math.sin(angle) + aside * Math.cos(angle), colour, {});
     }
     // a square for odom, a diamond for local
     const [far, near] = isOdom ? [4, 4] : [7, 0];
@@ -177,7 +183,9 @@ export class RobotMap {
   _truth(c) {
     const at = this.drawn('odom', this.picture.truth);
     if (!at) return;
-    const [px, py, yaw] = at, size = this._robotSize(), nose = 1.4 * size;
+    const [px, py, yaw] = at;
+    const size = this._robotSize();
+    const nose = 1.4 * size;
     c.lineWidth = 2;
     c.setLineDash([3, 3]);
     circle(c, px, py, size, colours.truth);
@@ -190,7 +198,8 @@ export class RobotMap {
   _robot(c) {
     const at = this.drawn('odom', this.picture.odom) || this.drawn('local', this.picture.local);
     if (!at) return;
-    const [px, py, yaw] = at, size = this._robotSize();
+    const [px, py, yaw] = at;
+    const size = this._robotSize();
     c.lineWidth = 2;
     circle(c, px, py, size, colours.ink, 0.25);
     heading(c, px, py, yaw, size * 0.85, colours.ink, colours.paper);
