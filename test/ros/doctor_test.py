@@ -243,7 +243,7 @@ class DoctorTest(NodeCase):
     def test_nothing_is_left_registered(self):
         self.assertEqual(self.before, self.after)
 
-    def test_ctrl_c_ends_it_quietly(self):
+    def test_ctrl_c_ends_the_doctor_without_a_traceback(self):
         status, output, _ = self.doctors.ended['interrupted']
         self.assertEqual(status, 130)
         self.assertNotIn('Traceback', output)

@@ -132,7 +132,7 @@ class PanelTest(PanelCase):
 
     # -- driving
 
-    def test_a_page_that_falls_silent_or_is_closed_stops_what_it_drives(self):
+    def test_a_silent_or_closed_page_stops_its_robot(self):
         for drive in self.drive_to_goal, self.drive_by_stick:
             for lose in PanelPage.fall_silent, PanelPage.close:
                 drive()
@@ -162,7 +162,7 @@ class PanelTest(PanelCase):
             self.assertIn('the robot was stopped meanwhile: let go, and ask again', self.page.notes)
             self.page.let_go()
 
-    def test_a_stop_that_move_to_goal_cannot_hear_is_not_shown_as_done(self):
+    def test_a_stop_without_an_answer_of_move_to_goal_is_not_confirmed(self):
         self.drive_to_goal()
         number = process_of('move_to_goal')
         os.kill(number, signal.SIGSTOP)
@@ -174,7 +174,7 @@ class PanelTest(PanelCase):
         self.page.let_go()
         self.page.wait_for(has_control=False)
 
-    def test_a_stop_of_another_node_ends_what_the_page_holds(self):
+    def test_a_stop_of_another_node_ends_the_grip_of_a_page(self):
         publishers = {    # latched, so that the panel gets them as soon as it is connected
             rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True): Bool(False),
             rospy.Publisher('move2goal/cancel', GoalID, queue_size=1, latch=True): GoalID()}
@@ -206,7 +206,7 @@ class PanelTest(PanelCase):
         self.page.let_go()
         self.assert_stopped(since)
 
-    def test_a_panel_that_ends_while_it_is_used_stops_the_robot(self):
+    def test_the_end_of_a_panel_in_use_stops_the_robot(self):
         for drive in self.drive_by_stick, self.drive_to_goal:
             drive()
             since = rospy.get_time()
@@ -217,7 +217,7 @@ class PanelTest(PanelCase):
             address_of(self.panel)
             self.open_with_all_nodes()
 
-    def test_a_panel_that_slept_drives_nothing_when_it_wakes(self):
+    def test_a_panel_that_slept_does_not_drive_when_it_wakes(self):
         self.drive_by_stick()
         since = rospy.get_time()
         self.panel.send(signal.SIGSTOP)
@@ -229,7 +229,7 @@ class PanelTest(PanelCase):
 
     # -- what is refused
 
-    def test_no_message_of_a_page_ends_the_node_or_takes_stop_from_the_others(self):
+    def test_an_invalid_message_ends_neither_the_node_nor_the_stop_of_other_pages(self):
         """test_panel_requests.py has the messages that are refused."""
         other = self.open()
         self.page.send('turn', id=1, degrees=1e308)
@@ -286,7 +286,7 @@ class PanelTest(PanelCase):
         self.assertEqual(page.ask('stop'), (
             False, 'this panel only shows: it was started with control:=false'))
 
-    def test_a_reset_without_a_node_that_offers_it_is_refused(self):
+    def test_requests_without_a_listening_node_are_refused(self):
         alone = self.start_panel('__name:=alone', '__ns:=nowhere')
         self.addCleanup(alone.kill)
         page = self.open(address_of(alone))

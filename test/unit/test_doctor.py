@@ -27,7 +27,7 @@ def check(line, verdict, *words):
     assert len(text.splitlines()) == 1
 
 
-def test_a_line_is_one_line_with_its_verdict_in_front():
+def test_a_finding_is_one_line_that_begins_with_its_severity():
     assert as_text(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']
     assert as_text(warning('Disk', 'a', 'b')).split() == ['warning', 'Disk', 'a.', 'Do:', 'b']
     assert as_text(fault('Disk', 'a\nb', 'c\r\033[2Jd')).isprintable()
@@ -36,7 +36,7 @@ def test_a_line_is_one_line_with_its_verdict_in_front():
 @pytest.mark.parametrize('verdicts, words', [
     ('', 'faults: 0, warnings: 0'), ('ow', 'faults: 0, warnings: 1'), ('f', 'faults: 1, warnings: 0'),
     ('wfof', 'faults: 2, warnings: 1; begin with the first fault')])
-def test_the_last_line_is_the_sum(verdicts, words):
+def test_the_last_line_has_the_numbers_of_faults_and_warnings(verdicts, words):
     kinds = {'o': ok('x', 'y'), 'w': warning('x', 'y', 'z'), 'f': fault('x', 'y', 'z')}
     assert summary([kinds[letter] for letter in verdicts]) == words
 
@@ -144,7 +144,7 @@ JUDGEMENTS = [
 
 
 @pytest.mark.parametrize('judgement', JUDGEMENTS, ids=lambda judgement: judgement[0].subject)
-def test_a_judgement(judgement):
+def test_each_judgement_has_its_severity_and_its_words(judgement):
     check(*judgement)
 
 

@@ -52,7 +52,7 @@ def test_the_command_finds_the_robots_environment(robot):
         0, 'waffle_pi LDS-02 http://127.0.0.1:11399 127.0.0.1 none mine\n', '')
 
 
-def test_by_hand_the_master_is_where_the_login_comes_from(robot):
+def test_without_a_master_the_laptop_of_the_login_has_the_master(robot):
     assert robot('bash', '-c', 'echo $ROS_MASTER_URI "$1"; exit 7', '-', 'two  words') == (
         7, 'http://127.0.0.1:11311 two  words\n', '')
 
@@ -64,7 +64,7 @@ def test_by_hand_the_master_is_where_the_login_comes_from(robot):
     (dict(ROS_MASTER_URI='http://robot99.invalid:11311'), 'no way from here to ROS_MASTER_URI='),
     (dict(ROS_MASTER_URI='http://localhost:11311', SSH_CONNECTION=FROM_ELSEWHERE),
      'ROS_MASTER_URI=http://localhost:11311 is this robot itself: on the laptop set ROS_IP')])
-def test_what_is_missing_is_one_line_and_nothing_runs(robot, options, words):
+def test_an_invalid_setting_gives_one_line_and_starts_nothing(robot, options, words):
     status, output, errors = robot('echo', 'it ran', **options)
     assert (status, output) == (1, '')
     assert errors.count('\n') == 1

@@ -46,7 +46,7 @@ def loaded(name, *arguments):
 
 @pytest.mark.parametrize('path', [path for path in FILES if path.stem not in ELSEWHERE],
                          ids=lambda path: path.stem)
-def test_it_can_be_launched(path):
+def test_a_launch_file_can_be_launched(path):
     assert check_roslaunch(str(path)) is None
 
 
@@ -64,7 +64,7 @@ def test_a_file_has_few_arguments_and_checks_them(path):
 
 
 @every_file
-def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
+def test_only_required_arguments_have_no_default(path):
     required = [name for name, (_, default) in get_args([str(path)]).items() if not default]
     assert set(required) - {'user'} == ({'robot'} if path.stem == 'robot' else set())
 

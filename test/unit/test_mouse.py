@@ -35,7 +35,7 @@ def lost():
     (0.1, -1.0, -0.5, 0.0),           # straight back, although not quite in the middle
     (1.7, -3.0, -0.5, -0.5),          # a place beyond the edge of the screen is the edge
 ])
-def test_mouse(x, y, linear, angular):
+def test_the_speeds_of_a_mouse_position(x, y, linear, angular):
     mouse = inactive_mouse()
     hear(mouse, True, x, y, 0.1)
     hear(mouse, True, x, y, 0.2)
@@ -62,7 +62,7 @@ def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x, lost):
     assert not lost.active
 
 
-def test_a_mouse_that_is_deactivated_as_a_silence_ends_drives_when_it_is_activated_later(lost):
+def test_a_mouse_that_was_deactivated_after_a_silence_drives_when_activated(lost):
     hear(lost, False, 0.9, 0.0, 0.4)
     hear(lost, True, 0.9, 0.0, 5.0)
     assert lost.active
@@ -79,7 +79,7 @@ def two_active_mice():
     return mouse
 
 
-def test_a_mouse_that_is_deactivated_stops_the_others_until_they_were_in_the_middle():
+def test_a_deactivated_mouse_stops_other_mice_until_they_were_in_the_middle():
     mouse = two_active_mice()
     assert hear(mouse, False, 0.0, 0.0, 1.4, 'page') and not mouse.active
     hear(mouse, True, 0.9, 0.0, 1.45, 'mouse')
@@ -90,14 +90,14 @@ def test_a_mouse_that_is_deactivated_stops_the_others_until_they_were_in_the_mid
     assert mouse.active and mouse.twist != Twist2()
 
 
-def test_a_mouse_that_was_active_before_does_not_drive_beside_one_that_rests():
+def test_an_unknown_active_mouse_does_not_drive_beside_a_resting_mouse():
     mouse = inactive_mouse('page')
     hear(mouse, True, 0.0, 0.0, 1.0, 'page')
     hear(mouse, True, 0.9, 0.0, 1.01, 'mouse')
     assert mouse.active and mouse.twist == Twist2()
 
 
-def test_of_two_mice_the_one_that_falls_silent_stops_both():
+def test_a_silent_mouse_stops_both_mice():
     mouse = two_active_mice()
     for k in range(8):
         hear(mouse, True, 0.9, 0.0, 1.4 + 0.05 * k, 'mouse')
@@ -107,7 +107,7 @@ def test_of_two_mice_the_one_that_falls_silent_stops_both():
     assert not mouse.active
 
 
-def test_what_the_network_delayed_is_no_activation_but_a_stop():
+def test_a_delayed_message_stops_but_does_not_activate():
     mouse = inactive_mouse('laptop')
     assert not hear(mouse, True, 0.0, 0.0, 10.0, 'laptop', 510.0)
     assert mouse.active

@@ -69,7 +69,7 @@ def test_launch_files_and_their_arguments_exist(page):
 
 
 @by_name(PAGES)
-def test_what_rosrun_starts_exists_with_its_options(page):
+def test_programs_and_options_of_rosrun_exist(page):
     for command in commands(page):
         for script, rest in re.findall(r'rosrun tb3_labs (\S+)(.*)', command):
             path = ROOT / 'scripts' / script
@@ -84,13 +84,13 @@ def test_a_block_that_is_not_typed_has_a_reason(page):
     assert [step for step in steps_on(page) if step.kind == 'never' and len(step.argument) < 10] == []
 
 
-def test_the_walk_types_what_the_pages_have():
+def test_the_walk_types_commands_of_the_pages():
     there = {command for page in PAGES for command in commands(page)}
     assert [step.text for step in steps_on(WALK)
             if step.kind in ('run', 'long') and not set(step.commands) <= there] == []
 
 
-def test_what_the_walk_types_in_another_home_is_what_the_page_says():
+def test_the_walk_types_the_commands_that_the_pages_leave_to_the_walk():
     typed = {command for step in steps_on(WALK) if step.kind in KINDS[:3] for command in step.commands}
     literal = {command for page in PAGES for step in steps_on(page)
                if step.kind == 'never' and 'sheets_walk.md' in step.argument for command in step.commands}

@@ -12,7 +12,7 @@ from tb3_labs.geometry.se2 import Pose2
 
 
 @pytest.mark.parametrize('status, ends_with', [(GoalStatus.REJECTED, 1), (GoalStatus.SUCCEEDED, 0)])
-def test_an_answer_at_once(status, ends_with, monkeypatch, capsys):
+def test_an_immediate_answer_ends_the_program(status, ends_with, monkeypatch, capsys):
     drive = runpy.run_path(str(SCRIPTS / 'send_goal.py'))['drive']
     client = SimpleNamespace(    # the goal is over at once
         wait_for_server=lambda _: True, get_comm_state=lambda: CommState.DONE,

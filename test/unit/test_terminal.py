@@ -67,7 +67,7 @@ def test_an_own_workspace_and_this_package_are_found_in_any_order(tmp_path, orde
 
 
 @needs_setup
-def test_a_workspace_on_top_of_this_needs_no_other_source(tmp_path):
+def test_a_workspace_on_top_of_this_one_needs_no_other_source(tmp_path):
     own = workspace(tmp_path / 'catkin_ws', on_top_of=DEVEL)
     words, errors = shell(tmp_path, 'source {}/setup.bash'.format(own) + SHOW + ' "$ROS_ETC_DIR"')
     assert words.pop() == str(BUILT / 'etc')
@@ -79,7 +79,7 @@ def test_a_workspace_on_top_of_this_needs_no_other_source(tmp_path):
 @needs_setup
 @pytest.mark.parametrize('host, theirs', [
     ('localhost', '//etc/ros'), ('localhost', '/opt/ros/noetic/etc/ros'), ('robot', '//etc/ros')])
-def test_a_master_of_this_computer_alone_has_no_rosout(tmp_path, host, theirs):
+def test_a_local_master_has_no_rosout(tmp_path, host, theirs):
     """A workspace that was built without tb3_labs sets the system's ROS_ETC_DIR when it is sourced.
     `theirs` is the folder of Debian or Noetic."""
     words, errors = shell(tmp_path, 'sed s/^exec.*/env/ {}/venv/bin/roscore | sh'.format(BUILT),
@@ -160,7 +160,7 @@ def test_another_shell_is_refused_in_one_line(tmp_path, call):
     assert (words, errors) == (['1'], 'tb3_labs: scripts/setup.sh needs bash; start one first\n')
 
 
-def test_a_wrong_option_and_a_path_that_catkin_does_not_accept_are_one_line(tmp_path):
+def test_a_wrong_option_and_a_path_with_blanks_give_one_line(tmp_path):
     words, errors = shell(tmp_path, '{} --hlp || echo $?'.format(SETUP))
     assert words == ['2'] and 'unknown option --hlp' in errors and errors.count('\n') == 1
     place = tmp_path / 'my labs' / 'scripts'
