@@ -129,8 +129,8 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_topic(self, topic, node, names):
-        """A node uses `topic`. Returns the robot's topic that the node probably means, with one of
-        `names`; '' if `topic` is right, of another robot, or not like a right topic."""
+        """Returns the robot's topic that `node` probably means by `topic`. Its name is one of
+        `names`. Returns '' if `topic` is right, of another robot, or not like a right topic."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''

@@ -11,13 +11,13 @@ from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: Time for which the doctor listens [s].
 LISTENING_TIME = 5.0
-#: A larger offset of the robot's clock disturbs tf [s].
+#: tf is disturbed if the offset of the robot's clock is larger than this [s].
 CLOCK_WARNING_OFFSET = 0.1
-#: With a larger offset, nodes that use stamps do not work [s].
+#: Nodes that use stamps do not work if this offset is larger than this [s].
 CLOCK_FAULT_OFFSET = 1.0
-#: A larger drift disturbs a lab [deg/min].
+#: A lab is disturbed if the drift is larger than this [deg/min].
 MAX_DRIFT = 2.0
-#: If a wheel turns by less than this while the doctor listens, the wheel stands still [rad].
+#: A wheel stands still if it turns by less than this angle [rad] while the doctor listens.
 STANDING_TURN = 0.005
 
 

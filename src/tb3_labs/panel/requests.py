@@ -16,9 +16,9 @@ the upper edge. "first" is true in the first message after the person gripped pa
 
 Each request may have an "id", a whole number, which the answer repeats. "stops" is the number of
 stops in the picture that the page had when the person acted; see
-:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on the panel's clock [s]: "now" of
-the last picture that the page got, plus the time since then. So a message may seem later than it
-is, but never earlier, unless the clock of the browser jumps.
+:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending [s] on the panel's clock. The page
+adds the time since its last picture to the "now" of this picture. So a message may seem later than
+it is, but never earlier, unless the clock of the browser jumps.
 """
 import json
 from contextlib import suppress
@@ -40,8 +40,8 @@ MAX_TURN_DEG = 360.0
 
 
 class BrowserPad(NamedTuple):
-    """The pad of a page: the sticks from -1 to 1, forward and left positive. For each button: does
-    a person press it? For B a page sends a "stop", and `b` stays False."""
+    """The pad of a page. The sticks are from -1 to 1, forward and left positive. A button is True
+    while a person presses it. For B a page sends a "stop", and `b` stays False."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -81,7 +81,7 @@ class PageRequest(NamedTuple):
     value: Any = None              # see READERS
     id: Optional[int] = None
     stops: Optional[int] = None    # number of stops that the page knew, None if missing
-    sent_at: float = 0.0           # [s, the panel's clock]; 0, a very late request, if missing
+    sent_at: float = 0.0           # on the panel's clock [s]; 0 if missing, which is very late
 
     def lateness(self, now: float) -> float:
         """The delay of the message [s]. Raises ``ValueError`` if `sent_at` is in the future."""
