@@ -217,9 +217,9 @@ export class MapInput {
     Object.assign(this, {map, redraw});
     this.pointers = new Map();        // id -> [x, y] on the canvas
     const canvas = map.canvas;
-    canvas.addEventListener('pointerdown', (event) => this.down(event, this.at(event)));
+    canvas.addEventListener('pointerdown', (event) => this.down(event));
     canvas.addEventListener('pointermove', (event) => {
-      if (this.pointers.has(event.pointerId)) this.move(event, this.at(event));
+      if (this.pointers.has(event.pointerId)) this.move(event);
     });
     for (const type of ['pointerup', 'pointercancel', 'lostpointercapture']) {
       canvas.addEventListener(type, (event) => this.up(event));
@@ -228,29 +228,25 @@ export class MapInput {
     canvas.addEventListener('contextmenu', (event) => event.preventDefault());
   }
 
-  /** The place of a pointer on the canvas. */
-  at(event) {
-    const box = this.map.canvas.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
+  down({pointerId, offsetX, offsetY}) {
+    this.map.canvas.setPointerCapture(pointerId);
+    this.pointers.set(pointerId, [offsetX, offsetY]);
   }
 
-  down(event, at) {
-    this.map.canvas.setPointerCapture(event.pointerId);
-    this.pointers.set(event.pointerId, at);
-  }
-
-  move({pointerId}, at) {
-    const {view} = this.map, before = this.pointers.get(pointerId);
-    const other = [...this.pointers].find(([id]) => id !== pointerId)?.[1];
-    const [dx, dy] = [at[0] - before[0], at[1] - before[1]];
+  move({pointerId, offsetX, offsetY}) {
+    const {view} = this.map;
+    const [oldX, oldY] = this.pointers.get(pointerId);
+    const [, other] = [...this.pointers].find(([id]) => id !== pointerId) || [];
     if (other) {
-      const span = ([x, y]) => Math.max(10, Math.hypot(x - other[0], y - other[1]));
-      view.pan(dx / 2, dy / 2);
-      view.zoom(span(at) / span(before), (at[0] + other[0]) / 2, (at[1] + other[1]) / 2);
+      const [otherX, otherY] = other;
+      const span = (x, y) => Math.max(10, Math.hypot(x - otherX, y - otherY));
+      view.pan((offsetX - oldX) / 2, (offsetY - oldY) / 2);
+      view.zoom(span(offsetX, offsetY) / span(oldX, oldY),
+                (offsetX + otherX) / 2, (offsetY + otherY) / 2);
     } else {
-      view.pan(dx, dy);
+      view.pan(offsetX - oldX, offsetY - oldY);
     }
-    this.pointers.set(pointerId, at);
+    this.pointers.set(pointerId, [offsetX, offsetY]);
     this.redraw();
   }
 
@@ -259,9 +255,8 @@ export class MapInput {
 
   _wheel(event) {
     event.preventDefault();
-    const lines = event.deltaMode === 1 ? 16 : 1;
-    const turned = Math.max(-120, Math.min(120, event.deltaY * lines));
-    this.map.view.zoom(Math.exp(-0.002 * turned), ...this.at(event));
+    const turned = Math.max(-120, Math.min(120, event.deltaY));
+    this.map.view.zoom(Math.exp(-0.002 * turned), event.offsetX, event.offsetY);
     this.redraw();
   }
 }

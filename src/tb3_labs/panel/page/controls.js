@@ -14,34 +14,21 @@ const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -9
 const HANDS = ['pad', 'mouse'];      // the two ways to drive by hand
 
 export class Controls {
-  /** `state` is {control, picture} of the page. `redraw()` draws the page again. */
-  constructor({link, pad, map, state, redraw}) {
-    Object.assign(this, {_link: link, _pad: pad, _state: state, _redraw: redraw});
+  /** `redraw()` draws the page again. */
+  constructor({link, pad, map, redraw}) {
+    Object.assign(this, {_link: link, _pad: pad, _redraw: redraw});
     this._mapInput = new PoseInput(map, {
       // a dragged pose is sent, and stays in the fields
       redraw, placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
     });
-    // may keys and a real gamepad drive now?
-    const driving = () => this._state.control;
     this._letGo = [stick($('stick-left'), 'forward', pad),
                    stick($('stick-right'), 'left', pad), mousePad($('mouse-pad'), pad)];
     for (const name of PAD_BUTTONS) onPress($('button-' + name), () => pad.press(name));
-    this._keys = new Keys(pad, {driving, stop: () => this._stop()});
-    this._gamepad = new RealGamepad(pad, driving, (text) => setText($('gamepad-hint'), text));
+    this._keys = new Keys(pad, () => this._stop());
+    this._gamepad = new RealGamepad(pad, (text) => setText($('gamepad-hint'), text));
     pad.onstop = () => this._stop();
     pad.ondrop = () => this._dropped();
     this._connect();
-  }
-
-  /** Show a hint about the pad or the mouse. */
-  show() { setText($('hand-hint'), this._hint()); }
-
-  _hint() {
-    if (!$('mouse').hidden) return this._pad.holdsMouse ? 'driving' : 'hold to drive';
-    if (this._pad.hasGivenControl) {
-      return 'move_to_goal drives while this page stays open and in sight';
-    }
-    return this._pad.isHeld ? this._state.picture.pad : 'grip a stick to drive';
   }
 
   /** End a drive, because nobody sees a hidden page, and the timers of a hidden page are slow. */
@@ -65,7 +52,7 @@ export class Controls {
 
   /** Stop the robot, after STOP or B. Returns false if this panel only shows the robot. */
   _stop() {
-    if (!this._state.control) return false;
+    if (!this._pad.isEnabled) return false;
     this._mapInput.cancel();
     say('STOP: waiting for the answer');
     this._pad.stop().then(({ok, text}) => {
@@ -132,18 +119,19 @@ class PoseInput extends MapInput {
     this.redraw();
   }
 
-  down(event, at) {
-    super.down(event, at);
+  down(event) {
+    super.down(event);
     if (this.pointers.size > 1) { this.cancel(); return; }     // two fingers zoom
     if (!this._tool || event.button !== 0) return;
+    const at = [event.offsetX, event.offsetY];
     const point = this.map.localAt(...at);
     if (!point) return;
     this._start = {pixel: at, point};
     this._show(at);
   }
 
-  move(event, at) {
-    if (this._start) this._show(at); else super.move(event, at);
+  move(event) {
+    if (this._start) this._show([event.offsetX, event.offsetY]); else super.move(event);
   }
 
   up(event) {

@@ -106,9 +106,9 @@ function onHold(element, grip, move, letGo) {
 /** The keys of the pad: the arrows are sticks at half deflection while a person holds them. The keys
  *  A, B, Y are the buttons. Space and Escape stop the robot. */
 export class Keys {
-  /** `stop()` returns false if this page may not stop. `driving()`: may the arrows drive now? */
-  constructor(pad, {stop, driving}) {
-    Object.assign(this, {_pad: pad, _stop: stop, _driving: driving});
+  /** `stop()` returns false if this page may not stop. */
+  constructor(pad, stop) {
+    Object.assign(this, {_pad: pad, _stop: stop});
     this._arrows = new Set();
     this._spaceStops = false;      // did the last press of the space key stop the robot?
     // In the capture phase this listener gets the stop key before every element of the page.
@@ -129,22 +129,17 @@ export class Keys {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(TYPING)) return;
     if (event.key in ARROWS) { this._arrow(event); return; }
     const key = event.key.toLowerCase();
-    if (event.repeat || !PAD_BUTTONS.includes(key)) return;
-    if (key === 'b' || this._driving()) this._pad.press(key);
+    if (!event.repeat && PAD_BUTTONS.includes(key)) this._pad.press(key);
   }
 
   _stopKey(event) {
-    if (event.repeat ? this._spaceStops : this._stop()) {
-      // The space key must not press the focused button, and not scroll.
-      if (event.key === ' ') event.preventDefault();
-      this._spaceStops = event.key === ' ';
-    } else {
-      this._spaceStops = false;
-    }
+    if (!event.repeat) this._spaceStops = this._stop() && event.key === ' ';
+    // The space key must not press the focused button, and not scroll.
+    if (this._spaceStops) event.preventDefault();
   }
 
   _arrow(event) {
-    if (!this._driving()) return;
+    if (!this._pad.isEnabled) return;
     event.preventDefault();
     if (event.repeat) return;          // after a stop, a key that is still down repeats
     this._arrows.add(event.key);
@@ -160,7 +155,11 @@ export class Keys {
 
   _moveKeys() {
     let forward = 0, left = 0;
-    for (const key of this._arrows) { forward += ARROWS[key][0]; left += ARROWS[key][1]; }
+    for (const key of this._arrows) {
+      const [up, aside] = ARROWS[key];
+      forward += up;
+      left += aside;
+    }
     this._pad.move('keys', forward, left);
   }
 }
@@ -168,10 +167,9 @@ export class Keys {
 // -- a real gamepad
 
 export class RealGamepad {
-  /** `driving()`: may the gamepad drive now? `show(text)` shows a text about the gamepad. */
-  constructor(pad, driving, show) {
+  /** `show(text)` shows a text about the gamepad. */
+  constructor(pad, show) {
     this._pad = pad;
-    this._driving = driving;
     this._show = show;
     this._timer = 0;
     // If false, only B is sent, until the person has let go all sticks and buttons.
@@ -214,7 +212,7 @@ export class RealGamepad {
     }
     const still = Math.abs(now.forward) < TOUCH_ZONE && Math.abs(now.left) < TOUCH_ZONE;
     const rest = still && !now.hold && !now.a && !now.b && !now.y;
-    if (document.hidden || !this._driving()) this.disarm();
+    if (document.hidden || !this._pad.isEnabled) this.disarm();
     else if (!this._armed) this._armed = rest;
     else this._drive(now, still);
   }

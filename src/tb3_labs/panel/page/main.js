@@ -14,8 +14,7 @@ const link = new Link({
 const pad = new Pad(link, say);
 const map = new RobotMap($('map'));
 
-/** The last picture, and whether the panel lets pages control the robot. */
-const state = {picture: null, control: false};
+let lastPicture = null;
 let drawing = false;
 
 // -- drawing: at most once in each frame of the browser, and only after a change
@@ -30,8 +29,8 @@ function redraw() {
 }
 
 function draw() {
-  if (state.picture) showStatus(state.picture);
-  controls.show();
+  if (lastPicture) showStatus(lastPicture);
+  setText($('hand-hint'), pad.hint);
   for (const frame of FRAMES) setPressed('fixed-' + frame, map.fixed === frame);
   map.draw();
   setPressed('fit', map.view.auto);
@@ -40,7 +39,7 @@ function draw() {
 // -- messages of the panel
 
 function hello({control, radius, robot}) {
-  state.control = control;
+  pad.isEnabled = control;
   map.radius = radius;
   document.body.dataset.control = control ? 'yes' : 'no';
   setText($('title'), robot || 'Robot panel');
@@ -56,7 +55,7 @@ function connection(connected) {
 }
 
 function see(picture) {
-  state.picture = picture;
+  lastPicture = picture;
   map.see(picture);
   pad.see(picture);
   redraw();
@@ -72,7 +71,7 @@ function changeMap(change) {
 onClick('fit', () => changeMap(() => map.fit()));
 for (const frame of FRAMES) onClick('fixed-' + frame, () => changeMap(() => map.fix(frame)));
 
-const controls = new Controls({link, pad, map, state, redraw});
+const controls = new Controls({link, pad, map, redraw});
 
 document.addEventListener('visibilitychange', () => {
   if (document.hidden) controls.hide(); else redraw();
@@ -84,7 +83,7 @@ redraw();
 
 // For tests, and for a person at the browser's console.
 window.panel = {
-  get latest() { return state.picture; },
+  get latest() { return lastPicture; },
   /** Client coordinates of a point in the frame local; null while the frame is unknown. */
   pixel(x, y) {
     const at = map.drawn('local', [x, y, 0]);

@@ -27,14 +27,20 @@ export class Pad {
     this._controlGivenAt = -Infinity;    // time of the A that gave control
     this._picture = null;
     this._timer = 0;             // 0 while the person holds nothing
+    this.isEnabled = false;      // does the panel let pages drive?
+  }
+
+  /** A hint for the person. */
+  get hint() {
+    if (this._mouse) return 'driving';
+    if (this._hasGivenControl) {
+      return 'move_to_goal drives while this page stays open and in sight';
+    }
+    return this._timer ? this._picture.pad : 'grip to drive';
   }
 
   /** Does move_to_goal drive by this page's A? */
-  get hasGivenControl() { return this._controlGivenAt > -Infinity; }
-
-  get isHeld() { return this._timer !== 0; }
-
-  get holdsMouse() { return this._mouse !== null; }
+  get _hasGivenControl() { return this._controlGivenAt > -Infinity; }
 
   // -- acts of a person
 
@@ -69,7 +75,7 @@ export class Pad {
   }
 
   releaseMouse() {
-    if (!this.holdsMouse) return;
+    if (!this._mouse) return;
     this._mouse = null;
     this._send();
   }
@@ -117,7 +123,7 @@ export class Pad {
   // -- sending
 
   _begin() {
-    if (!this._picture || !this._link.connected) { this.drop(); return; }
+    if (!this.isEnabled || !this._picture || !this._link.connected) { this.drop(); return; }
     if (!this._timer) {
       this._stops = this._link.stops;
       this._gripAt = performance.now();
@@ -129,18 +135,17 @@ export class Pad {
   }
 
   _end() {
+    this._sendsPad = false;
+    this._pressedButton = null;
     if (!this._timer) return;
     clearInterval(this._timer);
     this._timer = 0;
-    this._sendsPad = false;
-    this._pressedButton = null;
     this._link.send({type: 'joy', t: this._link.time, pad: null, mouse: null});
   }
 
   _send() {
-    const isHeld = this._grips.size || this.holdsMouse || this._presses.length
-      || this._pressedButton;
-    if (!isHeld && !this.hasGivenControl) this._end();
+    const isHeld = this._grips.size || this._mouse || this._presses.length || this._pressedButton;
+    if (!isHeld && !this._hasGivenControl) this._end();
     if (!this._timer) return;
     const pad = this._sendsPad ? this._state() : null;
     this._link.send({type: 'joy', t: this._link.time, stops: this._stops, pad,
