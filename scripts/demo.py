@@ -57,13 +57,9 @@ MAX_ATTEMPTS = 10
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
                    'ctrl_relinq', '/tf')
 TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'    # for a terminal of 80 columns
-HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by', 'time',
-                          '').rstrip()
+HEADER = '        asked [m, m, deg] believed to be at     truly off by     time'
 MAX_TRUE_ERROR = 0.01        # largest true error of the place after a good drive [m]
 MAX_TRUE_ERROR_DEG = 0.5     # largest true error of the heading after a good drive [deg]
-
-WHAT_NEXT = """All nodes still run. Drive the robot on its page, or by the commands of README.md in
-a second terminal. Ctrl+C here ends all nodes."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +148,8 @@ class Demo:
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
         problem = self._demonstrate()
         if self._config.stay:
-            print(f'\n{problem}\n{WHAT_NEXT}')
+            print(f'\n{problem}\nAll nodes still run. Drive the robot on its page, or by the '
+                  'commands of README.md in a second terminal. Ctrl+C here ends all nodes.')
         else:
             begin_shutdown(problem)
 
@@ -235,9 +232,9 @@ def try_reset():
 
 def recorder_listens():
     """Does the node `record` subscribe to all RECORDED_TOPICS?"""
-    subscribed = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
-    return all(rospy.resolve_name('record') in subscribed.get(rospy.resolve_name(topic), [])
-               for topic in RECORDED_TOPICS)
+    _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+    heard = {topic for topic, nodes in subscribers if rospy.resolve_name('record') in nodes}
+    return {rospy.resolve_name(topic) for topic in RECORDED_TOPICS} <= heard
 
 
 def table(drives):
@@ -246,8 +243,7 @@ def table(drives):
 
 
 def short_pose(pose):
-    return '{:.3f} {:.3f} {:.1f}'.format(
-        pose.x, pose.y, round(math.degrees(pose.yaw), 1) + 0.0)  # not -0.0
+    return f'{pose.x:.3f} {pose.y:.3f} {math.degrees(pose.yaw):.1f}'
 
 
 if __name__ == '__main__':

@@ -11,6 +11,9 @@ from functools import partial
 from typing import NamedTuple, Sequence
 
 
+BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
+
+
 class Finding(NamedTuple):
     """A state of one subject, and what the user should do about it."""
 

@@ -11,7 +11,7 @@ import xmlrpc.client
 from dataclasses import dataclass
 from typing import Collection, Iterator, Mapping
 
-from tb3_labs.doctor import Finding, fault, ok, warning
+from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.doctor.computer import Address, address_of, is_loopback
 
 #: The doctor's name in calls. It is not registered at the master.
@@ -32,7 +32,6 @@ SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
 #: A name with at least this likeness (difflib) to a right name is probably a mistake.
 LIKENESS_OF_MISTAKES = 0.65
-BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
 
 @dataclass

@@ -6,7 +6,7 @@ import math
 from statistics import mean
 from typing import Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.doctor import Finding, fault, ok, warning
+from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: Time for which the doctor listens [s].
@@ -41,8 +41,7 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
     node that publishes `topic`, or ''."""
     name = topic.rpartition('/')[2]
     if not publisher:
-        return fault(name, f'nobody publishes {topic}', "restart the robot's bringup, and "
-                     'look at its first lines')
+        return fault(name, f'nobody publishes {topic}', BRINGUP_REMEDY)
     if not arrivals:
         return fault(name, f'nothing came on {topic} for {LISTENING_TIME:.1f} s',
                      "restart the robot's bringup; switch the robot's board off and on")
