@@ -35,7 +35,7 @@ def test_the_picture_of_a_silent_robot_is_empty(view):
     assert picture(view) == {
         **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'distance',
                          'angle', 'has_control', 'command', 'heading_deg']),
-        'state': '', 'phase': '', 'holder': 'nobody', 'driver': '',
+        'state': '', 'phase': '', 'driver': '',
         'ages': {'imu': None, 'odom': None}, 'inside': []}
     assert not view.is_driving
 
@@ -44,7 +44,7 @@ def test_each_kind_of_message_has_an_entry_in_the_picture(view):
     view.on_odometry(sample(1.0, 2.0, 3.0), 99.5)
     for kind, value in (('frame', Pose2(0.5, -0.25, HALF_PI)), ('local', Pose2(-1.0, -2.0, 0.0000001)),
                         ('goal', Pose2(2.0, 2.0, 0.0)), ('state', 'MOVE_FORWARD'),
-                        ('has_control', True), ('holder', 'gamepad')):
+                        ('has_control', True)):
         view.on_message(kind, value, 99.0)
     view.on_message('imu', HALF_PI, 99.5)
     view.on_command('/move_to_goal', 0.12345, -0.5, 99.75)
@@ -52,8 +52,7 @@ def test_each_kind_of_message_has_an_entry_in_the_picture(view):
         'odom': [1.0, 2.0, 3.0], 'local': [-1.0, -2.0, 0.0], 'frame': [0.5, -0.25, QUARTER],
         'truth': None, 'goal': [2.0, 2.0, 0.0], 'distance': 5.0, 'angle': 0.0,
         'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
-        'holder': 'move_to_goal (it has control)', 'driver': '/move_to_goal',
-        'command': [0.123, -0.5], 'heading_deg': 90.0,
+        'driver': '/move_to_goal', 'command': [0.123, -0.5], 'heading_deg': 90.0,
         'ages': {'imu': 0.5, 'odom': 0.5}, 'inside': []}
     assert str(view.picture(100.0)['angle']) == '0.0'    # -0.0 would be shown with its sign
 
@@ -91,18 +90,6 @@ def test_a_command_moves_the_robot_for_half_a_second(
     view.on_command('/pad', *command, 100.0)
     shown = picture(view, 100.0 + age)
     assert (shown['driver'], shown['command']) == (('/pad', command) if drives else ('', None))
-
-
-def test_the_holder_has_control_or_drives_or_is_published(view):
-    view.on_message('holder', 'gamepad', 99.0)
-    assert picture(view)['holder'] == 'gamepad'
-    view.on_command('/turtlebot_controller', 0.0, 0.5, 100.0)
-    assert picture(view)['holder'] == '/turtlebot_controller'
-    view.on_message('has_control', True, 99.0)
-    assert picture(view)['holder'] == 'move_to_goal (it has control)'
-    view.on_message('has_control', False, 99.0)
-    assert picture(view)['holder'] == '/turtlebot_controller'
-    assert picture(view, 110.0)['holder'] == 'gamepad'
 
 
 # -- frames

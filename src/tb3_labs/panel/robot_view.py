@@ -13,7 +13,6 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "state", "phase"     the text of `goal_state`, and its kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
-    "holder"             a text that names the node that may drive
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        heading by the IMU, 0 to 360
     "ages"               {sensor: time since the last message [s]}
@@ -65,7 +64,8 @@ class RobotView:
 
     def on_message(self, kind: str, value: Any, now: float) -> None:
         """Store `value` as the latest value of a `kind`. A kind is an entry of the picture, or
-        'origin' (pose of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad])."""
+        'origin' (pose of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad]),
+        'holder' (the text of control_holder)."""
         self._latest[kind] = value
         self._arrivals[kind] = now
 
@@ -135,12 +135,6 @@ class RobotView:
         _, latest = max(moving, default=(now, ''))
         return latest
 
-    def holder(self, now: float) -> str:
-        """Returns a text that names the node that may drive."""
-        if self.latest('has_control'):
-            return 'move_to_goal (it has control)'
-        return self.driver(now) or self.latest('holder') or 'nobody'
-
     def picture(self, now: float) -> Dict[str, Any]:
         """Returns the picture without "page", "stops" and "pad"."""
         driver = self.driver(now)
@@ -165,8 +159,8 @@ class RobotView:
             'goal': _pose_numbers(goal),
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
-            'has_control': self.latest('has_control'), 'holder': self.holder(now),
-            'driver': driver, 'command': command, 'heading_deg': _heading_deg(self.latest('imu')),
+            'has_control': self.latest('has_control'), 'driver': driver, 'command': command,
+            'heading_deg': _heading_deg(self.latest('imu')),
             'ages': {sensor: _rounded(now - self._arrivals.get(sensor, math.nan))
                      for sensor in ('imu', 'odom')},
             'inside': [{'node': node, 'values': values}

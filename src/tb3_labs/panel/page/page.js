@@ -86,8 +86,8 @@ export function showStatus(p) {
   setText($('heading'), number(p.heading_deg, 1, '\u00b0'));
   setText($('command'), p.command
     ? `${number(p.command[0], 2)} m/s ${number(p.command[1], 2)} rad/s` : number(null));
-  setText($('holder'), p.holder);
-  setText($('driver'), p.driver || 'nobody');
+  const mayDrive = p.has_control ? 'nobody, but move_to_goal has control' : 'nobody';
+  setText($('driver'), p.driver || mayDrive);
   showAges(p.ages);
   showInside(p.inside);
 }
