@@ -1,8 +1,7 @@
-"""The tests of the panel share these checks of the robot's motion, and the decision which tests are void.
+"""Checks of the robot's motion in the tests of the panel.
 
-A page that is silent for 0.25 s is lost, and a node must stop. On a busy machine the page of a test
-itself may be late, or its messages reach the panel late: such a test is void, see
-:meth:`PanelCase.excuse`.
+A page that is silent for 0.25 s is lost, and the robot must stop. On a busy machine the page of a test
+may be late, or its messages reach the panel late. Then :meth:`PanelCase.excuse` makes the test void.
 """
 import xmlrpc.client
 
@@ -52,7 +51,7 @@ class PanelCase(NodeCase):
             pose.yaw, start.yaw) < 2.0)
 
     def assert_stopped(self, since, within=LOSS):
-        """As NodeCase's method. Then the robot must stand."""
+        """Check as NodeCase does. Then the robot must stand."""
         super().assert_stopped(since, within)
         self.assert_stands()
 
@@ -65,8 +64,8 @@ class PanelCase(NodeCase):
         self.assertEqual(commands - {ZERO}, set())
 
     def excuse(self, _begun):
-        """The reason why a test was void, or ''. `pages()` of the case are the pages of the present test, each with
-        its `notes`."""
+        """Returns the reason why the test was void, or ''. The method `pages()` of the case returns the pages of the
+        test. Each page has its `notes`."""
         notes = [note for page in self.pages() for note in page.notes]
         print('the panel refused:', notes)
         return next((note for note in notes if any(words in note for words in VOID)), '')

@@ -1,5 +1,4 @@
-"""launch/env_robot.sh, as roslaunch calls it on the robot: the values it sets, and its one line if
-something is missing."""
+"""roslaunch calls launch/env_robot.sh on the robot. The script sets variables, or prints one line about a fault."""
 import os
 import shutil
 import socket
@@ -12,7 +11,7 @@ from pages import ROOT
 
 pytestmark = pytest.mark.usefixtures('among_namesakes')
 LOADER = ROOT / 'launch' / 'env_robot.sh'
-#: an SSH connection's variable: the laptop's address and port, the robot's address and port
+#: The value of SSH_CONNECTION: the laptop's address and port, the robot's address and port.
 FROM_HERE = '127.0.0.1 40000 127.0.0.1 22'
 FROM_ELSEWHERE = '192.0.2.5 40000 192.0.2.9 22'
 SHOW = 'echo $TURTLEBOT3_MODEL $LDS_MODEL $ROS_MASTER_URI $ROS_IP ${ROS_HOSTNAME-none} $WORKSPACE'
@@ -20,7 +19,7 @@ SHOW = 'echo $TURTLEBOT3_MODEL $LDS_MODEL $ROS_MASTER_URI $ROS_IP ${ROS_HOSTNAME
 
 @pytest.fixture
 def robot(tmp_path):
-    """call(words of a command, setup=, model=, variables...): (exit status, output, errors)."""
+    """Returns call(words of a command, setup=, model=, variables...), which returns (exit status, output, errors)."""
     workspace = tmp_path / 'setup.bash'
     workspace.write_text('roslaunch() { :; }; export WORKSPACE=mine\n')
     programs = tmp_path / 'bin'    # nothing else: no ROS of this computer

@@ -1,4 +1,4 @@
-"""What the tools print about typos and bad values: one line, with the reason and what is valid, at once."""
+"""Tools print one line about a typo or an invalid value, at once. The line has the reason and the valid values."""
 import os
 import runpy
 import signal
@@ -16,7 +16,7 @@ NO_MASTER = 'http://localhost:1'
 AT_ONCE = 2.0       # [s]
 MARK = ['.', '--lab', 'turn', '-o', '../marks']
 YAW, METRES = 'a number from -360 to 360 deg', 'a number from -100 to 100 m'
-#: (script, what is typed, words of the answer). Only the words of this package in argparse's own refusals.
+#: (script, typed words, words of the answer). Of argparse's own refusals, only words of this package are compared.
 CASES = [
     ('mark.py', [], ('SUBMISSIONS, --lab, -o', '; --help tells more')),
     ('mark.py', ['.', '--lab', 'trun', '-o', 'x'], ('--lab', 'trun', 'gamepad', '; --help tells more')),
@@ -49,7 +49,7 @@ CASES = [
 
 
 def main_of(script):
-    """The function main of a script that is not run."""
+    """Returns the function main of a script, which is not run."""
     return runpy.run_path(str(SCRIPTS / script))['main']
 
 
