@@ -96,7 +96,8 @@ def mark_class(arguments, work):
     is_sandbox = _choose_protection(arguments, work)
     options = Options(arguments.package, arguments.type, arguments.pad, is_sandbox)
     with locked(arguments.folder):
-        folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options)
+        folder = MarksFolder(arguments.folder, arguments.lab, parts=parts,
+                             criterion_points=criterion_points, options=options)
         failed = MarkedClass(TrialRunner(folder, INTERRUPTED), bool(arguments.only)).mark_all(
             submissions, arguments.jobs)
         with ThreadPoolExecutor(1) as pool:     # an interruption does not end this thread

@@ -64,8 +64,9 @@ def main(folder, ctest_status, log):
     times = CTEST.findall(pathlib.Path(log).read_text(errors='replace'))
     if times:
         print('\nslowest:')
-    for name, seconds in sorted(times, key=lambda test: -float(test[1]))[:SLOWEST]:
-        print(f'{float(seconds):6.1f} s  {name}')
+    slowest = sorted([(float(seconds), name) for name, seconds in times], reverse=True)[:SLOWEST]
+    for seconds, name in slowest:
+        print(f'{seconds:6.1f} s  {name}')
     for _, outcome, case, _ in found:
         if outcome == 'repeated':
             print('tried again: ' + case)

@@ -33,7 +33,8 @@ DRIVES = [('to the goal of the lab', None, True), ('to random goals', None, Fals
 #: Latency of commands and lag of the motors in a turn [s].
 SLOW = {'command_latency': 0.05, 'motor_lag': 0.05}
 #: Each turn begins at each of these headings [deg], in both directions, TURN_REPEATS times.
-TURN_STARTS, TURN_REPEATS = (0.0, 90.0, 179.0, -179.0), 6
+TURN_STARTS = 0.0, 90.0, 179.0, -179.0
+TURN_REPEATS = 6
 #: (name, fault, does the fault also end a turn by the IMU alone?)
 FAULTS = [('IMU silent', setting(imu_silent=True), True),
           ('odometry silent', setting(odom_silent=True), False),
@@ -117,8 +118,8 @@ def rows_of_faults():
             '{:.0f} deg'.format(math.degrees(max(stop.turn for stop in stops))))
 
 
-def main(number):
-    """Drive, turn and print."""
+def main(number=100):
+    """Drive, turn and print. `number` is the number of drives of each kind."""
     with ProcessPoolExecutor() as pool:
         for row in rows_of_motions(pool, number):
             print(row, flush=True)
@@ -127,4 +128,5 @@ def main(number):
 
 
 if __name__ == '__main__':
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
+    _, *words = sys.argv
+    main(*map(int, words))

@@ -151,7 +151,8 @@ class Listening:
     """A stream of samples. After each sample that is read, none is read for `idle_for(now)` [s]."""
 
     def __init__(self, idle_for):
-        self._idle_for, self._until = idle_for, -math.inf
+        self._idle_for = idle_for
+        self._until = -math.inf
 
     def reads(self, now):
         """Does the node read a sample that arrives now?"""

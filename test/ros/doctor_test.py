@@ -69,7 +69,9 @@ class Doctors:
     """
 
     def __init__(self, hiccups):
-        self._hiccups, self._called, self.ended = hiccups, {}, {}
+        self._hiccups = hiccups
+        self._called = {}
+        self.ended = {}
         self._pool = ThreadPoolExecutor(20)
 
     def call(self, patient, *arguments, prefix=(), environment=None):
@@ -98,7 +100,8 @@ class DoctorTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('stand_in', disable_signals=True)
-        cls.missing, cls.hosts = TwoHosts.missing(), None
+        cls.missing = TwoHosts.missing()
+        cls.hosts = None
         cls.doctors = Doctors(cls.hiccups)
         if not cls.missing:
             cls.hosts = TwoHosts()
@@ -224,8 +227,8 @@ class DoctorTest(NodeCase):
             lines, status, _ = self.read(patient)
             if not re.search('^{} .*{}'.format(verdict, words), lines[subject]):
                 wrong.append((patient, lines[subject], words))
-            self.assertEqual(status, 1 if any(
-                line.startswith('FAULT') for line in lines.values()) else 0)
+            has_fault = any(line.startswith('FAULT') for line in lines.values())
+            self.assertEqual(status, int(has_fault))
         self.assertEqual(wrong, [])
 
     def test_a_healthy_robot_has_no_fault(self):
@@ -251,13 +254,15 @@ class DoctorTest(NodeCase):
 
     def test_each_fault_of_a_robot_is_named_in_time(self):
         self.check(FOUND)
-        self.assertLess(self.read('no master')[2], 3.0)
+        _, _, seconds = self.read('no master')
+        self.assertLess(seconds, 3.0)
 
     def test_each_fault_of_a_network_is_named_in_time(self):
         if not self.hosts:
             self.skipTest(self.missing)
         self.check(FOUND_ON_HOSTS)
-        self.assertLess(self.read('cut')[2], 4.0)
-        self.assertLess(self.read('bad computer')[2], 4.0)
+        for patient in 'cut', 'bad computer':
+            _, _, seconds = self.read(patient)
+            self.assertLess(seconds, 4.0)
         _, output, _ = self.doctors.ended['bad computer']
         self.assertRegex(output.splitlines()[-1], '^faults: 2, .*begin with the first')

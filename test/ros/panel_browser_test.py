@@ -56,7 +56,7 @@ class PanelBrowserTest(PanelCase):
         self.page.wait_for(page='', has_control=False)
 
     def pages(self):
-        return ([self.browser] if self.browser else []) + self.others
+        return [page for page in (self.browser, *self.others) if page]
 
     def here(self):
         """Reset the local pose to 0, 0, 0. Returns the robot's true pose, which is the origin of local."""

@@ -36,10 +36,8 @@ class PanelPage:
         self._changed = threading.Condition()
         self._held = None                # the message that is repeated, or None
         self._number = 0
-        place, _, query = address.partition('?')
-        self._request = HTTPRequest(
-            place.replace('http', 'ws', 1) + 'socket' + ('?' + query if query else ''),
-            headers=headers)
+        place, mark, query = address.partition('?')
+        self._request = HTTPRequest(f"{place.replace('http', 'ws', 1)}socket{mark}{query}", headers=headers)
         self._loop = asyncio.new_event_loop()
         self._socket = None
         self.refusal = None
@@ -90,7 +88,11 @@ class PanelPage:
 
     def close(self):
         self._held = None
-        self._loop.call_soon_threadsafe(lambda: self._socket and self._socket.close())
+
+        def close():
+            if self._socket is not None:
+                self._socket.close()
+        self._loop.call_soon_threadsafe(close)
         self.closed.wait(5.0)
 
     # -- messages of the panel

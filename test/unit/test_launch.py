@@ -65,8 +65,9 @@ def test_a_file_has_few_arguments_and_checks_them(path):
 
 @every_file
 def test_only_required_arguments_have_no_default(path):
-    required = [name for name, (_, default) in get_args([str(path)]).items() if not default]
-    assert set(required) - {'user'} == ({'robot'} if path.stem == 'robot' else set())
+    required = {name for name, (_, default) in get_args([str(path)]).items() if not default}
+    expected = {'robot'} if path.stem == 'robot' else set()
+    assert required - {'user'} == expected
 
 
 # ----- unknown and missing arguments -----
@@ -100,8 +101,8 @@ def test_a_wrong_argument_is_one_line_with_a_correction(file, given, line):
     ('{slip: 0.5, network: bad,}', True), ('{}', True), ('{ slip: -1 }', True)])
 def test_a_decimal_comma_and_a_name_without_a_value_are_reported(value, is_right):
     """YAML reads both as an empty value, at which roslaunch ends with a traceback."""
-    words, path = ['tb3_labs', 'fake_robot.launch', 'set:=' + value], LAUNCH / 'fake_robot.launch'
-    assert (launch_arguments.problem_of(words, path) == '') == is_right
+    words = ['tb3_labs', 'fake_robot.launch', 'set:=' + value]
+    assert (launch_arguments.problem_of(words, LAUNCH / 'fake_robot.launch') == '') == is_right
 
 
 # ----- included files and parameters -----

@@ -72,15 +72,6 @@ class Peer:
         return value
 
 
-def peers_of(master, nodes):
-    """Returns {node: Peer}. The master gave the URIs, and each Peer has the outcome of one call."""
-    peers = {}
-    for node in nodes:
-        peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
-        peers[node].ask('getPid')
-    return peers
-
-
 # The master -------------------------------------------------------------------------------------
 
 def judge_master(master: Peer) -> Finding:
@@ -109,8 +100,9 @@ class RobotGraph:
 
     def __init__(self, namespace, state):
         self.namespace = namespace
-        publishers = self.publishers = {topic: list(nodes) for topic, nodes in state[0]}
-        subscribers = self.subscribers = {topic: list(nodes) for topic, nodes in state[1]}
+        publishers, subscribers, _ = map(dict, state)
+        self.publishers = publishers
+        self.subscribers = subscribers
         #: {topic of a sensor: nodes that publish the topic}
         self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
         #: The nodes that publish cmd_vel.
@@ -136,7 +128,7 @@ class RobotGraph:
         path = topic.lower()
         meant = [name for name in names    # imu/data and raw_imu mean imu, but simulator does not
                  if name in SENSORS and re.search('(?<![a-z])' + name, path)]
-        word = path.rpartition('/')[2]
+        _, _, word = path.rpartition('/')
         meant += difflib.get_close_matches(word, names, 1, LIKENESS_OF_MISTAKES)
         return self.namespace + meant[0] if meant else ''
 
@@ -176,17 +168,18 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
     """Yields a finding for nodes that listen to a wrong name, such as imu_data, and a finding for
     nodes that publish a wrong name, such as turtle1/cmd_vel."""
     wrong_hearers = _mistakes(
-        '{} listens to {}, which nobody publishes; {} is published by {}',
-        graph, graph.subscribers, graph.publishers, LAB_TOPICS)
-    wrong_senders = _mistakes('{} publishes {}, which nobody hears; {} is heard by {}',
-                              graph, graph.publishers, graph.subscribers, SUBSCRIBED_TOPICS)
+        '{} listens to {}, which nobody publishes; {} is published by {}', graph, LAB_TOPICS,
+        users=graph.subscribers, partners=graph.publishers)
+    wrong_senders = _mistakes(
+        '{} publishes {}, which nobody hears; {} is heard by {}', graph, SUBSCRIBED_TOPICS,
+        users=graph.publishers, partners=graph.subscribers)
     for subject, mistakes in ('Hearers', wrong_hearers), ('Senders', wrong_senders):
         if mistakes:
             yield warning(subject, '; '.join(mistakes),
                           'correct the name in the code, or by <remap> in the launch file')
 
 
-def _mistakes(text, graph, users, partners, names):
+def _mistakes(text, graph, names, users, partners):
     """Returns `text` with (node, wrong topic, right topic, partner) for each mistake. `users` and
     `partners` are {topic: nodes} of both ends of the topics. Users may have wrong names."""
     texts = []

@@ -39,7 +39,7 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
     """Do the messages of a sensor arrive evenly enough to drive? `arrivals` has the times of
     arrival [s]. `ended` is the time at which the doctor stopped listening [s]. `publisher` is a
     node that publishes `topic`, or ''."""
-    name = topic.rpartition('/')[2]
+    _, _, name = topic.rpartition('/')
     if not publisher:
         return fault(name, f'nobody publishes {topic}', BRINGUP_REMEDY)
     if not arrivals:

@@ -86,7 +86,8 @@ class PanelRobot:
         is_new = self.dead_man.page is None
         now = steady_time()
         lateness = request.lateness(now)
-        if not self.dead_man.hold(page, request.stops, now, lateness, grip.is_first):
+        if not self.dead_man.hold(page, known_stops=request.stops, now=now, lateness=lateness,
+                                  is_first=grip.is_first):
             return ''
         if is_new:
             run_in_thread(self._read_pad_numbers)
