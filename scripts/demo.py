@@ -123,7 +123,7 @@ class Demo:
         self._subscribe('ctrl_relinq', Bool, self._on_control)
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
-    def _store(self, topic, kind, read):
+    def _store(self, topic, message_type, read):
         """Store the latest value of `topic`. For goal_state store all values."""
         received = self._received[topic] = []
 
@@ -131,11 +131,11 @@ class Demo:
             received.append((rospy.get_time(), read(message)))
             if topic != 'goal_state':
                 del received[:-1]
-        self._subscribe(topic, kind, store)
+        self._subscribe(topic, message_type, store)
 
     @staticmethod
-    def _subscribe(topic, kind, callback):
-        rospy.Subscriber(topic, kind, guarded(callback), queue_size=None, tcp_nodelay=True)
+    def _subscribe(topic, message_type, callback):
+        rospy.Subscriber(topic, message_type, guarded(callback), tcp_nodelay=True)
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():

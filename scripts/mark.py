@@ -217,18 +217,18 @@ class MarkedClass:
         the robot, the submission is tried a second time."""
         begun = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-            reading = self._runner.read(submission, Path(work))
+            parsed = self._runner.read(submission, Path(work))
             if not (self._retry or is_second):
                 with self._writing:
                     kept = self._runner.folder.marks_if_unchanged(
-                        submission.student, reading.digest)
+                        submission.student, parsed.digest)
                 if kept is not None:
                     print_line(f'{name}: {kept.points_text}, tried before, and not changed')
                     return
                 print_line(name + ' ...')
-            tried = self._runner.try_out(submission, reading, Path(work))
+            tried = self._runner.try_out(submission, parsed, Path(work))
         tried.seconds = time.monotonic() - begun
-        marks = self._write(tried, reading.digest)
+        marks = self._write(tried, parsed.digest)
         if marks.delay_sentence and not is_second:
             print_line(f'{name}: {marks.delay_sentence} Tried again.')
             self._try_out(submission, name, is_second=True)

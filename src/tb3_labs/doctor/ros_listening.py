@@ -32,7 +32,7 @@ class ReceivedMessage(NamedTuple):
     """A message that has arrived."""
 
     topic: str
-    at: float         # time of arrival [s]
+    arrived_at: float    # [s]
     sender: str
     message: Any
 
@@ -44,10 +44,11 @@ def examine_messages(graph, address, is_wall_time):
     drivers = [message.sender for message in received if message.topic == 'cmd_vel']
     yield judge_drivers(Counter(drivers))
     for name in SENSORS:
-        arrivals = [message.at for message in received if message.topic == name]
+        arrivals = [message.arrived_at for message in received if message.topic == name]
         publisher = next(iter(graph.sensors[name]), '')
         yield judge_stream(graph.namespace + name, arrivals, ended, publisher)
-    delays = [at - message.header.stamp.to_sec() for topic, at, _, message in received
+    delays = [arrived_at - message.header.stamp.to_sec()
+              for topic, arrived_at, _, message in received
               if topic in SENSORS and message.header.stamp]
     if delays and is_wall_time:
         yield judge_clock(min(delays))
@@ -78,8 +79,8 @@ def listen(namespace, address):
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
                         disable_rostime=True, disable_signals=True)
-        for name, (kind, _) in SAMPLE_READERS.items():
-            rospy.Subscriber(namespace + name, kind, on_message, name)
+        for name, (message_type, _) in SAMPLE_READERS.items():
+            rospy.Subscriber(namespace + name, message_type, on_message, name)
         time.sleep(LISTENING_TIME)
         return list(received), time.time()
     finally:
@@ -89,10 +90,10 @@ def listen(namespace, address):
 def read_samples(received):
     """Returns [(time of arrival [s], sample)] of the valid messages. A command has no sample."""
     samples = []
-    for topic, at, _, message in received:
+    for topic, arrived_at, _, message in received:
         _, read = SAMPLE_READERS[topic]
         with suppress(ValueError):    # such as joint states of an arm, without the wheels
-            samples.append((at, read(message)))
+            samples.append((arrived_at, read(message)))
     return samples
 
 
@@ -100,9 +101,9 @@ def gyro_monitor_of(samples, reset_topic):
     """Returns a GyroMonitor that has taken in the samples of :func:`read_samples`."""
     monitor = GyroMonitor(model_of_environment(os.environ), reset_topic)
     timing = SampleTiming()
-    for at, sample in samples:
+    for arrived_at, sample in samples:
         if isinstance(sample, ImuSample):
-            monitor.on_imu(timing.on_imu(sample, at))
+            monitor.on_imu(timing.on_imu(sample, arrived_at))
         elif isinstance(sample, WheelSample):
             monitor.on_wheels(sample)
     return monitor

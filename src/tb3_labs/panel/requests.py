@@ -177,10 +177,10 @@ def _read_number(message: Dict, name: str, most: float, unit: str = '') -> float
     return float(value)
 
 
-def _read_optional(message: Dict, name: str, kind: type, missing: Any) -> Any:
+def _read_optional(message: Dict, name: str, value_type: type, missing: Any) -> Any:
     """Returns the value called `name`, or `missing` if the message does not have it. ``ValueError``
-    if the type of the value is not `kind`."""
+    if the type of the value is not `value_type`."""
     value = message.get(name, missing)
-    if value is not missing and type(value) is not kind:    # to Python a bool is an int
-        raise ValueError(f'{name} is not valid: {kind.__name__}')
+    if value is not missing and type(value) is not value_type:    # to Python a bool is an int
+        raise ValueError(f'{name} is not valid: {value_type.__name__}')
     return value
