@@ -147,13 +147,14 @@ export class Pad {
     const isHeld = this._grips.size || this._mouse || this._presses.length || this._pressedButton;
     if (!isHeld && !this._hasGivenControl) this._end();
     if (!this._timer) return;
-    const pad = this._sendsPad ? this._state() : null;
+    const pad = this._sendsPad ? this._takePad() : null;
     this._link.send({type: 'joy', t: this._link.time, stops: this._stops, pad,
                      mouse: this._mouse, first: this._isFirst});
     this._isFirst = false;
   }
 
-  _state() {
+  /** Takes the next press. Returns the pad of the next message. */
+  _takePad() {
     const isHeard = performance.now() - this._gripAt >= BUTTON_DELAY;
     const pad = {forward: 0, left: 0, a: false, y: false, hold: false};
     for (const grip of this._grips.values()) {
@@ -164,7 +165,8 @@ export class Pad {
     pad.forward = clamp(pad.forward);
     pad.left = clamp(pad.left);
     // Each press makes two messages. The button is down in the first, and up in the second.
-    this._pressedButton = !this._pressedButton && isHeard ? this._presses.shift() ?? null : null;
+    const isUp = this._pressedButton || !isHeard;
+    this._pressedButton = isUp ? null : this._presses.shift() || null;
     if (this._pressedButton) pad[this._pressedButton] = true;
     if (this._pressedButton === 'a') this._controlGivenAt = performance.now();
     this._isReady = this._picture.pad === 'ready';    // the next message has the sticks
