@@ -47,7 +47,7 @@ def main(argv):
     try:
         from tb3_labs.report.motion.movements import LAB_GOAL, completed
         from tb3_labs.report.page.files import write_report    # needs matplotlib
-        from tb3_labs.report.bag.ros_bag import read_run
+        from tb3_labs.recording.ros_bag import read_run
         run = completed(read_run(str(given.bag), given.ns, _print), given.goal or LAB_GOAL)
         folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
         page, *others = write_report(run, model_of_environment(os.environ), folder)

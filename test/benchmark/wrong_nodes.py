@@ -83,7 +83,7 @@ def sentences_of(seen, lab):
 def reported(seen):
     """The report's sentence on the recording, which does not have the letters."""
     from tb3_labs.report.page.moments import broken_links, printed_faults
-    from tb3_labs.report.run_data import Numbers
+    from tb3_labs.recording.run_data import Numbers
     run = seen.recording
     words = [printed_faults(run), *broken_links(replace(run, letters=Numbers.none()))]
     return ' '.join(unescape(re.sub('<[^>]*>', '', each)) for each in words)

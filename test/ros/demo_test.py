@@ -10,7 +10,7 @@ import unittest
 
 import rospkg
 
-from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.recording.ros_bag import read_run
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
 

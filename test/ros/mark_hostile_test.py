@@ -19,7 +19,7 @@ import rospkg
 
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.intake import sandbox
-from tb3_labs.marking.limits import MAX_DISK, MAX_OTHER_MEMORY, MAX_PROCESSES
+from tb3_labs.marking.limits import MAX_DISK_BYTES, MAX_OTHER_MEMORY_BYTES, MAX_PROCESSES
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 
@@ -195,7 +195,7 @@ class HostileTest(unittest.TestCase):
             self.assertIn(words, self.printed)
 
     def test_the_disk_is_not_filled(self):
-        self.assertIn('since it used files of more than {:g} MB'.format(MAX_DISK / 1e6),
+        self.assertIn('since it used files of more than {:g} MB'.format(MAX_DISK_BYTES / 1e6),
                       (self.marks / 'flood.html').read_text(encoding='utf-8'))
 
     def test_it_cannot_fork_without_end(self):
@@ -206,7 +206,7 @@ class HostileTest(unittest.TestCase):
     def test_it_cannot_fill_the_memory_of_the_master(self):
         self.assertRegex(self.done.stdout, r'whale: \d of \d+ points')
         self.assertIn('since it used more than {:g} MB of the memory of master, robot and check'.format(
-            MAX_OTHER_MEMORY / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
+            MAX_OTHER_MEMORY_BYTES / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
         sizes = [path.stat().st_size for path in self.marks.rglob('*') if path.is_file()]
         self.assertLess(max(sizes), 1000000)
 

@@ -13,7 +13,7 @@ from unittest import mock
 
 import numpy as np
 
-from tb3_labs.report.run_data import (
+from tb3_labs.recording.run_data import (
     Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, States)
 
 TIME = np.arange(201) / 20.0

@@ -12,7 +12,7 @@ import pytest
 from made_run import goals, imu_samples, reset_lines, speeds_sent, states
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import OdometrySamples, Poses, RunData
+from tb3_labs.recording.run_data import OdometrySamples, Poses, RunData
 from tb3_labs.robot.turtlebot3 import robot_model
 
 rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')

@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from tb3_labs.report.run_data import (
+from tb3_labs.recording.run_data import (
     Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, Variables)
 
 PLAIN = Path(__file__).resolve().parents[2] / 'scripts' / 'plain_move2goal_tf.py'

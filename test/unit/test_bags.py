@@ -21,9 +21,9 @@ from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, Float64, Header
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag import records
-from tb3_labs.report.bag.records import CLOCK_JUMPED, BagProblem
-from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.recording import records
+from tb3_labs.recording.records import CLOCK_JUMPED, BagProblem
+from tb3_labs.recording.ros_bag import read_run
 
 
 def test_one_robot_of_several(tmp_path):

@@ -11,12 +11,12 @@ from test_marking import observation, recording, stimulus
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import gamepad, stimuli
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, verdicts_of
-from tb3_labs.marking.trial.remarks import remarks_on, version_errors
-from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.marking.labs.ros_turn import mouse_fields
 from tb3_labs.marking.labs.turn import TURN_STIMULI
-from tb3_labs.report.run_data import Commands
+from tb3_labs.marking.marks import LABS
+from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
+from tb3_labs.marking.trial.remarks import remarks_on, version_errors
+from tb3_labs.recording.run_data import Commands
 
 #: The output of a node that says goodbye, and then ends with a traceback.
 CRASH = '''Bye
@@ -133,6 +133,7 @@ def observed(lab, **parts):
         seen.stimuli.append(Stimulus(name, begin, begin + LASTS, said['printed'], said['lines'],
                                      said['died'], said['facts']))
     seen.recording = recording(commands, truth)
+    seen.parts = [(part, 0.0) for part in LABS[lab].parts]
     return seen
 
 

@@ -11,7 +11,7 @@ from tb3_labs.marking.labs.move2goal import CRITERIA
 from tb3_labs.marking.marks import _broken_link
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
-from tb3_labs.report.run_data import Numbers
+from tb3_labs.recording.run_data import Numbers
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.chains import CHAINS, first_broken
 from tb3_labs.watch.drive_links import not_silent, state_not_reset

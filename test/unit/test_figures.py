@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from made_run import TIME, X, ZERO, driven, goals, made, poses, turn
 
+from tb3_labs.recording.run_data import OdometrySamples, Poses
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.run_data import OdometrySamples, Poses
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 

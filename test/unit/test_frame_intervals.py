@@ -8,9 +8,9 @@ from known_motion import angle_between
 from made_run import TIME, X, made, poses, reset_lines
 from recorded_run import MISS, MISS_DEG, RESET, frame_at, in_degrees, run  # noqa: F401
 
+from tb3_labs.recording.run_data import Poses
 from tb3_labs.report.motion.drives import frame_interval_of
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
-from tb3_labs.report.run_data import Poses
 
 
 def resets(run):

@@ -24,7 +24,7 @@ NOTIONS = [{'handout'}, {'terminal'}, {'config', 'command_line', 'drawing'}, {'g
 #: {tool: other tools that it imports}. The modules of a tool that use ROS are named ros_*.py.
 TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report'},
          'panel': set(), 'doctor': set()}
-FLOORS = NOTIONS + [{'ros'}, {'the ROS sides of nodes'}, set(TOOLS)]
+FLOORS = NOTIONS + [{'ros', 'recording'}, {'the ROS sides of nodes'}, set(TOOLS)]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 #: Modules that the notions do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}

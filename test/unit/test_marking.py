@@ -14,21 +14,21 @@ from pages import ROOT
 from made_run import made, speeds_sent
 from recorded_trial import write_trial
 
+from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.marking import marks
-from tb3_labs.marking.labs import imu, stimuli, turn
-from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking import limits
 from tb3_labs.marking.intake import archives
+from tb3_labs.marking.labs import imu, stimuli, turn
 from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Verdict
-from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
+from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
+from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
+from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.observation import MAX_FINDINGS, NodeProcess, Observation, Stimulus
-from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
-from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.report.run_data import Poses
+from tb3_labs.recording.run_data import Poses
 from tb3_labs.watch.chains import SheetStep
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
@@ -119,11 +119,11 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
                 *[each.begins_deg for each in turns]),
             '{:g} MB or {} files'.format(archives.MAX_SUBMISSION_BYTES / 1e6, archives.MAX_FILES),
             'files above {:g} MB are left out'.format(archives.MAX_COPIED_BYTES / 1e6),
-            '{} processes, {:g} GB of memory'.format(limits.MAX_PROCESSES, limits.MAX_NODE_MEMORY / 1e9),
-            '{:g} MB in th'.format(limits.MAX_DISK / 1e6),      # their folders
-            'with more than {:g} MB'.format(limits.MAX_OTHER_MEMORY / 1e6),
+            '{} processes, {:g} GB of memory'.format(limits.MAX_PROCESSES, limits.MAX_NODE_MEMORY_BYTES / 1e9),
+            '{:g} MB in th'.format(limits.MAX_DISK_BYTES / 1e6),      # their folders
+            'with more than {:g} MB'.format(limits.MAX_OTHER_MEMORY_BYTES / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
-                limits.ADDRESS_SPACE / 1e9, limits.MAX_FILE_BYTES / 1e6)):
+                limits.MAX_ADDRESS_SPACE_BYTES / 1e9, limits.MAX_FILE_BYTES / 1e6)):
         assert said in words
 
 

@@ -7,11 +7,11 @@ import pytest
 from made_run import drive, driven, goals, made, resets, turn, values
 
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.recording.run_data import Commands, Poses
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import (
     CAME_TO_REST, LAB_GOAL, MovementKind, completed, movements)
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
-from tb3_labs.report.run_data import Commands, Poses
 
 #: Any drive of the lab.
 DRIVE = drive(2.0, 135.0, 0.8, -135.0)

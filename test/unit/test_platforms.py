@@ -19,7 +19,7 @@ from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
 from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, OtherUser, protection_problem
-from tb3_labs.marking.limits import MAX_FILE_BYTES, MAX_TASKS
+from tb3_labs.marking.limits import MAX_FILE_BYTES, MAX_THREADS_AND_PROCESSES
 from tb3_labs.marking.student_nodes import LAB_NODES
 
 sys.path.insert(0, str(ROOT / 'scripts'))
@@ -147,7 +147,7 @@ def test_a_program_of_root_is_another_user_without_a_sandbox(tmp_path):
         env=user.program_environment(dict(os.environ, TMPDIR=str(tmp_path))),
         stderr=subprocess.DEVNULL, universal_newlines=True).split('\n')
     assert int(said[0]) in UNUSED_USER_IDS
-    assert said[:4] == [said[0], said[0], str(MAX_FILE_BYTES // 512), str(MAX_TASKS)]
+    assert said[:4] == [said[0], said[0], str(MAX_FILE_BYTES // 512), str(MAX_THREADS_AND_PROCESSES)]
     assert said[4:] == ['own', 'kept', 'hidden', 'written not', '']
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from made_run import made
 
-from tb3_labs.report.run_data import Commands, ImuSamples, States
+from tb3_labs.recording.run_data import Commands, ImuSamples, States
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.chains import CHAINS, first_broken
 

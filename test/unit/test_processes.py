@@ -16,7 +16,7 @@ from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.trial.processes import ResourceWatch
 from tb3_labs.marking.trial_runner import kill_processes, trial_environment
-from tb3_labs.marking.limits import ADDRESS_SPACE, MAX_FILE_BYTES, MAX_TASKS
+from tb3_labs.marking.limits import MAX_ADDRESS_SPACE_BYTES, MAX_FILE_BYTES, MAX_THREADS_AND_PROCESSES
 from tb3_labs.marking.student_nodes import HOME, IDENTITY, OWN_FOLDERS
 from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, Protection, Sandbox, protection_problem
 
@@ -116,12 +116,12 @@ def test_programs_that_start_others_without_end_are_ended(monkeypatch):
 
 
 @pytest.mark.parametrize('limit, most, words', [
-    ('MAX_PROCESSES', 1, 'more than 1 processes'), ('MAX_NODE_MEMORY', 10 ** 3, 'more than 1e-06 GB of memory'),
-    ('MAX_DISK', 0, 'files of more than 0 MB'),
-    ('MAX_OTHER_MEMORY', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
+    ('MAX_PROCESSES', 1, 'more than 1 processes'), ('MAX_NODE_MEMORY_BYTES', 10 ** 3, 'more than 1e-06 GB of memory'),
+    ('MAX_DISK_BYTES', 0, 'files of more than 0 MB'),
+    ('MAX_OTHER_MEMORY_BYTES', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
 def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):
     monkeypatch.setattr(processes, 'LIMITS_POLL_PERIOD', 0.01)
-    monkeypatch.setattr(processes, 'MAX_OTHER_MEMORY', 10 ** 12)
+    monkeypatch.setattr(processes, 'MAX_OTHER_MEMORY_BYTES', 10 ** 12)
     calm = ResourceWatch(family.pid, [], os.getpid())
     calm.over.set()
     assert calm._exceeded_limit() == ''
@@ -186,8 +186,8 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     assert seen.pop('processes') < 5 and [name for _, name in seen.pop('network')] == ['lo']
     assert (seen.pop('user') in UNUSED_USER_IDS) is (os.geteuid() == 0)
     limits = seen.pop('limits')
-    assert limits[:3] == [MAX_FILE_BYTES, ADDRESS_SPACE, 0]
-    assert limits[3] == MAX_TASKS or os.geteuid() != 0      # for others only a new Linux counts
+    assert limits[:3] == [MAX_FILE_BYTES, MAX_ADDRESS_SPACE_BYTES, 0]
+    assert limits[3] == MAX_THREADS_AND_PROCESSES or os.geteuid() != 0      # for others only a new Linux counts
     assert seen == {'ctrl_c': True, 'folder': HOME, 'read': 'mine', 'there': [False] * 4,
                     'writable': list(OWN_FOLDERS), 'modules': [True, True, False, False]}
 

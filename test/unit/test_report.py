@@ -19,8 +19,8 @@ from recorded_run import (  # noqa: F401
 
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.recording.run_data import MIN_LEAP, OdometrySamples, Poses, States
 from tb3_labs.report.page.document import number, table
-from tb3_labs.report.run_data import MIN_LEAP, OdometrySamples, Poses, States
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 

@@ -6,10 +6,10 @@ import pytest
 
 from made_run import imu_samples
 
-from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.angles import WHOLE_TURN
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import Poses
+from tb3_labs.recording.run_data import Poses
 
 
 def test_a_yaw_is_interpolated_across_half_a_turn():

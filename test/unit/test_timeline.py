@@ -14,10 +14,10 @@ from made_run import (
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
+from tb3_labs.recording.run_data import LogLines, Numbers
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.page import timeline
 from tb3_labs.report.page.moments import moments
-from tb3_labs.report.run_data import LogLines, Numbers
 from tb3_labs.robot.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')

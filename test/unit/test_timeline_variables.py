@@ -9,8 +9,8 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from test_timeline import data_of, path_in
 
+from tb3_labs.recording.run_data import Variables
 from tb3_labs.report.page import timeline
-from tb3_labs.report.run_data import Variables
 
 
 def variables(nodes=None, time=TIME, **texts):

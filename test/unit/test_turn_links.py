@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_run import made, values
 
-from tb3_labs.report.run_data import Commands, ImuSamples, MouseSamples, Variables
+from tb3_labs.recording.run_data import Commands, ImuSamples, MouseSamples, Variables
 from tb3_labs.watch.broken_link import NodeRun, sentence
 from tb3_labs.watch.chains import CHAINS, first_broken
 from tb3_labs.watch.headings import heading_candidates, is_usable_heading

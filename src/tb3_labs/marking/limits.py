@@ -1,20 +1,20 @@
 """The limits of the programs of a submission: memory, processes, files."""
 #: All programs of a sandbox together may use this much. Linux limits only single processes, so
 #: ResourceWatch (trial/processes.py) adds up what the programs use.
-MAX_NODE_MEMORY = 2 * 10 ** 9  # [bytes]
-MAX_DISK = 300 * 10 ** 6       # size of the files in OWN_FOLDERS [bytes]
+MAX_NODE_MEMORY_BYTES = 2 * 10 ** 9
+MAX_DISK_BYTES = 300 * 10 ** 6      # the size of the files in OWN_FOLDERS
 MAX_PROCESSES = 100
-#: Master, robot and check together may use this memory [bytes]. The three need about 180 MB, but a
-#: node can fill their memory by its messages.
-MAX_OTHER_MEMORY = 600 * 10 ** 6
-#: No program of a submission can write a larger file [bytes].
+#: Master, robot and check together may use this memory. The three need about 180 MB, but a node can
+#: fill their memory by its messages.
+MAX_OTHER_MEMORY_BYTES = 600 * 10 ** 6
+#: No program of a submission can write a larger file.
 MAX_FILE_BYTES = 50 * 10 ** 6
-#: The limit of a process's address space [bytes], and the limit of threads and processes together.
-#: (On 64 cores numpy starts 64 threads, and reserves 3 GB for them.)
-ADDRESS_SPACE = 6 * 10 ** 9
-MAX_TASKS = 500
+#: Linux limits each process to this address space, and all programs of a submission together to
+#: this number of threads and processes. (On 64 cores numpy starts 64 threads, and reserves 3 GB.)
+MAX_ADDRESS_SPACE_BYTES = 6 * 10 ** 9
+MAX_THREADS_AND_PROCESSES = 500
 LIMIT_FILES_COMMAND = ['prlimit', f'--fsize={MAX_FILE_BYTES}']
 #: This command limits the master, the robot, the check, and the node in a sandbox.
-LIMIT_COMMAND = LIMIT_FILES_COMMAND + [f'--as={ADDRESS_SPACE}']
+LIMIT_COMMAND = LIMIT_FILES_COMMAND + [f'--as={MAX_ADDRESS_SPACE_BYTES}']
 #: This command limits the reading of a submission's files: memory [bytes], processor time [s].
 LIMIT_READER_COMMAND = ['prlimit', '--as=1000000000', '--cpu=30', '--core=0']

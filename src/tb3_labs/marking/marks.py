@@ -218,8 +218,7 @@ def _broken_link(observation: Observation,
         return None
     missed = {verdict.criterion.part for verdict in verdicts
               if verdict.outcome is not Outcome.MET}
-    parts_of_handout = {part for verdict in verdicts
-                        for part in (verdict.criterion.part, verdict.criterion.second_part)}
+    parts_of_handout = {verdict.criterion.part for verdict in verdicts}
     variables = observation.recording.variables
     for part, begin, end in observation.part_intervals():
         if part not in parts_of_handout:

@@ -35,7 +35,7 @@ class MarksTable:
 
     def __init__(self, text: str = '') -> None:
         """`text` is the text of marks.csv. It is '' in the first run. ``ValueError`` if the text is
-        not a table of marks."""
+        not a table of marks, or if a person's points are invalid."""
         text = text.lstrip('\ufeff') or ','.join(FIRST_COLUMNS)
         heading = text.partition('\n')[0]
         delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
@@ -50,17 +50,13 @@ class MarksTable:
         are_headings_unique = len(set(self._heads)) == len(self._heads)
         if not are_headings_unique or any(None in row for row in self._rows):   # None: more cells
             raise ValueError('each column needs a heading of its own in the first row')
-
-    def decisions(self) -> Dict[str, Tuple[Optional[float], str]]:
-        """Returns a person's decisions: student -> (points or None, reason). ``ValueError`` for
-        invalid points."""
-        decisions: Dict[str, Tuple[Optional[float], str]] = {}
+        #: A person's decisions: student -> (points or None, reason).
+        self.decisions: Dict[str, Tuple[Optional[float], str]] = {}
         for row in self._rows:
             decided, reason = row.get(DECIDED, ''), row.get(REASON, '')
             if decided or reason:
-                decisions.setdefault(
+                self.decisions.setdefault(
                     row[STUDENT], (_decided_points(decided, row[STUDENT]), reason))
-        return decisions
 
     def changes(self, all_marks: Sequence[Marks]) -> List[str]:
         """Returns a sentence for the instructor if new marks have other points than the table.

@@ -126,7 +126,7 @@ class MarksFolder:
         notes += [f'To look at: {marks.student}: {finding}'
                   for marks in all_marks for finding in marks.findings]
         notes += [f'{TABLE} has a decision on {printable(name)}, of whom there are no marks.'
-                  for name in self._decisions if name not in map(safe, self._records)]
+                  for name in self._table.decisions if name not in map(safe, self._records)]
         write_output(self._path / OVERVIEW, overview(all_marks, LABS[self.lab].title, notes))
         return self._path / OVERVIEW, notes
 
@@ -147,9 +147,7 @@ class MarksFolder:
         path = self._path / TABLE
         try:
             text = path.read_text(encoding='utf-8') if path.exists() else ''
-            table = MarksTable(text)
-            self._decisions = table.decisions()
-            return table
+            return MarksTable(text)
         except ValueError as problem:
             why = str(problem)
             if isinstance(problem, UnicodeDecodeError):
@@ -184,7 +182,7 @@ class MarksFolder:
     def _marks_and_page(self, handed_in, observation):
         marks = marks_after_trial(
             handed_in, observation, self.lab, self._criterion_points, self.parts)
-        marks.decided_points, marks.decision_reason = self._decisions.get(
+        marks.decided_points, marks.decision_reason = self._table.decisions.get(
             safe(marks.student), (None, ''))
         return marks, student_page(marks, LABS[self.lab].title)
 

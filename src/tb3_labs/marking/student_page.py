@@ -17,9 +17,9 @@ from tb3_labs.marking.labs.criteria import Outcome, Verdict
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.from_bag import samples_from_rows
 from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, Observation
+from tb3_labs.recording.run_data import Poses, RunData
 from tb3_labs.report.page.document import Markup, document, hints, table
 from tb3_labs.report.page.timeline import section, timeline, timeline_event
-from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 #: A page shows the last lines of each process's output, at most this many.

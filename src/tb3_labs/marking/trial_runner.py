@@ -70,26 +70,26 @@ class TrialRunner:
         return read(submission, work / 'ws' / COPY, LAB_NODES[self.folder.lab],
                     self.folder.options.package, self.folder.options.name)
 
-    def try_out(self, submission: Submission, reading: ParsedSubmission, work: Path) -> Marks:
+    def try_out(self, submission: Submission, parsed: ParsedSubmission, work: Path) -> Marks:
         """Record the trial of a submission that `read` has copied into `work`. Returns the Marks
         without verdicts."""
         identity = uuid.uuid4().hex
         marks = new_marks(submission)
-        marks.remarks, marks.findings = reading.remarks, reading.findings
+        marks.remarks, marks.findings = parsed.remarks, parsed.findings
         with suppress(FileNotFoundError):
             self.folder.bag(marks.student).unlink()
         try:
-            self._record_trial(marks, reading, work, identity)
+            self._record_trial(marks, parsed, work, identity)
         except NotJudged as problem:
             marks.unjudged = str(problem)
         finally:
             kill_processes(identity)
         return marks
 
-    def _record_trial(self, marks, reading, work, identity):
+    def _record_trial(self, marks, parsed, work, identity):
         """Record the trial of a submission. The Marks get the node's name and remarks."""
         workspace, bag = work / 'ws', work / 'trial.bag'
-        marks.path_prefixes = [f'{workspace}/{COPY}/{reading.package}/', f'{workspace}/{COPY}/',
+        marks.path_prefixes = [f'{workspace}/{COPY}/{parsed.package}/', f'{workspace}/{COPY}/',
                                f'{workspace}/']
         protection = Protection()
         if self.folder.options.sandbox:
@@ -97,7 +97,7 @@ class TrialRunner:
         elif os.geteuid() == 0:
             protection = OtherUser()
         environment = trial_environment(work, dict(os.environ, **{IDENTITY: identity}))
-        launch = prepare(reading, workspace, environment, protection)
+        launch = prepare(parsed, workspace, environment, protection)
         marks.node = launch.name
         if self.folder.lab == GAMEPAD:
             marks.remarks.append(pad_text(self.folder.options.pad))
@@ -182,8 +182,9 @@ def kill_processes(identity: str) -> None:
     # one search may miss a process that is about to start a program: it shows no environment
     while empty_searches < 2:
         stopped: Set[int] = set()
-        while _stop_more(mark, stopped):
-            pass
+        finds_more = True
+        while finds_more:
+            finds_more = _stop_more(mark, stopped)
         empty_searches = 0 if stopped else empty_searches + 1
         for pid in stopped:
             with suppress(ProcessLookupError):      # it has ended already

@@ -4,8 +4,8 @@ probe/sitecustomize.py reads the variables. A quantity is a number that a formul
 message of a sensor. A variable follows a quantity if each value of the variable is the number of a
 recent message.
 
-In this folder a `run` is a RunData (:mod:`tb3_labs.report.run_data`). All times are arrivals at the
-recorder [s].
+In this folder a `run` is a RunData (:mod:`tb3_labs.recording.run_data`). All times are arrivals at
+the recorder [s].
 """
 import math
 from collections import Counter

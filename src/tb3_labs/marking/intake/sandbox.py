@@ -18,7 +18,7 @@ from typing import Dict, Iterable, List, Mapping
 
 import rospkg
 
-from tb3_labs.marking.limits import LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_TASKS
+from tb3_labs.marking.limits import LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_THREADS_AND_PROCESSES
 from tb3_labs.marking.student_nodes import HOME, IDENTITY, OWN_FOLDERS, OWN_PACKAGE
 
 #: The environment variable that lists the folders of workspaces.
@@ -108,7 +108,7 @@ class OtherUser(Protection):
     def program_command(self, words: List[str]) -> List[str]:
         become_user = ['setpriv', f'--reuid={self.user}', f'--regid={self.user}',
                        '--clear-groups', '--no-new-privs', '--pdeathsig', 'KILL']
-        return become_user + LIMIT_COMMAND + [f'--nproc={MAX_TASKS}'] + words
+        return become_user + LIMIT_COMMAND + [f'--nproc={MAX_THREADS_AND_PROCESSES}'] + words
 
     def program_environment(self, base: Mapping[str, str]) -> Dict[str, str]:
         home = base.get('TMPDIR', '/tmp') + '/ws'
@@ -144,7 +144,7 @@ class Sandbox(Protection):
         options += [*_mount_options(self._readable), '--chdir', HOME]
         limit_command = LIMIT_COMMAND + ['--core=0']
         if self.user is not None or _counts_processes():
-            limit_command.append(f'--nproc={MAX_TASKS}')
+            limit_command.append(f'--nproc={MAX_THREADS_AND_PROCESSES}')
         enter_command = ['/usr/bin/python3', '-ISc', ENTER, str(self.user or '')]
         # Ctrl+C must end the program and not bubblewrap
         return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap', *options, '--',

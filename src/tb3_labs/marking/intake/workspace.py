@@ -48,41 +48,41 @@ BUILD_TIME = 30.0
 COPY = 'src'
 
 
-def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
+def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
             protection: Protection = Protection()) -> NodeStart:
     """Make a submission's workspace, whose folder COPY has the submission. Returns its NodeStart.
 
     The node's environment is `environment` and the folders of the workspace. Remarks and findings
-    are added to `reading`. Messages and services are made under `protection`.
+    are added to `parsed`. Messages and services are made under `protection`.
     """
-    remarks = reading.remarks
+    remarks = parsed.remarks
     copy, made = workspace / COPY, workspace / 'python'
-    source, node = copy / reading.package, copy / reading.node
+    source, node = copy / parsed.package, copy / parsed.node
     # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
-    own = [name for name in reading.packages if name not in system_messages()]
-    packages = {name: copy / reading.packages[name] for name in own[-MAX_PACKAGES:]}
-    _repair(node, remarks, reading.findings)
+    own = [name for name in parsed.packages if name not in system_messages()]
+    packages = {name: copy / parsed.packages[name] for name in own[-MAX_PACKAGES:]}
+    _repair(node, remarks, parsed.findings)
     environment = dict(environment)
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
         environment.get('ROS_PACKAGE_PATH')]))
     types = build(packages, node, made, environment, remarks, protection)
-    for module in reading.unused:
+    for module in parsed.unused:
         place = made
         for part in module.split('.'):
             place /= part
             place.mkdir(exist_ok=True)
             if not (place / '__init__.py').exists():    # the submission has no such module
                 (place / '__init__.py').write_text(EMPTY_MODULE)
-    if reading.unused:
-        remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and the marking "
+    if parsed.unused:
+        remarks.append(f"{', '.join(parsed.unused)}: imported, but not used, and the marking "
                        'machine cannot import it: left out.')
     environment[PYTHONPATH] = ':'.join(filter(None, [str(made), environment.get(PYTHONPATH)]))
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
         NODE_PREFIX + protection.program_command([]),
         protection.program_environment(environment), types, protection.isolates, str(node),
-        _shown_name(reading.name, node.name), str(copy))
+        _shown_name(parsed.name, node.name), str(copy))
 
 
 def _shown_name(package, file):

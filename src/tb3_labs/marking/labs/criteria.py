@@ -48,14 +48,6 @@ class Criterion:
     judge: Callable[[Observation], Reason]
     extra: bool = False      # is the criterion beyond the handout?
     limits: str = ''         # the limits that `meaning` leaves out
-    second_part: str = ''    # another part that the criterion also needs; '' without such a part
-
-    def can_be_judged(self, parts: Sequence[str]) -> bool:
-        """Can the criterion be judged after a trial of these parts? [] means all parts."""
-        if not parts:
-            return True
-        needed = [self.part, self.second_part] if self.second_part else [self.part]
-        return set(needed) <= set(parts)
 
     @property
     def label(self) -> str:
@@ -104,7 +96,7 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
     """Returns a Verdict for each criterion of the lab's `parts`. [] means all parts."""
     verdicts: List[Verdict] = []
     for criterion in criteria:
-        if not criterion.can_be_judged(parts):
+        if parts and criterion.part not in parts:
             continue
         observation.moment = None
         try:
@@ -122,8 +114,11 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
 
 # ----- criteria of several labs: start and Ctrl+C -----
 
-#: Returns the words for a limit [s].
-within = 'within {:g} s'.format
+def within(seconds: float) -> str:
+    """Returns the words for a limit of time."""
+    return f'within {seconds:g} s'
+
+
 IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(STOP_TIME)
 
 

@@ -180,7 +180,8 @@ def _why_control_kept(observation: Observation) -> Reason:
 
 
 def _why_not_exact(observation: Observation) -> Reason:
-    for name in FIRST_DRIVE, SECOND_DRIVE:
+    names = [FIRST_DRIVE, SECOND_DRIVE] if DRIVE in dict(observation.parts) else [SECOND_DRIVE]
+    for name in names:
         reason = (_why_not_at_place(observation, name, EXACT_DISTANCE)
                   or _why_not_at_heading(observation, name, EXACT_DEG))
         if reason:
@@ -237,7 +238,7 @@ CRITERIA = [
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', BEYOND,
               why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, f'both drives are within {EXACT_DISTANCE:g} m and '
-              f'{EXACT_DEG:g} degree', ANALYSIS, _why_not_exact, extra=True, second_part=DRIVE),
+              f'{EXACT_DEG:g} degree', ANALYSIS, _why_not_exact, extra=True),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
               BEYOND, lambda observation: (_why_reset_failed(observation, RESET_ELSEWHERE)
                                            or _why_not_arrived(observation, DECLARED_DRIVE)),

@@ -162,8 +162,10 @@ def is_origin(request):
 
 def is_unit(request):
     """Returns False if a quaternion of a request does not have the length 1."""
+    quaternions = [value for _, type_name, value in fields_of(request)
+                   if type_name == 'geometry_msgs/Quaternion']
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
-               for _, type_name, q in fields_of(request) if type_name == 'geometry_msgs/Quaternion')
+               for q in quaternions)
 
 
 def has_covariance(request):

@@ -9,9 +9,9 @@ import numpy as np
 
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, MAX_FINDINGS, NOT_FINITE, REQUESTED_DEG, NodeProcess, Observation, Stimulus)
-from tb3_labs.report.bag.records import CLOCK_JUMPED
-from tb3_labs.report.bag.ros_bag import read_run
-from tb3_labs.report.run_data import Numbers, Poses, RunData, SamplesType, States
+from tb3_labs.recording.records import CLOCK_JUMPED
+from tb3_labs.recording.ros_bag import read_run
+from tb3_labs.recording.run_data import Numbers, Poses, RunData, SamplesType, States
 
 #: Between the call of a reset and the node's printed line on this reset there is at most this time
 #: [s].

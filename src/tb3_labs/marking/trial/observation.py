@@ -13,7 +13,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
+from tb3_labs.recording.run_data import ImuSamples, OdometrySamples, RunData
 
 #: The stimuli by Ctrl+C. A trial has up to three of these stimuli, since rospy may lose the message
 #: that a node sends last.
@@ -182,7 +182,9 @@ class Observation:
     def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
         """Yields the Scene of each tried stimulus in `names`. If no stimulus was tried, this raises
         the error of `scene` for the first name."""
-        tried = [name for name in names if self.has(name)] or names[:1]
+        tried = [name for name in names if self.has(name)]
+        if not tried:
+            tried = [names[0]]
         return (self.scene(name, may_die) for name in tried)
 
     def greatest_speed(self, commands: np.ndarray, column: int) -> float:

@@ -14,7 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable
 
-from tb3_labs.marking.limits import MAX_DISK, MAX_NODE_MEMORY, MAX_OTHER_MEMORY, MAX_PROCESSES
+from tb3_labs.marking.limits import (
+    MAX_DISK_BYTES, MAX_NODE_MEMORY_BYTES, MAX_OTHER_MEMORY_BYTES, MAX_PROCESSES)
 
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
@@ -158,16 +159,16 @@ class ResourceWatch:
         processes = _descendants(self._pid)
         if len(processes) > MAX_PROCESSES:
             return f'more than {MAX_PROCESSES} processes'
-        if sum(map(_memory, processes)) > MAX_NODE_MEMORY:
-            return f'more than {MAX_NODE_MEMORY / 1e9:g} GB of memory'
+        if sum(map(_memory, processes)) > MAX_NODE_MEMORY_BYTES:
+            return f'more than {MAX_NODE_MEMORY_BYTES / 1e9:g} GB of memory'
         family = {self._check_parent_pid, *_descendants(self._check_parent_pid)}
-        if sum(map(_memory, family - {self._pid, *processes})) > MAX_OTHER_MEMORY:
-            return (f'more than {MAX_OTHER_MEMORY / 1e6:g} MB of the memory of master, robot and '
-                    'check')
+        if sum(map(_memory, family - {self._pid, *processes})) > MAX_OTHER_MEMORY_BYTES:
+            return (f'more than {MAX_OTHER_MEMORY_BYTES / 1e6:g} MB of the memory of master, robot '
+                    'and check')
         if not processes:
             return ''
-        if sum(_disk_used(processes[-1], folder) for folder in self._own_folders) > MAX_DISK:
-            return f'files of more than {MAX_DISK / 1e6:g} MB'
+        if sum(_disk_used(processes[-1], folder) for folder in self._own_folders) > MAX_DISK_BYTES:
+            return f'files of more than {MAX_DISK_BYTES / 1e6:g} MB'
         return ''
 
 

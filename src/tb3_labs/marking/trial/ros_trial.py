@@ -71,20 +71,13 @@ class Trial:
     @lru_cache(maxsize=None)
     def source_findings(self, *packages):
         """Returns the findings of source_analysis.read_findings in the submission. If mark.py has
-        prepared no submission, the node's package and `packages` are read. A mouse client in the
-        node's own package is preferred to other mouse clients."""
-        known = rospkg.RosPack()
-        own_package = self._name.split('/')[0]
-
-        def folders(names):
-            return [known.get_path(name) for name in names
-                    if name != OWN_PACKAGE and name in known.list()]
-        own_folders = folders([own_package])
+        prepared no submission, the node's package and `packages` are read."""
         copy = NodeStart.from_environment().copy
-        searched = [copy] if copy else own_folders + folders(set(packages) - {own_package})
-        findings = read_findings(searched)
-        own_y_sign = read_findings(own_folders)['mouse_y_sign']
-        return dict(findings, mouse_y_sign=own_y_sign) if own_y_sign else findings
+        if copy:
+            return read_findings([copy])
+        known = rospkg.RosPack()
+        names = {self._name.split('/')[0], *packages} - {OWN_PACKAGE}
+        return read_findings([known.get_path(name) for name in names.intersection(known.list())])
 
     def record_assigned(self):
         """Record the lines of the node's file that assign each variable. If the package has several

@@ -14,9 +14,9 @@ import numpy as np
 from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.recording.run_data import MIN_GAP, Poses, RunData
 from tb3_labs.report.motion.resets_and_goals import (
     FrameInterval, RecordedState, frame_intervals, recorded_states)
-from tb3_labs.report.run_data import MIN_GAP, Poses, RunData
 
 #: The errors of a drive are measured when the robot rests, at most this time after its end [s].
 SETTLE_TIME = 1.0

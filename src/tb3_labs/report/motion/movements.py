@@ -31,8 +31,8 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
+from tb3_labs.recording.run_data import Commands, Poses, RunData, States, cached_per_run
 from tb3_labs.report.motion.resets_and_goals import robot_in_odom
-from tb3_labs.report.run_data import Commands, Poses, RunData, States, cached_per_run
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
 

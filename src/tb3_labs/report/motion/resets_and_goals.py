@@ -21,8 +21,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import LogLines, Poses, RunData, cached_per_run
-from tb3_labs.watch.printed_pose import declared_by
+from tb3_labs.recording.run_data import Poses, RunData, cached_per_run
 
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
@@ -36,14 +35,6 @@ LOSS_PER_SECOND = 0.05
 MAX_TIME_BEFORE = 0.05
 #: A goal belongs to a state if it arrived at most this time after the state [s].
 SAME_MOMENT = 0.1
-
-
-def resets_in(log: LogLines) -> Poses:
-    """Returns the poses that the lines of a log declare."""
-    poses = [declared_by(text) for text in log.texts]
-    lines = log.take([k for k, pose in enumerate(poses) if pose is not None])
-    rows = [(pose.x, pose.y, pose.yaw) for pose in poses if pose is not None]
-    return Poses(lines.arrival, lines.time, *np.array(rows).reshape(-1, 3).T)
 
 
 @dataclass(frozen=True)

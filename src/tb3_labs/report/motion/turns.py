@@ -15,9 +15,9 @@ from typing import Callable, List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
+from tb3_labs.recording.run_data import ImuSamples, RunData, cached_per_run
 from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, movements
 from tb3_labs.report.motion.resets_and_goals import recorded_states
-from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 from tb3_labs.robot.samples import REST_ANGULAR
 
 #: A robot rests if its mean rate of turn over this time is below REST_ANGULAR [s].

@@ -24,10 +24,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.recording.run_data import Poses, RunData
 from tb3_labs.report.motion.drives import DriveReport, frame_interval_of
 from tb3_labs.report.motion.resets_and_goals import FrameInterval, frame_intervals, local_in_odom
 from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
-from tb3_labs.report.run_data import Poses, RunData
 
 DOTS_PER_INCH = 150
 #: The width between the margins of A4 [inch].

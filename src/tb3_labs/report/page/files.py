@@ -16,13 +16,13 @@ import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.arrays import last_until, wrap_all
+from tb3_labs.recording.run_data import RunData
 from tb3_labs.report.motion.drives import STRAIGHT_AFTER, DriveReport, drives
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import figures, timeline
 from tb3_labs.report.page.document import document, number, safe, table
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
-from tb3_labs.report.run_data import RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: A path shorter than this is not drawn [m].

@@ -9,13 +9,13 @@ from typing import Dict, List, Sequence
 
 import numpy as np
 
+from tb3_labs.recording.run_data import MIN_GAP, RunData
 from tb3_labs.report.motion.drives import DriveReport
 from tb3_labs.report.motion.movements import movements
 from tb3_labs.report.motion.resets_and_goals import frame_intervals, recorded_states
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
 from tb3_labs.report.page.timeline import TimelineEvent, timeline_event
-from tb3_labs.report.run_data import MIN_GAP, RunData
 from tb3_labs.watch.broken_link import sentence
 from tb3_labs.watch.chains import broken_links_of_nodes
 

@@ -19,12 +19,12 @@ import numpy as np
 
 from tb3_labs import drawing
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.recording.run_data import (
+    MIN_GAP, Commands, LogLines, Poses, RunData, cached_per_run)
 from tb3_labs.report.motion.resets_and_goals import (
     FrameInterval, frame_intervals, goal_errors, local_in_odom, recorded_states)
 from tb3_labs.report.page.curves import (
     Command, Figure, Line, curves, event_line, kept_samples, variable_curves)
-from tb3_labs.report.run_data import (
-    MIN_GAP, Commands, LogLines, Poses, RunData, cached_per_run)
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 

@@ -14,9 +14,10 @@ import numpy as np
 
 from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.geometry.arrays import yaws_from_quaternions
-from tb3_labs.report.run_data import (
+from tb3_labs.recording.run_data import (
     Commands, ImuSamples, LogLines, MouseSamples, Numbers, OdometrySamples, Poses, States,
     Variables)
+from tb3_labs.watch.printed_pose import declared_by
 
 #: The level of a log line for each value of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
@@ -224,3 +225,11 @@ class Table:
         """Returns the samples. `robot_clock` is the odometry's RecordedClock."""
         time = times_on_recorders_clock(self.arrival, self.stamp, robot_clock)
         return self.kind(self.arrival, time, *self.columns)
+
+
+def resets_in(log: LogLines) -> Poses:
+    """Returns the poses that the lines of a log declare."""
+    poses = [declared_by(text) for text in log.texts]
+    lines = log.take([k for k, pose in enumerate(poses) if pose is not None])
+    rows = [(pose.x, pose.y, pose.yaw) for pose in poses if pose is not None]
+    return Poses(lines.arrival, lines.time, *np.array(rows).reshape(-1, 3).T)

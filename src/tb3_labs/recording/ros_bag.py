@@ -14,10 +14,10 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag.messages import RecordedClock, Table, times_on_recorders_clock
-from tb3_labs.report.bag.records import Bag, BagProblem
-from tb3_labs.report.motion.resets_and_goals import resets_in
-from tb3_labs.report.run_data import Numbers, RunData
+from tb3_labs.recording.messages import (
+    RecordedClock, Table, resets_in, times_on_recorders_clock)
+from tb3_labs.recording.records import Bag, BagProblem
+from tb3_labs.recording.run_data import Numbers, RunData
 
 #: The topics that a recording may lack: {field of RunData: (name of the topic, class)}.
 OPTIONAL_TOPICS = {
