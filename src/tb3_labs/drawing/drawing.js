@@ -132,7 +132,8 @@ export function stroke(c, colour, points) {
 function trace(c, points) {
   c.beginPath();
   points.forEach((point, i) => {
-    if (point) c[points[i - 1] ? 'lineTo' : 'moveTo'](point[0], point[1]);
+    if (point && points[i - 1]) c.lineTo(point[0], point[1]);
+    else if (point) c.moveTo(point[0], point[1]);
   });
 }
 
@@ -187,18 +188,19 @@ export function drawGrid(c, v, words) {
   c.lineWidth = 1;
   c.font = '11px system-ui, sans-serif';
   c.fillStyle = colours.faint;
-  const text = (value) => (Math.abs(value) < step / 2 ? '0' : value.toFixed(digits(step)));
+  const text = (i) => (i === 0 ? '0' : (i * step).toFixed(digits(step)));
+  const colour = (i) => (i === 0 ? colours['grid-strong'] : colours.grid);
   for (let i = Math.ceil(x0 / step); i <= x1 / step; i += 1) {
     const px = Math.round(v.pixel(i * step, 0)[0]) + 0.5;
-    stroke(c, i === 0 ? colours['grid-strong'] : colours.grid, [[px, 0], [px, v.height]]);
+    stroke(c, colour(i), [[px, 0], [px, v.height]]);
     c.textAlign = 'center';
-    if (px > 40) c.fillText(text(i * step), px, v.height - 4);
+    if (px > 40) c.fillText(text(i), px, v.height - 4);
   }
   for (let i = Math.ceil(y0 / step); i <= y1 / step; i += 1) {
     const py = Math.round(v.pixel(0, i * step)[1]) + 0.5;
-    stroke(c, i === 0 ? colours['grid-strong'] : colours.grid, [[0, py], [v.width, py]]);
+    stroke(c, colour(i), [[0, py], [v.width, py]]);
     c.textAlign = 'left';
-    if (py > 60 && py < v.height - 24) c.fillText(text(i * step), 4, py - 3);
+    if (py > 60 && py < v.height - 24) c.fillText(text(i), 4, py - 3);
   }
   c.textAlign = 'right';
   c.fillText(words, v.width - 6, v.height - 18);

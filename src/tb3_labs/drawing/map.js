@@ -158,8 +158,10 @@ export class RobotMap {
     const [far, near] = isOdom ? [4, 4] : [7, 0];
     const marker = [[px + near, py - far], [px + far, py + near], [px - near, py + far],
                     [px - far, py - near]];
-    polygon(c, marker, isOdom ? colour : colours.paper, colour, 2);
-    writeName(c, name, px, py, colour, {across: isOdom ? -1 : 1, down: 1, away: 10});
+    const fill = isOdom ? colour : colours.paper;
+    polygon(c, marker, fill, colour, 2);
+    const across = isOdom ? -1 : 1;
+    writeName(c, name, px, py, colour, {across, down: 1, away: 10});
   }
 
   /** Draw a target in local as a cross of constant size, with its heading. */

@@ -42,7 +42,7 @@ export class Controls {
 
   async _request(message) {
     const answer = await this._link.ask(message);
-    say(answer.text || (answer.ok ? 'done' : 'refused'), !answer.ok);
+    say(answer.text, !answer.ok);
   }
 
   _sendTyped(kind) {
@@ -56,7 +56,8 @@ export class Controls {
     this._mapInput.cancel();
     say('STOP: waiting for the answer');
     this._pad.stop().then(({ok, text}) => {
-      say(ok ? text : `STOP is not confirmed: ${text}`, !ok);
+      const outcome = ok ? text : `STOP is not confirmed: ${text}`;
+      say(outcome, !ok);
     });
     this._redraw();
     return true;
@@ -146,14 +147,16 @@ class PoseInput extends MapInput {
 
   /** Show the pose of the drag so far. A short drag has the heading of the field. */
   _show(at) {
-    const {pixel, point} = this._start, end = this.map.localAt(...at);
+    const {pixel, point} = this._start;
+    const end = this.map.localAt(...at);
     if (!end) return;
     const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= MIN_DRAG_LENGTH;
     const yaw = isFar ? Math.atan2(end[1] - point[1], end[0] - point[0])
       : radians(numberIn(this._tool + '-yaw') || 0);
-    const words = `${this._tool === 'goal' ? 'goal' : 'robot is at'} ${point[0].toFixed(2)} `
-      + `${point[1].toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
-    this.map.draft = {pose: [point[0], point[1], yaw], words};
+    const [x, y] = point;
+    const name = this._tool === 'goal' ? 'goal' : 'robot is at';
+    const words = `${name} ${x.toFixed(2)} ${y.toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
+    this.map.draft = {pose: [x, y, yaw], words};
     this.redraw();
   }
 }

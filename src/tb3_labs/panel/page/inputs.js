@@ -9,6 +9,11 @@ const ARROWS = {
   ArrowUp: [ARROW_DEFLECTION, 0], ArrowDown: [-ARROW_DEFLECTION, 0],
   ArrowLeft: [0, ARROW_DEFLECTION], ArrowRight: [0, -ARROW_DEFLECTION],
 };
+/** {axis of a stick: its direction on the screen} */
+const STICKS = {
+  forward: {place: 'clientY', side: 'height', translate: 'translateY'},
+  left: {place: 'clientX', side: 'width', translate: 'translateX'},
+};
 /** The buttons of the pad on the screen, and their keys. */
 export const PAD_BUTTONS = ['a', 'b', 'y'];
 const TYPING = 'input, textarea, select';
@@ -19,26 +24,23 @@ const DRIVING_BUTTONS = ['a', 'y'];    // B is a stop, which works at any time
 /** A stick that moves along one axis, 'forward' or 'left'. The place of the grip is its middle.
  *  Returns a function that lets the stick go. */
 export function stick(element, axis, pad) {
-  const knob = element.querySelector('.knob'), up = axis === 'forward';
-  const at = (event) => (up ? event.clientY : event.clientX);
+  const knob = element.querySelector('.knob');
+  const {place, side, translate} = STICKS[axis];
   let from = 0;
-  const travel = () => {
-    const side = up ? 'height' : 'width';
-    return (element.getBoundingClientRect()[side] - knob.getBoundingClientRect()[side]) / 2;
-  };
+  const travel = () => (
+    (element.getBoundingClientRect()[side] - knob.getBoundingClientRect()[side]) / 2);
   const show = (value) => {
-    const shift = Math.round(-value * travel());
-    knob.style.transform = `translate${up ? 'Y' : 'X'}(${shift}px)`;
+    knob.style.transform = `${translate}(${Math.round(-value * travel())}px)`;
   };
   const grip = (event) => {
-    from = at(event);
+    from = event[place];
     pad.grip(element.id);
   };
   const move = (event) => {
-    const pushed = clamp((from - at(event)) / travel());
+    const pushed = clamp((from - event[place]) / travel());
     const value = Math.abs(pushed) < REST_ZONE ? 0 : pushed;
     show(value);
-    pad.move(element.id, up ? value : 0, up ? 0 : value);
+    pad.move(element.id, {[axis]: value});
   };
   return onHold(element, grip, move, () => {
     show(0);
@@ -160,7 +162,7 @@ export class Keys {
       forward += up;
       left += aside;
     }
-    this._pad.move('keys', forward, left);
+    this._pad.move('keys', {forward, left});
   }
 }
 
@@ -220,7 +222,7 @@ export class RealGamepad {
   _drive(now, still) {
     const touched = !still || now.hold;
     if (touched && !this._pad.has('gamepad')) this._pad.grip('gamepad', now.hold);
-    if (touched) this._pad.move('gamepad', now.forward, now.left, now.hold);
+    if (touched) this._pad.move('gamepad', now, now.hold);
     else this._pad.release('gamepad');
     for (const name of DRIVING_BUTTONS) {
       if (now[name] && !this._lastState[name]) this._pad.press(name);

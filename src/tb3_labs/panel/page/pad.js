@@ -51,7 +51,7 @@ export class Pad {
     this._begin();
   }
 
-  move(name, forward, left, hold = true) {
+  move(name, {forward = 0, left = 0}, hold = true) {
     const grip = this._grips.get(name);
     if (grip) Object.assign(grip, {forward, left, hold});
   }

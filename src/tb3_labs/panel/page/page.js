@@ -84,8 +84,8 @@ export function showStatus(p) {
   setText($('goal-pose'), poseText(p.goal));
   setText($('truth-error'), errorText(p));
   setText($('heading'), number(p.heading_deg, 1, '\u00b0'));
-  setText($('command'), p.command
-    ? `${number(p.command[0], 2)} m/s ${number(p.command[1], 2)} rad/s` : number(null));
+  const [linear, angular] = p.command || [];
+  setText($('command'), `${number(linear, 2)} m/s ${number(angular, 2)} rad/s`);
   const mayDrive = p.has_control ? 'nobody, but move_to_goal has control' : 'nobody';
   setText($('driver'), p.driver || mayDrive);
   showAges(p.ages);
@@ -94,8 +94,8 @@ export function showStatus(p) {
 
 function poseText(pose) {
   if (!pose) return number(null);
-  const yaw = number(degrees(pose[2]), 1, '\u00b0');
-  return `${number(pose[0], 3)} ${number(pose[1], 3)} ${yaw}`;
+  const [x, y, yaw] = pose;
+  return `${number(x, 3)} ${number(y, 3)} ${number(degrees(yaw), 1, '\u00b0')}`;
 }
 
 function errorText(p) {
@@ -111,7 +111,8 @@ let shownNodes = '[]';
 
 /** Show the variables of nodes, which watch.py publishes. Selected text stays until one changes. */
 function showInside(nodes) {
-  const box = $('inside'), text = JSON.stringify(nodes);
+  const box = $('inside');
+  const text = JSON.stringify(nodes);
   if (text === shownNodes) return;
   shownNodes = text;
   box.hidden = !nodes.length;
