@@ -7,4 +7,5 @@ setup(**generate_distutils_setup(
     packages=find_packages('src'), package_dir={'': 'src'},
     # HTML, style and JavaScript
     package_data={'tb3_labs.drawing': ['*.js', '*.css'], 'tb3_labs.panel': ['page/*'],
-                  'tb3_labs.report.page': ['timeline.*'], 'tb3_labs.watch': ['probe/*.py']}))
+                  'tb3_labs.report.page': ['*.css', '*.html', '*.js'],
+                  'tb3_labs.watch': ['probe/*.py']}))

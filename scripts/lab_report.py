@@ -48,7 +48,9 @@ def main(argv):
         from tb3_labs.report.motion.movements import LAB_GOAL, completed
         from tb3_labs.report.page.files import write_report    # needs matplotlib
         from tb3_labs.recording.ros_bag import read_run
-        run = completed(read_run(str(given.bag), given.ns, _print), given.goal or LAB_GOAL)
+        run = completed(read_run(str(given.bag), given.ns), given.goal or LAB_GOAL)
+        for note in run.notes:
+            _print(f'{given.bag}: {note}')
         folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
         page, *others = write_report(run, model_of_environment(os.environ), folder)
         print(f'Report: {page}\nBeside it: {", ".join(path.name for path in others)}')

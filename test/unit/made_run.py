@@ -14,7 +14,7 @@ from unittest import mock
 import numpy as np
 
 from tb3_labs.recording.run_data import (
-    Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, States)
+    Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, States, Variables)
 
 TIME = np.arange(201) / 20.0
 ZERO = 0.0 * TIME
@@ -41,7 +41,7 @@ def table_in(path):
 @contextlib.contextmanager
 def without_pictures():
     """The figures of a report are made, but not drawn: that takes most of a report's time."""
-    with mock.patch('tb3_labs.report.page.files.write_figure', return_value=''):
+    with mock.patch('tb3_labs.report.page.figures.png', return_value=b''):
         yield
 
 
@@ -62,7 +62,7 @@ def imu_samples(arrival, time, yaw, yaw_rate):
 
 
 def speeds_sent(arrival, time, linear, angular):
-    return Commands(arrival, time, linear, angular, *4 * [0.0 * time])
+    return Commands(arrival, time, linear, angular, *4 * [0.0 * time], np.full(len(time), ''))
 
 
 def poses(x=X, y=ZERO, yaw=ZERO, time=TIME):
@@ -77,6 +77,15 @@ def made(**parts):
         local_pose=poses(), states=states(*STATES), commands=Commands.none(),
         goals=goals([begin for begin, _ in STATES], 1.0)), **parts)
     return RunData(**parts)
+
+
+def variables(nodes=None, time=TIME, **texts):
+    """Variables of a node: a name, and a text at each time, or one for all times."""
+    rows = [(at, (nodes or {}).get(name, '/controller'), name,
+             text if isinstance(text, str) else str(text[k]))
+            for k, at in enumerate(time) for name, text in texts.items()]
+    at, *columns = zip(*rows)
+    return Variables(np.array(at), np.array(at), *(np.array(each, dtype=object) for each in columns))
 
 
 # Made from commands -------------------------------------------------------------------------------

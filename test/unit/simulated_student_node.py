@@ -60,7 +60,7 @@ class SimulatedNode:
 
     def publish(self, twist):
         self.command = twist.linear.x, twist.angular.z
-        self.note(Commands, *self.command, *4 * [0.0])
+        self.note(Commands, *self.command, *4 * [0.0], '')
 
     def call(self, function, *values):
         try:

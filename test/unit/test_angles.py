@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry.arrays import wrap_all, yaws_from_quaternions
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.angles import (
     WHOLE_TURN, clamp, difference, difference_degrees, quaternion_from_yaw, unwrap, wrap, yaw_from_quaternion)
 
@@ -102,16 +102,8 @@ def then_tilted(yaw, tilt, axis):
 
 
 def yaw_of(quaternion, scale=1.0):
-    """The function for arrays returns the same yaw, and NaN if the function for one quaternion raises."""
     w, x, y, z = (scale * part for part in quaternion)
-    of_array, = yaws_from_quaternions(*map(np.atleast_1d, (w, x, y, z)))
-    try:
-        yaw = yaw_from_quaternion(w=w, x=x, y=y, z=z)
-    except ValueError:
-        assert math.isnan(of_array)
-        raise
-    assert -math.pi < of_array <= math.pi and angle_between(of_array, yaw) < 1e-12
-    return yaw
+    return yaw_from_quaternion(w=w, x=x, y=y, z=z)
 
 
 def assert_yaw(quaternion, yaw, scale=1.0):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from made_run import made
+from made_run import made, speeds_sent
 from test_marking import observation, recording, stimulus
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import gamepad, stimuli
@@ -522,7 +522,7 @@ def test_a_speed_that_no_wheel_follows_is_told():
     seen = observed('gamepad', **{gamepad.LEFT_STICK_UP: scene(*((t, 0.0, 0.0) for t in np.arange(8.0)))})
     assert missed_of('gamepad', 'drives', seen) == \
         'with the left stick up nothing was commanded: only zeros came on cmd_vel'
-    seen.recording = made(commands=Commands(at, at, zero, zero, zero + 0.22, zero, zero, zero))
+    seen.recording = made(commands=replace(speeds_sent(at, at, zero, zero), sideways=zero + 0.22))
     assert missed_of('gamepad', 'drives', seen) == 'with the left stick up neither linear.x nor angular.z ' \
         'was commanded: linear.y was 0.22 in its commands on cmd_vel'
 

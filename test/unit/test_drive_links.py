@@ -170,8 +170,8 @@ def test_the_commands_of_another_node_are_not_those_of_this_node():
     order = np.argsort(both.arrival)
     mixed = replace(run, commands=both.take(order))
     assert broken(mixed) is not None
-    sender = Numbers(mixed.commands.arrival, mixed.commands.arrival, 1.0 * (order >= len(sent)))
-    known = replace(mixed, senders=(node, '/gamepad'), sender_index=sender)
+    sender = np.where(order < len(sent), node, '/gamepad')
+    known = replace(mixed, commands=replace(mixed.commands, sender=sender))
     assert first_broken(NodeRun(known, node), CHAINS['move2goal']) is None
 
 
@@ -179,8 +179,8 @@ def test_a_node_that_sent_nothing_did_not_send_the_commands_of_another_node():
     """Only a gamepad drives: the node had no control."""
     run = played()
     node = str(run.variables.node[0])
-    taken = replace(run, senders=('/gamepad',), control=Numbers(*np.array([[0.5], [0.5], [0.0]])),
-                    sender_index=Numbers(run.commands.arrival, run.commands.arrival, 0.0 * run.commands.arrival))
+    sent = replace(run.commands, sender=np.full(len(run.commands), '/gamepad'))
+    taken = replace(run, commands=sent, control=Numbers(*np.array([[0.5], [0.5], [0.0]])))
     assert any(not_silent(NodeRun(taken)))
     assert not any(not_silent(NodeRun(taken, node)))
 

@@ -24,20 +24,20 @@ def drive_of(run):
 # Place and time of the measurement ----------------------------------------------------------------
 
 @pytest.mark.parametrize('moves_at, counts', [(7.9, True), (8.02, False)])
-def test_it_is_measured_at_rest_within_a_second_of_its_end(moves_at, counts):
+def test_a_drive_is_measured_at_rest_within_a_second_of_its_end(moves_at, counts):
     late = np.where(TIME > moves_at, SHIFT, 0.0)
     drive = drive_of(made(local_pose=poses(X, late)))
     assert drive.measured[0] == pytest.approx(SHIFT if counts else 0.0)
 
 
 @pytest.mark.parametrize('silence, known', [(0.25, True), (0.4, False)])
-def test_a_pose_of_long_before_the_end_says_nothing(silence, known):
+def test_a_pose_long_before_the_end_gives_no_error(silence, known):
     kept = TIME <= 7.0 - silence
     drive = drive_of(made(local_pose=poses().take(kept)))
     assert math.isnan(drive.measured[0]) != known and math.isnan(drive.measured[1]) != known
 
 
-def test_the_true_error_is_seen_from_where_local_truly_stands():
+def test_the_true_error_is_measured_in_the_true_local_frame():
     world_T_local = Pose2(5.0, -3.0, 2.0)
     truth = poses(X, np.where(TIME > 5.0, 0.05, 0.0), np.where(TIME > 6.5, 0.1, 0.0))
     run = made(ground_truth=truth.seen_from(world_T_local))

@@ -38,13 +38,13 @@ def shifted(metres, at=8.0, line=8.0):
 
 
 @pytest.mark.parametrize('line', [7.75, 8.0, 8.25])
-def test_the_line_of_a_reset_may_come_a_moment_before_or_after_it(line):
+def test_the_line_of_a_reset_may_come_a_moment_before_or_after_the_jump(line):
     """20 messages a second: the jump at 8.0 s is dated from halfway to the message before."""
     before, after = frame_intervals(shifted(0.02, line=line))
     assert before.end == after.begin == pytest.approx(7.975)
 
 
-def test_a_reset_that_moves_nothing_is_where_its_line_is():
+def test_a_reset_that_moves_nothing_is_at_the_time_of_its_line():
     """Are they equal within a millimetre of noise?"""
     noise = 0.001 * np.random.RandomState(1).standard_normal(len(TIME))
     run = replace(shifted(0.0), local_pose=poses(X + noise))
@@ -76,7 +76,7 @@ def test_a_drive_belongs_to_the_reset_that_began_it(begin, end, number):
     assert frame_interval_of(in_order, begin, end) is in_order[number]
 
 
-def test_local_stands_in_the_world_by_the_first_pose_of_its_epoch():
+def test_local_is_placed_in_the_world_by_the_first_pose_of_an_interval():
     run = replace(shifted(0.5), ground_truth=poses(X + 2.0, 0.0 * X + 1.0))
     places = [(interval.local_T_world.x, interval.local_T_world.y) for interval in frame_intervals(run)]
     assert places == [pytest.approx((-2.0, -1.0)), pytest.approx((-1.5, -1.0))]

@@ -3,9 +3,9 @@ import math
 
 import numpy as np
 import pytest
-from made_run import made
+from made_run import made, speeds_sent
 
-from tb3_labs.recording.run_data import Commands, ImuSamples, States
+from tb3_labs.recording.run_data import ImuSamples, States
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.chains import CHAINS, first_broken
 
@@ -16,7 +16,7 @@ def told(node_run, lab='imu'):
 
 
 def test_a_run_without_variables_and_lines_breaks_no_link():
-    sent = Commands(*(np.arange(30.0) for _ in range(8)))
+    sent = speeds_sent(*(np.arange(30.0) for _ in range(4)))
     for lab in CHAINS:
         assert told(NodeRun(made(commands=sent, imu=ImuSamples.none())), lab) is None
 

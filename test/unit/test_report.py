@@ -1,5 +1,6 @@
 """The run report, from bag to page: pictures, tables, CSV files, the command and its refusals."""
 import base64
+import csv
 import math
 import re
 import runpy
@@ -7,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ from recorded_run import (  # noqa: F401
 
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.recording.run_data import MIN_LEAP, OdometrySamples, Poses, States
+from tb3_labs.recording.run_data import MIN_LEAP, LogLines, OdometrySamples, Poses, States
 from tb3_labs.report.page.document import number, table
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
@@ -27,9 +29,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.figures import paths_figure
-from tb3_labs.report.page.files import COMPUTED, NO_DRIVE, write_csv, write_report
-
-UNKNOWN = '\u2013'
+from tb3_labs.report.page.files import COMPUTED, NO_DRIVE, samples_csv, write_report
 
 
 def lab_report(*words):
@@ -58,9 +58,9 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
         assert png[:4] == b'\x89PNG' and png == (tmp_path / 'out' / (name + '.png')).read_bytes()
     text = re.sub('base64,[^"]*', '', page)
     assert not re.search('https?:|<script src|<link|url\\(', text)
-    first, second = (row for row in rows_of(text) if len(row) == 11)
-    assert first[4:10] == ['reached', '6.50', '0.0120', '-0.70', '0.0500', '-2.00']
-    assert second[4:5] + second[6:10] == [
+    first, second = (row for row in rows_of(text) if len(row) == 12)
+    assert first[5:11] == ['reached', '6.50', '0.0120', '-0.70', '0.0500', '-2.00']
+    assert second[5:6] + second[7:11] == [
         'gave up: it is stuck, alas', '0.5000', '-90.00', '0.5000', '-90.00']
     assert [(row['run'], row['drive'], row['distance_error_m'])
             for row in table_in(tmp_path / 'out' / 'drives.csv')] == [
@@ -81,7 +81,7 @@ def test_the_template_has_the_name_of_the_figure_of_turns(tmp_path):
 
 def test_no_output_goes_through_a_link(bag, tmp_path, capsys, monkeypatch):
     """A zip from a stranger may hold the report's folder, with links to files of the reader."""
-    monkeypatch.setattr('tb3_labs.report.page.figures.save', lambda figure, file: None)
+    monkeypatch.setattr('tb3_labs.report.page.figures.png', lambda figure: b'')
     theirs, folder = tmp_path / 'profile', tmp_path / 'out'
     theirs.write_text('mine')
     folder.mkdir()
@@ -97,7 +97,7 @@ def test_no_output_goes_through_a_link(bag, tmp_path, capsys, monkeypatch):
     assert 'link: it is a link to another folder; choose another folder with -o' in line
 
 
-def test_what_cannot_be_written_leaves_the_old_file_and_nothing_else(tmp_path):
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     (tmp_path / 'run.csv').write_text('old')
     with pytest.raises(TypeError):
         write_output(tmp_path / 'run.csv', None)
@@ -132,7 +132,7 @@ def odd_bags(bag, tmp_path_factory):
     ('text.bag', 'not a bag of ROS 1, version 2.0'),
     ('.', 'cannot be read (Is a directory)'),
     ('still.bag', 'no nav_msgs/Odometry'), ('run.bag -o text.bag/report', 'choose another folder')])
-def test_what_cannot_be_reported_is_one_line(words, said, odd_bags, monkeypatch, capsys):
+def test_a_bag_that_cannot_be_reported_gives_one_line(words, said, odd_bags, monkeypatch, capsys):
     monkeypatch.chdir(odd_bags)
     assert lab_report(*words.split()) == 1
     line, = capsys.readouterr().err.strip().splitlines()
@@ -150,7 +150,7 @@ def test_settings_for_matplotlib_in_the_folder_of_a_stranger_do_nothing(tmp_path
     assert seen == 'False white 1.5\n'
 
 
-def test_without_matplotlib(bag, monkeypatch, capsys):
+def test_a_missing_matplotlib_gives_one_line(bag, monkeypatch, capsys):
     for name in [name for name in sys.modules if name.startswith(
             ('matplotlib', 'tb3_labs.report'))]:
         monkeypatch.delitem(sys.modules, name)
@@ -200,31 +200,34 @@ def test_the_rows_of_two_runs_fit_into_one_spreadsheet(tmp_path):
         assert [float(row[column]) for row in rows[word]] == pytest.approx(expected, abs=bound)
 
 
-def csv_of(tmp_path, **parts):
+def test_a_spreadsheet_reads_no_formula_in_a_state(tmp_path):
+    words_of(made(states=states(*STATES[:3], (7.0, '=1+1'))), tmp_path)
+    assert [row['outcome'] for row in table_in(tmp_path / 'drives.csv')] == ["'=1+1"]
+
+
+def csv_of(**parts):
     """The rows of run.csv of a made run."""
-    write_csv(made(**parts), tmp_path / 'run.csv')
-    return table_in(tmp_path / 'run.csv')
+    return list(csv.DictReader(StringIO(samples_csv(made(**parts)))))
 
 
-def test_a_row_has_what_was_recorded_at_its_time(tmp_path):
+def test_a_row_has_what_was_recorded_at_its_time():
     own = TIME[::2]
     row = csv_of(
-        tmp_path, odometry=OdometrySamples(
+        odometry=OdometrySamples(
             own, own, 2.0 + 0.0 * own, 0.1 * own, 0.01 * own, 0.3 * own, 0.0 * own),
         imu=imu_samples(TIME, TIME, 0.02 * TIME, 0.5 * TIME))[30]                    # 3 s
     expected = dict(
         time_s=3.0, odom_x_m=2.0, odom_y_m=0.3, odom_yaw_deg=math.degrees(0.03),
         imu_yaw_deg=math.degrees(0.06), linear_m_s=0.9, angular_rad_s=1.5)
     for name, value in expected.items():
-        assert float(row[name]) == pytest.approx(value, abs=6e-4 if 'deg' in name else 6e-5), name
-        assert len(row[name].split('.')[1]) == (3 if 'deg' in name else 4), name
+        assert float(row[name]) == pytest.approx(value, abs=6e-5), name
     assert row['linear_commanded_m_s'] == '' and list(row)[0] == 'time_s' and len(row) == 9
 
 
-def test_a_command_holds_until_the_next_one_or_its_timeout(tmp_path):
+def test_a_command_holds_until_the_next_one_or_its_timeout():
     sent = np.array([1.0, 1.2, 5.0])
     rows = {float(row['time_s']): (row['linear_commanded_m_s'], row['angular_commanded_rad_s'])
-            for row in csv_of(tmp_path, commands=speeds_sent(
+            for row in csv_of(commands=speeds_sent(
                 sent, sent, np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0])))}
     assert rows[0.95] == rows[1.75] == ('', '')
     assert rows[1.0] == rows[1.15] == ('0.1000', '1.0000')
@@ -233,7 +236,7 @@ def test_a_command_holds_until_the_next_one_or_its_timeout(tmp_path):
 
 # The page -----------------------------------------------------------------------------------------
 
-def test_the_page_says_what_was_driven(tmp_path):
+def test_the_page_has_a_row_for_each_drive(tmp_path):
     """The odometry keeps 0. The IMU is at 0.5 rad until 1.3 s, then turns by 3 deg until 6 s."""
     yaw = np.radians(np.interp(TIME, [1.3, 6.0], [0.0, 3.0]))
     page = words_of(made(
@@ -241,25 +244,34 @@ def test_the_page_says_what_was_driven(tmp_path):
         states=states(*STATES[:3], (6.5, 'stopped: no imu'), (7.0, 'GOAL_REACHED'),
                       (8.5, 'ROTATE_TO_GOAL')),
         imu=imu_samples(TIME, TIME, yaw + 0.5, ZERO).take((TIME < 8.01) | (TIME > 8.59)),
-        dropped={'imu': 7}, topics={'imu': '/robot3/imu'}), str(tmp_path / 'a' / 'b'))
+        notes=('invalid messages: 7',)), str(tmp_path / 'a' / 'b'))
     assert 'Burger on 2023-11-1' in page and (
-        '10.0 s, 1.00 m driven, resets: 0, 7 invalid messages of /robot3/imu dropped.' in page)
-    first, second = (row for row in rows_of(page) if len(row) == 11)
+        '10.0 s, 1.00 m driven, resets: 0.' in page and '<p>Invalid messages: 7.</p>' in page)
+    first, second = (row for row in rows_of(page) if len(row) == 12)
     angle = math.degrees(0.1) - 3.0
-    assert first[:6] == ['1', '1.03', '0.04', '5.7', 'reached', '6.50']
-    assert first[6:10] == ['0.0500', '{:+.2f}'.format(angle), UNKNOWN, UNKNOWN]
-    assert first[10][0] == '+' and float(first[10]) == pytest.approx(2.97, abs=0.05)
-    assert second[:6] == ['2', '3.00', '0.04', '5.7', 'recording ended', '1.50']
-    assert second[10] == UNKNOWN
+    assert first[:7] == ['1', '0.50', '1.03', '0.04', '5.7', 'reached', '6.50']
+    assert first[7:11] == ['0.0500', '{:+.2f}'.format(angle), '', '']
+    assert first[11][0] == '+' and float(first[11]) == pytest.approx(2.97, abs=0.05)
+    assert second[:7] == ['2', '8.50', '3.00', '0.04', '5.7', 'recording ended', '1.50']
+    assert second[11] == ''
 
 
-def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):
+def test_the_page_has_each_exception_once_and_the_open_todos(tmp_path):
+    error = 'Traceback (most recent call last):\n  File "a.py", line 7, in f\nValueError: <x>'
+    texts = [error, 'all is well', 'TODO 3 is open', error]
+    columns = [np.array(column, dtype=object) for column in (['error'] * 4, ['/node'] * 4, texts)]
+    page = words_of(made(log=LogLines(np.arange(4.0), np.arange(4.0), *columns)), tmp_path)
+    assert '<b>An exception came: ValueError: &lt;x&gt;, line 7.</b> (2 times) <a href="#t=0.0">' in page
+    assert '<b>The node said: TODO 3 is open.</b> (once) <a href="#t=2.0">' in page
+
+
+def test_a_drive_without_a_recorded_goal_has_no_errors(tmp_path):
     text = words_of(made(goals=Poses.none()), tmp_path)
-    row, = (row for row in rows_of(text) if len(row) == 11)
-    assert row[:10] == ['1', UNKNOWN, UNKNOWN, UNKNOWN, 'reached', '6.50'] + [UNKNOWN] * 4
+    row, = (row for row in rows_of(text) if len(row) == 12)
+    assert row[:11] == ['1', '0.50', '', '', '', 'reached', '6.50', '', '', '', '']
 
 
-def test_a_page_without_drives_says_so(tmp_path):
+def test_a_page_without_drives_has_a_sentence_about_the_lack(tmp_path):
     text = words_of(made(states=States.none()), tmp_path)
     assert NO_DRIVE in text and 'None' not in text
 
@@ -271,7 +283,7 @@ def test_a_page_says_that_values_were_not_recorded(tmp_path):
 
 @pytest.mark.parametrize('value, form, text', [
     (-0.0004, '{:+.2f}', '+0.00'), (-0.0004, '{:.1f}', '0.0'), (-0.006, '{:+.2f}', '-0.01'),
-    (math.nan, '{:.2f}', UNKNOWN), (math.inf, '{:.2f}', UNKNOWN)])
+    (math.nan, '{:.2f}', '\u2013'), (math.inf, '{:.2f}', '\u2013')])
 def test_a_number_is_never_minus_zero_and_an_unknown_one_is_a_dash(value, form, text):
     assert number(value, form) == text
 

@@ -49,7 +49,7 @@ def test_products_inverses_and_parents_of_many_poses():
     (1.5, 0.5, (0, 1)), (3.5, 0.75, (1, 2)), (0.0, 0.0, (0, 1)), (9.0, 1.0, (1, 2)),
     (2.0, 0.0, (1, 2))])
 def test_a_pose_between_two(time, share, pair):
-    here, (before, after) = arrays(A).at(time), (A[k] for k in pair)
+    here, (before, after) = arrays(A).pose_at(time), (A[k] for k in pair)
     assert (here.x, here.y) == pytest.approx((before.x + share * (after.x - before.x),
                                               before.y + share * (after.y - before.y)))
     turned = float(wrap_all(after.yaw - before.yaw))

@@ -4,13 +4,13 @@ import math
 import re
 import shutil
 import subprocess
-from html import escape
+from html import unescape
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies
 from made_run import (
-    TIME, X, ZERO, goals, imu_samples, made, poses, reset_lines, speeds_sent, states)
+    TIME, X, ZERO, imu_samples, made, poses, reset_lines, speeds_sent, variables)
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
@@ -40,22 +40,22 @@ def data_of(run):
 def test_no_value_is_farther_from_its_track_than_the_bound(steps, seed):
     values = np.cumsum(steps)
     time = np.cumsum(np.random.RandomState(seed).uniform(0.002, 0.05, len(values)))
-    at, (column,), _ = decoded(timeline.track(time, [values], ['m']))
+    at, (column,), _ = decoded(timeline.track(time, [values], [0.002]))
     assert np.abs(np.interp(time, at, column) - values).max() <= (
-        timeline.BOUNDS['m'] + 0.0005 + 0.001 * 0.02 / 0.002)    # the value and its time are rounded
+        0.002 + 0.00005 + 0.001 * 0.02 / 0.002)    # the value and its time are rounded
 
 
 @pytest.mark.parametrize('values, times, kept', [
     (0.3 * TIME, [0.0, 10.0], [0.0, 3.0]),
     ((TIME >= 5.0) * 1.0, [0.0, 4.95, 5.0, 10.0], [0.0, 0.0, 1.0, 1.0])], ids=['line', 'step'])
 def test_a_straight_line_keeps_its_ends_and_a_step_is_not_smoothed(values, times, kept):
-    at, (column,), breaks = decoded(timeline.track(TIME, [values], ['m']))
-    assert list(at) == pytest.approx(times) and list(column) == pytest.approx(kept) and breaks == []
+    at, (column,), breaks = decoded(timeline.track(TIME, [values], [0.002]))
+    assert list(at) == pytest.approx(times) and list(column) == pytest.approx(kept) and not len(breaks)
 
 
 def test_a_silence_is_a_break_and_not_a_line():
     time = TIME[(TIME < 3.0) | (TIME > 5.0)]
-    at, _, (gap,) = decoded(timeline.track(time, [time], ['m']))
+    at, _, (gap,) = decoded(timeline.track(time, [time], [0.002]))
     assert at[gap - 1] == pytest.approx(2.95) and at[gap] == pytest.approx(5.05)
 
 
@@ -92,7 +92,7 @@ def test_a_reset_is_an_event_and_the_frame_jumps_there():
     assert at[jump] == pytest.approx(8.0, abs=0.051)
 
 
-def test_events_name_stops_silences_and_who_may_drive():
+def test_changes_of_control_and_silences_are_events():
     keep = TIME[(TIME < 2.0) | (TIME > 3.0)]
     run = made(imu=imu_samples(keep, keep, 0.0 * keep, 0.0 * keep),
                control=Numbers(*np.array([(0.5, 4.0), (0.5, 4.0), (1.0, 0.0)])))
@@ -106,30 +106,7 @@ def test_a_command_ends_with_the_robots_timeout():
     run = made(commands=speeds_sent(*np.array([
         (1.0, 1.1, 4.0), (1.0, 1.1, 4.0), (0.1, 0.1, 0.2), (0.0, 0.0, 0.0)])))
     assert data_of(run)['commands'] == [
-        (1.0, 0.1, 0.0), (1.6, None, None), (4.0, 0.2, 0.0), (4.5, None, None)]
-
-
-def path_in(page, curve, kind):
-    """The pieces of a line of a curve: arrays of (time, value)."""
-    pattern = r'id="curve-{}">.*?class="{}" d="(.*?)"'.format(curve, kind)
-    line = re.search(pattern, page, re.DOTALL).group(1)
-    return [np.array([point.split() for point in piece.split('L')], dtype=float) * (1.0, -1.0)
-            for piece in line.split('M')[1:]]
-
-
-def test_the_curves_are_the_tracks_and_the_commands_are_steps():
-    keep = (TIME < 2.0) | (TIME > 3.0)
-    run = made(imu=imu_samples(TIME[keep], TIME[keep], 0.1 * TIME[keep], ZERO[keep] + 0.1),
-               commands=speeds_sent(*np.array([(1.0, 1.4), (1.0, 1.4), (0.1, -0.2), (0.0, 0.0)])))
-    page = timeline.section(data_of(run))
-    before, after = path_in(page, 'heading', 'measured')
-    for piece, ends in ((before, (0.0, 1.95)), (after, (3.05, 10.0))):
-        assert tuple(piece[[0, -1], 0]) == ends
-        assert piece[:, 1] == pytest.approx(np.degrees(0.1 * piece[:, 0]), abs=0.2)
-    steps, = path_in(page, 'linear', 'commanded')
-    assert steps == pytest.approx(np.array([(1.0, 0.1), (1.4, 0.1), (1.4, -0.2), (1.9, -0.2)]))
-    assert 'id="curve-distance"' not in timeline.section(data_of(made(
-        states=states(), goals=goals([], []))))
+        [1.0, 0.1, 0.0], [1.6, None, None], [4.0, 0.2, 0.0], [4.5, None, None]]
 
 
 # The page -----------------------------------------------------------------------------------------
@@ -141,8 +118,17 @@ LINE = '</script><b>&amp; "'
 def page():
     words = [np.array(words, dtype=object) for words in (
         ['info', 'info', 'warning'], ['/node', '/record', '/node'], ['started', 'heard', LINE])]
+    keep = (TIME < 2.0) | (TIME > 3.0)
     run = made(log=LogLines(np.array([0.0, 1.0, 5.0]), np.array([0.0, 1.0, 5.0]), *words),
-               local_pose=poses(x=X - (TIME >= 8.0)), resets=reset_lines(8.0))
+               imu=imu_samples(TIME[keep], TIME[keep], 0.1 * TIME[keep], ZERO[keep] + 0.1),
+               local_pose=poses(x=X - (TIME >= 8.0)), resets=reset_lines(8.0),
+               commands=speeds_sent(*np.array([(1.0, 1.4), (1.0, 1.4), (0.1, -0.2), (0.0, 0.0)])),
+               variables=variables(
+                   goal=TIME ** 2, state=['A'] * 100 + [LINE] * 101, turning=TIME >= 4.0, K_HDG='0.1',
+                   has_control=TIME < 4.0,
+                   mixed=['None'] * 20 + [*TIME[20:100]] + ['nan', 'inf'] * 10 + [*TIME[120:]],
+                   absurd=1.7e308 * np.sin(TIME), words=[f'{at:.1f} s' for at in TIME],
+                   **{f'a{k}': 1e299 * np.sin(TIME) for k in range(20)}))
     return timeline.section(data_of(run))
 
 
@@ -150,12 +136,11 @@ def test_the_page_needs_no_other_file(page):
     assert not re.search(r'\bsrc=|href="(?!#t=)|^import |https?://|@import', page, re.MULTILINE)
 
 
-def test_neither_a_log_line_nor_a_state_can_end_the_data(page):
-    assert '<li data-level="warning"><a href="#t=5.0">5.00 s&ensp;node: {}</a>'.format(
-        escape(LINE)) in page
-    page = timeline.section(dict(data_of(made()), goals=[[5.0, LINE, None]]))
+def test_no_text_of_a_node_can_end_the_data(page):
     inside = page.split('type="application/json">')[1].split('</script>')[0]
-    assert json.loads(inside)['goals'][0][1] == LINE
+    data = json.loads(inside)
+    assert data['log'][-1] == [5.0, 'warning', 'node: ' + LINE]
+    assert data['variables'][1][2] == ['A', LINE, None] and '</script><b>' not in page
 
 
 #: Moves the slider, or clicks, and records the page's state.
@@ -173,12 +158,24 @@ click('#after'); click('#after'); click('#before'); click('body > a');
 const curve = document.getElementById('curve-heading'), area = curve.getBoundingClientRect();
 curve.dispatchEvent(new MouseEvent('click', {clientX: area.left + 46 + (area.width - 54) / 4}));
 note();
+const all = (place, within = document) => [...within.querySelectorAll(place)].map(
+  (each) => each.getAttribute('d') || each.title || each.textContent);
+seen.push(all('#curve-heading .measured, #curve-speed .commanded'),
+  [...document.querySelectorAll('#variables figure')].map(
+    (figure) => [all('figcaption', figure)[0], all('.variable', figure)[0], all('.level', figure)]),
+  all('#run-log li'), all('#mark-list a'), all('#marks a'));
 document.getElementById('seen').textContent = JSON.stringify(seen);
 </script>'''
 
 
+def points_of(path):
+    """The pieces of a line of a curve: arrays of (time, value)."""
+    return [np.array([point.split() for point in piece.split('L')], dtype=float) * (1.0, -1.0)
+            for piece in path.split('M')[1:]]
+
+
 @pytest.mark.skipif(not CHROMIUM, reason='no browser: sudo apt install chromium')
-def test_a_browser_shows_each_moment(page, tmp_path):
+def test_a_browser_draws_the_run_and_shows_each_moment(page, tmp_path):
     file = tmp_path / 'page.html'
     file.write_text('<!DOCTYPE html><meta charset="utf-8"><body>' + page + WATCH, encoding='utf-8')
     shown = subprocess.run([
@@ -186,10 +183,25 @@ def test_a_browser_shows_each_moment(page, tmp_path):
         '--no-first-run', '--disable-background-networking', '--disable-component-update',
         '--disable-sync', '--user-data-dir={}'.format(tmp_path / 'user'), '--dump-dom',
         file.as_uri()], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=600).stdout
-    seen = json.loads(re.search(r'id="seen">(.*?)</pre>', shown.decode()).group(1))
+    *seen, lines, figures, log, mark_list, marks = json.loads(unescape(
+        re.search(r'id="seen">(.*?)</pre>', shown.decode()).group(1)))
     clocks = [float(row[0].split()[0]) for row in seen]
     assert clocks == pytest.approx([3.5, 8.0, 10.0, 8.0, 6.0, 2.5], abs=0.06)
     assert [row[1] for row in seen[:3]] == ['MOVE_FORWARD', 'GOAL_REACHED', 'GOAL_REACHED']
     assert seen[0][2].startswith('0.500 m, 0.000 m') and seen[2][2].startswith('0.000 m')
     assert seen[0][3].startswith('0.500 m') and seen[1][4] == 'reset 1 of local'
     assert [row[5] for row in seen[:3]] == [1, 2, 2]
+    (before, after), (steps,) = map(points_of, lines)
+    assert [tuple(piece[[0, -1], 0]) for piece in (before, after)] == [(0.0, 1.95), (3.05, 10.0)]
+    for piece in before, after:
+        assert piece[:, 1] == pytest.approx(np.degrees(0.1 * piece[:, 0]), abs=0.2)
+    assert steps == pytest.approx(np.array([(1.0, 0.1), (1.4, 0.1), (1.4, -0.2), (1.9, -0.2)]))
+    assert log[1] == '5.00 s\u2002node: ' + LINE
+    assert marks[1:] == ['imu silent for 1.1 s', 'reset 1 of local'] and len(mark_list) == 3
+    assert [name for name, *_ in figures] == [
+        'turning', 'state', 'has_control', 'goal', 'mixed', *(f'a{k}' for k in range(7))]
+    assert [levels for *_, levels in figures[:3]] == [['False', 'True'], [LINE, 'A'], ['False', 'True']]
+    (steps,), _, _, (goal,), mixed = (points_of(line) for _, line, _ in figures[:5])
+    assert steps.tolist() == [[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [10.0, 1.0]]
+    assert goal[::2, 1] == pytest.approx(goal[::2, 0] ** 2, rel=1e-4)
+    assert [tuple(piece[[0, -1], 0]) for piece in mixed] == [(1.0, 5.0), (6.0, 10.0)]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_run import made, values
+from made_run import made, speeds_sent, values
 
 from tb3_labs.recording.run_data import Commands, ImuSamples, MouseSamples, Variables
 from tb3_labs.watch.broken_link import NodeRun, sentence
@@ -84,7 +84,7 @@ def played(node):
     return made(
         duration=float(at[-1]), imu=ImuSamples(
             at, at, yaws, rates, np.cos(half), nothing, nothing, np.sin(half)),
-        commands=Commands(sent, sent, 0.0 * sent, speeds, *4 * [0.0 * sent]),
+        commands=speeds_sent(sent, sent, 0.0 * sent, speeds),
         variables=Variables(when.astype(float), when.astype(float), *words),
         letters=values(letters, [1.0 if each == 'l' else -1.0 for each in LETTERS]), starts=(0.0,))
 
@@ -98,7 +98,7 @@ def with_commands(run, times, angular=0.0, begin=0.0, end=0.0):
     """The run with more commands, and without its own from `begin` to `end`."""
     sent, nothing = run.commands, 0.0 * times
     sent = sent.take((sent.arrival < begin) | (sent.arrival > end))
-    both = Commands.joined([sent, Commands(times, times, nothing, nothing + angular, *4 * [nothing])])
+    both = Commands.joined([sent, speeds_sent(times, times, nothing, nothing + angular)])
     return replace(run, commands=both.take(np.argsort(both.arrival)))
 
 

@@ -3,12 +3,11 @@
 Units: radians. An infinite angle becomes NaN, and is not an error, since one invalid sample must
 not hide the valid samples.
 """
-import math
 from typing import Any, Sequence, Tuple, Union
 
 import numpy as np
 
-from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN
+from tb3_labs.geometry.angles import WHOLE_TURN
 
 
 def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
@@ -28,18 +27,6 @@ def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
     return (np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
             np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
             np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
-
-
-def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
-                          z: np.ndarray) -> np.ndarray:
-    """Returns the headings of quaternions [rad]. The heading of an invalid quaternion is NaN."""
-    with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
-        norm = np.sqrt(w * w + x * x + y * y + z * z)
-        roll, pitch, yaw = euler(w / norm, x / norm, y / norm, z / norm)
-        is_unit = np.abs(norm - 1.0) <= NORM_TOLERANCE
-        is_level = (np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT)
-    yaw = np.where(yaw <= -math.pi, math.pi, yaw)
-    return np.where(is_unit & is_level, yaw, math.nan)
 
 
 def last_until(times: Any, time: Any) -> Any:

@@ -92,7 +92,7 @@ def recording_for_timeline(observation: Observation) -> RunData:
     drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
     frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
     ends = [drive.begin for drive in drives[1:]] + [math.inf]
-    resets = [(drive.begin, frame @ true.at(drive.begin))
+    resets = [(drive.begin, frame @ true.pose_at(drive.begin))
               for drive, frame in zip(drives, frames)]
     local_pose = true
     if drives:

@@ -11,10 +11,8 @@ import math
 import mmap
 import os
 import struct
-from array import array
-from dataclasses import dataclass, field
 from shlex import quote
-from typing import Callable, Dict, List, NamedTuple, Optional, Union
+from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 #: The memory that one reading takes at most [bytes]. An hour of record.launch takes 1.2e9, and
 #: 1.6e9 if it is packed.
@@ -38,8 +36,6 @@ BAG_VERSION = b'#ROSBAG V2.0\n'
 #: The kinds of records, by the field `op` of their headers.
 MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'
 UINT32, TIME = struct.Struct('<I'), struct.Struct('<II')
-#: These bytes precede the time in the header of a message.
-TIME_FIELD = b'\x0d\0\0\0time='
 NOT_A_BAG = 'not a bag of ROS 1, version 2.0. If it is packed, unpack it. If it is of ROS 2, ' \
     'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
 
@@ -61,32 +57,25 @@ class Connection(NamedTuple):
     sender: str
 
 
-@dataclass
-class Stream:
-    """The messages of a connection, in the order of the file. A message that is too large is empty.
-    If the messages are not wanted, there are none."""
-
-    is_wanted: bool
-    arrival: array = field(default_factory=lambda: array('d'))     # [s since the first message]
-    messages: List[bytes] = field(default_factory=list)
-    last: float = -math.inf      # arrival of the last message
+#: (arrival [s since the first message], bytes) of each message of a connection, in the order of the
+#: file. A message that is too large has no bytes.
+Stream = List[Tuple[float, bytes]]
 
 
 class Bag:
-    """The contents of a bag file. `problem` is the reason why the file was not read to its end, or
-    ''."""
+    """The contents of a bag file. `streams` has a Stream for each connection. It is None if the
+    messages are not wanted. `problem` is the reason why the file was not read to its end, or ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
         """Read the file. Only messages with ``is_wanted(connection)`` are kept. Raises BagProblem
         if the file is not a bag."""
-        self.streams: Dict[Connection, Stream] = {}
+        self.streams: Dict[Connection, Optional[Stream]] = {}
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]
         self.problem = ''
         self._is_wanted = is_wanted
         self._memory_left = MAX_MEMORY
         self._last = math.inf                   # arrival of the last message
-        self._stream_by_connection: Dict[bytes, Stream] = {}
-        self._stream_by_header: Dict[bytes, Stream] = {}   # {header without its time: stream}
+        self._stream_by_connection: Dict[bytes, Optional[Stream]] = {}
         with open(path, 'rb') as file:
             if not os.fstat(file.fileno()).st_size:
                 raise BagProblem('the file is empty; copy or download it again')
@@ -112,17 +101,11 @@ class Bag:
                 raise ValueError('a header is too long')
             header = data[at + UINT32.size:header_end]
             at = end
-            stream = self._stream_by_header.get(header[:-TIME.size])
-            if stream is not None:
-                self._keep(stream, header[-TIME.size:], data, begin, end)
-                continue
             fields = _fields(header)
             op = fields[b'op']
             if op == MESSAGE:
                 stream = self._stream_by_connection[fields[b'conn']]
-                self._keep(stream, fields[b'time'], data, begin, end)
-                if header[:-TIME.size].endswith(TIME_FIELD):
-                    self._stream_by_header[header[:-TIME.size]] = stream
+                self._keep(stream, fields[b'time'], data, slice(begin, end))
             elif op == CHUNK and fields[b'compression'] == b'none':
                 at = begin    # the records of the chunk follow
             elif op in (CONNECTION, CHUNK) and data_size > MAX_CHUNK_BYTES:
@@ -139,38 +122,39 @@ class Bag:
         if self._memory_left < 0:
             raise ReadingEnded(f'it takes more than {MAX_MEMORY:.0e} bytes of memory')
 
-    def _keep(self, stream: Stream, time: bytes, data: Union[bytes, mmap.mmap], begin: int,
-              end: int) -> None:
-        """Append the message in data[begin:end] to its stream."""
+    def _keep(self, stream: Optional[Stream], time: bytes, data: Union[bytes, mmap.mmap],
+              place: slice) -> None:
+        """Append the message at `place` in `data` to its stream."""
         seconds, nanoseconds = TIME.unpack(time)
         if self.start is None:
             self.start = seconds + 1e-9 * nanoseconds
-        if not stream.is_wanted:
+        if stream is None:
             return
-        if end > len(data):
+        if place.stop > len(data):
             raise ValueError('the last message is not whole')
         arrival = (seconds - self.start) + 1e-9 * nanoseconds
-        if arrival < stream.last - MIN_SET_BACK or arrival > self._last + MAX_OUTAGE:
+        was_set_back = stream and arrival < stream[-1][0] - MIN_SET_BACK
+        if was_set_back or arrival > self._last + MAX_OUTAGE:
             raise ReadingEnded(CLOCK_JUMPED)
         message = b''
-        if end - begin <= MAX_MESSAGE_BYTES:
-            message = data[begin:end]
+        if place.stop - place.start <= MAX_MESSAGE_BYTES:
+            message = data[place]
         self._spend(MESSAGE_OVERHEAD + len(message))
-        self._last = stream.last = arrival
-        stream.arrival.append(arrival)
-        stream.messages.append(message)
+        self._last = arrival
+        stream.append((arrival, message))
 
     def _add_connection(self, header: Dict[bytes, bytes], data: bytes) -> None:
         self._spend(CONNECTION_OVERHEAD)
         known = _fields(data)
-        names = [header[b'topic'], *(known.get(key, b'?') for key in (
+        names = [header[b'topic'], *(known.get(key, b'') for key in (
             b'type', b'md5sum', b'callerid'))]
         connection = Connection(*(name[:MAX_NAME_BYTES].decode(errors='replace')
                                   for name in names))
         if connection not in self.streams:
-            self.streams[connection] = Stream(self._is_wanted(connection))
+            self.streams[connection] = None
+            if self._is_wanted(connection):
+                self.streams[connection] = []
         self._stream_by_connection[header[b'conn']] = self.streams[connection]
-        self._stream_by_header.clear()     # the number may have had another connection
 
     def _unpacked(self, compression: bytes, packed: bytes) -> bytes:
         """Returns the records of a packed chunk."""

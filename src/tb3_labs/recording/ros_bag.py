@@ -4,7 +4,9 @@ The library rosbag makes Python code of the definitions of messages in a bag, an
 But a bag may come from a stranger. So this reader uses only the installed message classes, and does
 not read topics of other types.
 """
-import numpy as np
+import posixpath
+from dataclasses import replace
+
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
@@ -15,9 +17,9 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
 from tb3_labs.recording.messages import (
-    RecordedClock, Table, resets_in, times_on_recorders_clock)
+    RecordedClock, resets_in, stamped_samples, times_on_recorders_clock)
 from tb3_labs.recording.records import Bag, BagProblem
-from tb3_labs.recording.run_data import Numbers, RunData
+from tb3_labs.recording.run_data import RunData
 
 #: The topics that a recording may lack: {field of RunData: (name of the topic, class)}.
 OPTIONAL_TOPICS = {
@@ -27,37 +29,27 @@ OPTIONAL_TOPICS = {
     'turn_requests': ('turn', Float64), 'control': ('ctrl_relinq', Bool),
     'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
-    'variables': ('variables', DiagnosticArray)}
+    'variables': ('variables', DiagnosticArray), 'frames': ('/tf', TFMessage),
+    'log': ('/rosout', Log)}
 #: The classes of all topics of record.launch, by type and checksum.
 CLASSES = {(made._type, made._md5sum): made for made in (
-    Imu, Odometry, TFMessage, Log, Empty, Float32, Joy, PoseWithCovarianceStamped,
+    Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
 
 
-def read_run(path, namespace=None, log=lambda line: None):
-    """Returns the RunData of the bag file `path`, or raises BagProblem.
-
-    If several robots were recorded, only the robot in `namespace` is read. ``log(line)`` is called
-    with each line about parts of the bag that are not read.
-    """
+def read_run(path, namespace=None):
+    """Returns the RunData of the bag file `path`, or raises BagProblem. If several robots were
+    recorded, only the robot in `namespace` is read. The `notes` of the RunData name the parts of
+    the bag that are not read."""
     try:
-        bag = Bag(str(path), _class_of)
-        run = _run(bag, str(path), namespace)
+        return _run(Bag(str(path), _class_of), str(path), namespace)
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
     except Exception as problem:        # a stranger's bytes may be anything
         reason = getattr(problem, 'strerror', None) or problem
         raise BagProblem(f'{path}: cannot be read ({reason})') from None
-    unknown = {f'{each.topic} ({each.message_type})' for each in bag.streams
-               if _class_of(each) is None}
-    if unknown:
-        log(f"{path}: not read, since these types are not installed here, or not as they are in "
-            f"the bag: {', '.join(sorted(unknown))}")
-    for note in run.notes:
-        log(f'{path}: {note}')
-    return run
 
 
 def _class_of(connection):
@@ -67,82 +59,81 @@ def _class_of(connection):
 
 def _run(bag, path, namespace):
     types = {each.topic: _class_of(each) for each in bag.streams}
+    samples, notes = {}, []
     try:
         topics = choose_topics(types, namespace)
         prefix = parent(topics['odometry'])
-        in_order = {part: _in_order(bag, topic, types[topic]) for part, topic in topics.items()}
-        tables = {part: Table(part, types[topics[part]], prefix, bag.start, arrival, messages)
-                  for part, (arrival, messages, _) in in_order.items()}
+        for part, topic in topics.items():
+            samples[part], dropped = stamped_samples(
+                part, types[topic](), prefix, bag.start, _in_order(bag, topic, types[topic]))
+            if dropped:
+                notes.append(f'invalid messages of {topic} that were dropped: {dropped}')
         for part in ('imu', 'odometry'):
-            if not len(tables[part].arrival):
+            if not len(samples[part]):
                 raise BagProblem(f'not one good message on {topics[part]} (bad quaternions?)')
     except BagProblem as problem:
         if bag.problem:
             problem = f'was not read to its end: {bag.problem}; until there: {problem}'
         raise BagProblem(problem) from None
-    clock = RecordedClock.of(tables['odometry'].arrival, tables['odometry'].stamp)
-    samples = {part: table.samples(clock) for part, table in tables.items()}
+    clock = RecordedClock.of(samples['odometry'].arrival, samples['odometry'].time)
+    samples = {part: replace(each, time=times_on_recorders_clock(each.arrival, each.time, clock))
+               for part, each in samples.items()}
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
-    arrival, _, senders = in_order.get('commands', (np.empty(0), [], []))
-    names, index = np.unique(np.array(senders, object), return_inverse=True)
-    samples['sender_index'] = Numbers(
-        arrival, times_on_recorders_clock(arrival, arrival, clock), index.astype(float))
-    duration = max(float(each.arrival.max()) for each in samples.values() if len(each))
-    notes = (f'{bag.problem}: the report ends at {duration:.1f} s',) if bag.problem else ()
+    duration = max(float(each.arrival[-1]) for each in samples.values() if len(each))
+    if bag.problem:
+        notes.append(f'{bag.problem}: the report ends at {duration:.1f} s')
+    unknown = {f'{each.topic} ({each.message_type})' for each in bag.streams
+               if _class_of(each) is None}
+    if unknown:
+        notes.append('not read, since these types are not installed here, or not as they are in '
+                     f"the bag: {', '.join(sorted(unknown))}")
     devices = tuple(name for name in DEVICE_TOPICS if prefix + name in types)
-    dropped = {part: table.dropped for part, table in tables.items()}
-    return RunData(path, bag.start, duration, topics=topics, notes=notes, devices=devices,
-                   senders=tuple(names), dropped=dropped, **samples)
+    return RunData(path, bag.start, duration, notes=tuple(notes), devices=devices, **samples)
 
 
-def _in_order(bag, topic, made):
-    """Returns (arrivals, messages, senders) of the messages of class `made` on a topic, sorted by
-    arrival. The messages of several senders follow each other in the bag's streams."""
-    streams = [(connection.sender, stream) for connection, stream in bag.streams.items()
-               if connection.topic == topic and _class_of(connection) is made]
-    arrival = np.concatenate([stream.arrival for _, stream in streams])
-    messages = [message for _, stream in streams for message in stream.messages]
-    senders = [sender for sender, stream in streams for _ in stream.messages]
-    order = np.argsort(arrival, kind='stable')
-    return arrival[order], [messages[k] for k in order], [senders[k] for k in order]
+def _in_order(bag, topic, message_type):
+    """Returns (arrival, sender, bytes) of each message of this type on a topic, sorted by arrival.
+    In a bag the messages of different senders are in different streams."""
+    received = [(arrival, connection.sender, message)
+                for connection, stream in bag.streams.items()
+                if connection.topic == topic and _class_of(connection) is message_type
+                for arrival, message in stream]
+    return sorted(received, key=lambda each: each[0])
 
 
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
     `namespace` is None. `types` is {topic: installed class or None}. May raise BagProblem."""
-    prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
+    prefix = namespace
+    if namespace is not None:
+        prefix = f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
     prefix = prefix or parent(topics['odometry'])
-    for part, (name, kind) in OPTIONAL_TOPICS.items():
-        found = [topic for topic, made in types.items()
-                 if made is kind and topic == prefix + name]
-        if found:
-            topics[part] = found[0]
-    if types.get('/tf') is TFMessage:
-        topics['frames'] = '/tf'
-    if types.get('/rosout') is Log:
-        topics['log'] = '/rosout'
+    for part, (name, message_type) in OPTIONAL_TOPICS.items():
+        topic = posixpath.join(prefix, name)        # /tf and /rosout stay as they are
+        if types.get(topic) is message_type:
+            topics[part] = topic
     return topics
 
 
-def _by_type(types, kind, name, prefix):
-    """Returns the topic of type `kind` in the namespace `prefix`, or in any namespace if `prefix`
+def _by_type(types, message_type, name, prefix):
+    """Returns the topic of this type in the namespace `prefix`, or in any namespace if `prefix`
     is None. If there are several topics, the topic with this `name` is returned. Raises BagProblem
     if there is not exactly one such topic."""
-    topics = [topic for topic, made in types.items() if made is kind
+    topics = [topic for topic, made in types.items() if made is message_type
               and (prefix is None or topic.startswith(prefix))]
     if not topics:
         place = f' in {prefix}' if prefix else ''
         raise BagProblem('no {} was recorded{}; the bag has: {}'.format(
-            kind._type, place, ', '.join(sorted(types)) or 'no messages at all'))
+            message_type._type, place, ', '.join(sorted(types)) or 'no messages at all'))
     exact = [topic for topic in topics if prefix and topic == prefix + name]
     named = [topic for topic in topics if topic.rsplit('/', 1)[-1] == name]
     found = exact or named or topics
     if len(found) > 1:
         raise BagProblem('several topics of {} were recorded ({}): choose a robot, such as --ns {}'
-                         .format(kind._type, ', '.join(sorted(found)),
+                         .format(message_type._type, ', '.join(sorted(found)),
                                  parent(sorted(found)[-1]).strip('/') or '/'))
     return found[0]
 

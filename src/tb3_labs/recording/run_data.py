@@ -10,14 +10,15 @@ Edge cases: a topic that was not recorded has samples of length 0. A message wit
 quaternion (see :mod:`tb3_labs.geometry.angles`), or with a number that is not finite, is counted
 and not kept.
 """
-import functools
-from dataclasses import dataclass, field, fields
-from typing import Any, Callable, Dict, Sequence, Tuple, Type, TypeVar
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
 
 from tb3_labs.geometry.arrays import wrap_all
-from tb3_labs.geometry.se2 import Pose2, interpolate
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A pause of a topic's messages is a gap if it is longer than this [s].
 MIN_GAP = 0.3
@@ -54,6 +55,14 @@ class Samples:
                      for column in fields(cls)))
 
     @classmethod
+    def from_rows(cls: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
+        """Returns samples. A row has the values of a sample, in the order of the fields."""
+        if not rows:
+            return cls.none()
+        return cls(*(np.array(column, object if isinstance(column[0], str) else float)
+                     for column in zip(*rows)))
+
+    @classmethod
     def none(cls: Type[SamplesType]) -> SamplesType:
         """Returns samples of length 0."""
         return cls(*(np.empty(0) for _ in fields(cls)))
@@ -69,7 +78,7 @@ class Yaws(Samples):
         first sample it is the first yaw, and after the last sample it is the last yaw."""
         return np.interp(time, self.time, self._continuous_yaw)
 
-    @functools.cached_property
+    @cached_property
     def _continuous_yaw(self) -> np.ndarray:
         return np.unwrap(self.yaw)
 
@@ -107,14 +116,15 @@ class Poses(Yaws):
     def pose(self, index: int) -> Pose2:
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
-    def at(self, time: float) -> Pose2:
-        """Returns the interpolated pose at `time` [s]. Before the first sample it is the first
-        pose, and after the last sample it is the last pose."""
-        after = int(np.searchsorted(self.time, time))
-        if after in (0, len(self)):
-            return self.pose(min(after, len(self) - 1))
-        begin, end = self.time[after - 1:after + 1]
-        return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
+    def at(self, times: np.ndarray) -> 'Poses':
+        """Returns the interpolated poses at the `times` [s]. Before the first sample it is the
+        first pose, and after the last sample it is the last pose."""
+        x, y = (np.interp(times, self.time, column) for column in (self.x, self.y))
+        return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
+
+    def pose_at(self, time: float) -> Pose2:
+        """Returns the same as `at` for one time [s]."""
+        return self.at(np.array([time])).pose(0)
 
     def inverse(self) -> 'Poses':
         """Returns the inverse of each pose: the parent frame, seen from the pose."""
@@ -145,7 +155,7 @@ class OdometrySamples(Poses):
 @dataclass(frozen=True)
 class Commands(Samples):
     """Commanded speeds, and the fields that no wheel follows: linear.y, linear.z, angular.x,
-    angular.y."""
+    angular.y. `sender` is the name of the node that sent the command, '' if it is unknown."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -153,6 +163,17 @@ class Commands(Samples):
     upward: np.ndarray
     rolling: np.ndarray
     pitching: np.ndarray
+    sender: np.ndarray
+
+    def in_force(self) -> 'Commands':
+        """Returns the commands, and a command with the speeds NaN at each time at which the robot's
+        timeout ends a command."""
+        ends = self.time + COMMAND_TIMEOUT
+        is_ended = np.append(self.time[1:], np.inf) > ends
+        unknown = np.full(is_ended.sum(), np.nan)
+        ended = replace(self.take(is_ended), time=ends[is_ended], linear=unknown, angular=unknown)
+        commands = Commands.joined([self, ended])
+        return commands.take(np.argsort(commands.time, kind='stable'))
 
 
 @dataclass(frozen=True)
@@ -198,9 +219,10 @@ class Variables(Samples):
     value: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RunData:
-    """The run of one robot. Only `imu` and `odometry` always have samples."""
+    """The run of one robot. Only `imu` and `odometry` always have samples. A run equals only
+    itself, so lru_cache can keep what a function found in the latest run."""
 
     name: str
     start: float                                     # of the recording [s since 1970]
@@ -219,28 +241,10 @@ class RunData:
     mouse: MouseSamples = MouseSamples.none()
     log: LogLines = LogLines.none()                  # of nodes in the robot's namespace
     devices: Tuple[str, ...] = ()                    # joy, mouse_info, if they were recorded
-    senders: Tuple[str, ...] = ()                    # names of the commands' senders
-    sender_index: Numbers = Numbers.none()           # each command's index in senders
     starts: Tuple[float, ...] = ()                   # of the node in a trial [s]
     letters: Numbers = Numbers.none()                # typed letters; l is 1, r -1, others 0
     events: States = States.none()                   # notes of the marker in a trial
     printed: States = States.none()                  # texts that the node printed in a trial
     variables: Variables = Variables.none()          # read by the probe in nodes
     derived: Tuple[str, ...] = ()                    # names of fields that were computed
-    topics: Dict[str, str] = field(default_factory=dict)     # {name of a field: topic}
-    dropped: Dict[str, int] = field(default_factory=dict)    # {name: invalid messages}
     notes: Tuple[str, ...] = ()                      # sentences about the recording
-
-
-Result = TypeVar('Result')
-
-
-def cached_per_run(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
-    """Decorates a function of a run: its result is computed only once for each run."""
-    @functools.wraps(find)
-    def found(run: RunData) -> Result:
-        known = vars(run).setdefault('_found', {})
-        if find not in known:
-            known[find] = find(run)
-        return known[find]
-    return found

@@ -9,7 +9,6 @@ from typing import Any, Callable, Iterator, Mapping, NamedTuple, Optional, Seque
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_until
 from tb3_labs.watch.variables import Quantity, Series, bare_name, variables_of
 
 #: A node whose variables were not read for longer than this may have ended [s].
@@ -38,14 +37,11 @@ class NodeRun:
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         """`run` is a RunData. `node` is the node's name, by default the name of the node with the
-        most readings. If no senders were recorded, all commands are taken for the node's."""
+        most readings. A command whose sender is unknown is taken for the node's."""
         self.run, self.variables = run, variables_of(run, node)
         self.commands = run.commands
-        # in the recording of a trial all commands are the node's
-        if node is not None and len(run.sender_index) and not len(run.events):
-            latest = last_until(run.sender_index.arrival, run.commands.arrival)
-            own = run.senders.index(node) if node in run.senders else -1.0
-            self.commands = run.commands.take(run.sender_index.value[latest.clip(0)] == own)
+        if node is not None:
+            self.commands = run.commands.take(np.isin(run.commands.sender, ['', node]))
         #: ``cached(function)`` returns ``function(self)``, and calls the function only once.
         self.cached = lru_cache(maxsize=None)(lambda function: function(self))
 

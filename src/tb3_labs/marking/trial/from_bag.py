@@ -103,14 +103,7 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
 def samples_from_rows(kind: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
     """Returns Samples of the class `kind`. A row has the time of arrival, then the fields. Each
     sample's stamp is its time of arrival."""
-    if not rows:
-        return kind.none()
-    arrival, *columns = map(_column, zip(*rows))
-    return kind(arrival, arrival, *columns)
-
-
-def _column(values):
-    return np.array(values, dtype=object if isinstance(values[0], str) else float)
+    return kind.from_rows([(row[0], *row) for row in rows])
 
 
 def _add_output(observation: Observation, text: str, lines: int) -> None:

@@ -24,7 +24,7 @@ SETTLE_TIME = 1.0
 STRAIGHT_AFTER = 0.3
 #: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
 RESET_DELAY = 0.1
-#: Stands for an unknown (distance, angle).
+#: The value of an unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
 #: The states of a drive.
 TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
@@ -41,11 +41,6 @@ class DriveReport:
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
     drift: float                      # final change of the heading in MOVE_FORWARD [rad]
-
-    @property
-    def duration(self) -> float:
-        """The duration of the drive [s]."""
-        return self.end - self.begin
 
 
 def drives(run: RunData) -> List[DriveReport]:
@@ -88,28 +83,28 @@ def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[Record
            next_states: Sequence[RecordedState]) -> DriveReport:
     """Returns the report of the drive with the states `parts`. `next_states` contains the state
     after the drive. It is empty if the recording ended."""
-    whole = RecordedState('', parts[0].begin, parts[-1].end, parts[0].goal)
-    interval = frame_interval_of(frames, whole.begin, whole.end)
-    rest = whole.end
+    begin, end, goal = parts[0].begin, parts[-1].end, parts[0].goal
+    interval = frame_interval_of(frames, begin, end)
+    rest = end
     if next_states and next_states[0].state != TURN_TO_GOAL:
-        rest = min(whole.end + SETTLE_TIME, next_states[0].end)
+        rest = min(end + SETTLE_TIME, next_states[0].end)
     local, truth = (poses.between(interval.begin, min(rest, interval.end))
                     for poses in (run.local_pose, run.ground_truth))
     true_error = UNKNOWN
     if interval.local_T_world is not None:
-        true_error = _final_error(truth.seen_from(interval.local_T_world), whole)
-    return DriveReport(
-        whole.begin, whole.end, whole.goal, _outcome(next_states),
-        _final_error(local, whole), true_error, _drift(run, parts))
+        true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
+    return DriveReport(begin, end, goal, outcome=_outcome(next_states),
+                       measured=_final_error(local, goal, end), true=true_error,
+                       drift=_drift(run, parts))
 
 
-def _final_error(poses: Poses, drive: RecordedState) -> Tuple[float, float]:
-    """Returns (distance, angle) from the last pose to the goal; UNKNOWN if there is no pose near
-    the end of the drive."""
-    if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - MIN_GAP:
+def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
+    """Returns (distance, angle) from the last pose to the goal of a drive; UNKNOWN if there is no
+    pose near the `end` of the drive [s]."""
+    if goal is None or not len(poses) or poses.time[-1] < end - MIN_GAP:
         return UNKNOWN
     last = poses.pose(-1)
-    return last.distance_to(drive.goal), difference(drive.goal.yaw, last.yaw)
+    return last.distance_to(goal), difference(goal.yaw, last.yaw)
 
 
 def _drift(run: RunData, parts: Sequence[RecordedState]) -> float:

@@ -23,7 +23,8 @@ without commands has no movements.
 """
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import List, Tuple
+from functools import lru_cache
+from typing import List
 
 import numpy as np
 
@@ -31,8 +32,7 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
-from tb3_labs.recording.run_data import Commands, Poses, RunData, States, cached_per_run
-from tb3_labs.report.motion.resets_and_goals import robot_in_odom
+from tb3_labs.recording.run_data import Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
 
@@ -65,15 +65,11 @@ class Movement:
     end: float
 
 
-def moving(commands: Commands) -> np.ndarray:
-    """Returns for each command whether it moves the robot."""
-    return (np.abs(commands.linear) > NO_SPEED) | (np.abs(commands.angular) > NO_SPEED)
-
-
-@cached_per_run
+@lru_cache(maxsize=1)
 def movements(run: RunData) -> List[Movement]:
     time = run.commands.time
-    moves = np.flatnonzero(moving(run.commands))
+    speeds = np.maximum(np.abs(run.commands.linear), np.abs(run.commands.angular))
+    moves = np.flatnonzero(speeds > NO_SPEED)
     if not len(moves):
         return []
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
@@ -95,19 +91,20 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     ahead = moves[np.abs(run.commands.linear[moves]) > NO_SPEED]
     if len(ahead):
         forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
+    kind = MovementKind.DRIVE
+    has_mouse = 'mouse_info' in run.devices
     if len(run.control) or 'joy' in run.devices:
-        is_drive = has_control(run, (begin + end) / 2.0)
-        kind = MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
+        is_sure = has_control(run, (begin + end) / 2.0)
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
-        may_be_drive = has_turn and 'mouse_info' not in run.devices
-        length = run.odometry.at(forward).distance_to(run.odometry.at(turns_again))
-        is_drive = may_be_drive and length >= MIN_DRIVE_LENGTH
-        kind = MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
+        length = run.odometry.pose_at(forward).distance_to(run.odometry.pose_at(turns_again))
+        is_sure = has_turn and not has_mouse and length >= MIN_DRIVE_LENGTH
     else:
-        is_fast = np.abs(run.commands.angular[moves]).max() > MOUSE_FULL + NO_SPEED
-        is_turn = is_fast or 'mouse_info' not in run.devices
-        kind = MovementKind.TURN if is_turn else MovementKind.BY_HAND
+        kind = MovementKind.TURN
+        fastest = np.abs(run.commands.angular[moves]).max()
+        is_sure = not has_mouse or fastest > MOUSE_FULL + NO_SPEED
+    if not is_sure:
+        kind = MovementKind.BY_HAND
     return Movement(kind, begin, forward, turns_again, end)
 
 
@@ -124,7 +121,7 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. Fields that were not recorded are
     computed, and named in `derived`. Without recorded goals, all drives have this `goal`."""
     if not len(run.local_pose) and len(run.frames):
-        local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
+        local = run.frames.inverse() @ run.odometry.at(run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
     elif not len(run.local_pose):
         run = _with_local(run)
@@ -132,47 +129,34 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
 
 def _with_local(run: RunData) -> RunData:
-    odometry, resets = run.odometry, run.resets
-    declared = [(float(odometry.time[0]), Pose2())]
-    declared += [(float(time), resets.pose(k)) for k, time in enumerate(resets.time)]
-    declared.sort(key=lambda reset: reset[0])
-    frames = []
-    for time, local_T_base in declared:
-        frame = odometry.at(time) @ local_T_base.inverse()
-        imu_yaw = float(run.imu.yaw_at(time)) - local_T_base.yaw
-        frames.append((frame.x, frame.y, frame.yaw, imu_yaw))
-    number = last_until([time for time, _ in declared], odometry.time)
-    x, y, yaw, imu_yaws = np.array(frames)[number.clip(0)].T
-    odom_T_local = Poses(odometry.arrival, odometry.time, x, y, yaw)
+    odometry = run.odometry
+    start = odometry.time[:1]
+    declared = Poses.joined([Poses(start, start, *np.zeros((3, 1))), run.resets])
+    declared = declared.take(np.argsort(declared.time, kind='stable'))
+    frames = odometry.at(declared.time) @ declared.inverse()
+    imu_yaws = run.imu.yaw_at(declared.time) - declared.yaw
+    number = last_until(declared.time, odometry.time).clip(0)
+    odom_T_local = replace(frames.take(number), arrival=odometry.arrival, time=odometry.time)
     local = odom_T_local.inverse() @ odometry
-    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws)
+    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws[number])
     return replace(run, local_pose=replace(local, yaw=heading), frames=odom_T_local,
                    derived=run.derived + ('local_pose', 'frames'))
 
 
 def _with_states(run: RunData, goal: Pose2) -> RunData:
-    begins: List[Tuple[float, str]] = []
+    states = []
     for movement in movements(run):
         if movement.kind is MovementKind.DRIVE:
-            begins += _states_of_drive(movement)
+            begins = movement.begin, movement.forward, movement.turns_again
+            states += [(begin, begin, state) for begin, state in zip(begins, DRIVING)
+                       if begin < movement.end]
             if movement.end < run.duration:
-                begins.append((movement.end, CAME_TO_REST))
-    if not begins:
+                states.append((movement.end, movement.end, CAME_TO_REST))
+    if not states:
         return run
-    time = np.array([begin for begin, _ in begins])
-    names = np.array([word for _, word in begins], dtype=object)
-    run = replace(run, states=States(time, time, names), derived=run.derived + ('states',))
+    run = replace(run, states=States.from_rows(states), derived=run.derived + ('states',))
     if len(run.goals):
         return run
-    goals = Poses(time, time, *(np.full(len(time), value) for value in (goal.x, goal.y, goal.yaw)))
+    first = states[0][0]
+    goals = Poses.from_rows([(first, first, goal.x, goal.y, goal.yaw)])
     return replace(run, goals=goals, derived=run.derived + ('goals',))
-
-
-def _states_of_drive(drive: Movement) -> List[Tuple[float, str]]:
-    """Returns (begin [s], state) of each state of a drive."""
-    begins = [drive.begin]
-    if drive.forward < drive.turns_again:
-        begins.append(drive.forward)
-        if drive.turns_again < drive.end:
-            begins.append(drive.turns_again)
-    return list(zip(begins, DRIVING))

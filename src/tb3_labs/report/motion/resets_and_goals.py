@@ -15,18 +15,17 @@ interval.
 """
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import List, Optional, Set, Tuple
 
 import numpy as np
 
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.recording.run_data import Poses, RunData, cached_per_run
+from tb3_labs.recording.run_data import Poses, RunData
 
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
-#: A jump of the yaw by this angle weighs as much as a jump of the place by a metre [rad].
-RADIANS_PER_METRE = 1.0
 #: A jump weighs less by this for each second between the jump and the line [m/s]. So the pose that
 #: is nearest to the line is taken if a reset declares the pose that the robot already has.
 LOSS_PER_SECOND = 0.05
@@ -57,7 +56,7 @@ class RecordedState:
     goal: Optional[Pose2]             # in local, None if unknown
 
 
-@cached_per_run
+@lru_cache(maxsize=1)
 def frame_intervals(run: RunData) -> List[FrameInterval]:
     """Returns the FrameIntervals of a run. The first begins at -inf, and the last ends at inf."""
     frames = _frames(run)
@@ -74,9 +73,9 @@ def _interval_begins(run: RunData) -> List[float]:
     resets never begin the same interval."""
     local = run.local_pose
     moved_in_local = _displacements(local)
-    moved_in_odom = _displacements(robot_in_odom(run, local.time))
+    moved_in_odom = _displacements(run.odometry.at(local.time))
     jump = moved_in_local.inverse() @ moved_in_odom
-    jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw) / RADIANS_PER_METRE
+    jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw)     # a radian weighs as much as a metre
     begins = _begins_of_frames(local)
     found: Set[int] = set()
     for time in run.resets.time:
@@ -103,14 +102,7 @@ def _frames(run: RunData) -> Poses:
     """Returns the poses of ``local`` in ``odom`` by tf, or by local_pose if tf was not recorded."""
     if len(run.frames):
         return run.frames
-    return robot_in_odom(run, run.local_pose.time) @ run.local_pose.inverse()
-
-
-def robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
-    """Returns the robot's poses in ``odom`` at the times [s], interpolated."""
-    odometry = run.odometry
-    x, y = (np.interp(times, odometry.time, column) for column in (odometry.x, odometry.y))
-    return Poses(times, times, x, y, wrap_all(odometry.yaw_at(times)))
+    return run.odometry.at(run.local_pose.time) @ run.local_pose.inverse()
 
 
 def _begins_of_frames(frames: Poses) -> np.ndarray:
@@ -128,10 +120,10 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
                                    min(end, run.ground_truth.time[-1]))
     if not len(known):
         return None
-    return known.pose(0) @ run.ground_truth.at(known.time[0]).inverse()
+    return known.pose(0) @ run.ground_truth.pose_at(known.time[0]).inverse()
 
 
-@cached_per_run
+@lru_cache(maxsize=1)
 def recorded_states(run: RunData) -> List[RecordedState]:
     """Returns the RecordedStates of move_to_goal in order. A state begins when it arrives."""
     begins = run.states.arrival.tolist()
@@ -141,16 +133,10 @@ def recorded_states(run: RunData) -> List[RecordedState]:
             for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
 
-@cached_per_run
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (times [s], distances [m], angles [rad]) from the robot to the goal in force, by
     local_pose."""
-    goals = [(interval.begin, interval.goal) for interval in recorded_states(run)
-             if interval.goal is not None]
-    begins = [begin for begin, _ in goals]
-    poses = run.local_pose.between(begins[0], math.inf) if begins else Poses.none()
-    if not len(poses):
-        return np.empty(0), np.empty(0), np.empty(0)
-    number = last_until(begins, poses.time)
-    x, y, yaw = np.array([(goal.x, goal.y, goal.yaw) for _, goal in goals])[number].T
-    return poses.time, np.hypot(x - poses.x, y - poses.y), wrap_all(yaw - poses.yaw)
+    poses = run.local_pose.between(run.goals.arrival.min(initial=math.inf), math.inf)
+    goals = run.goals.take(last_until(run.goals.arrival, poses.time))
+    distances = np.hypot(goals.x - poses.x, goals.y - poses.y)
+    return poses.time, distances, wrap_all(goals.yaw - poses.yaw)

@@ -10,12 +10,13 @@ larger than half a turn. Edge case: without ground truth, the true values are Na
 """
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Callable, List, Optional, Tuple
 
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.recording.run_data import ImuSamples, RunData, cached_per_run
+from tb3_labs.recording.run_data import ImuSamples, RunData
 from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, movements
 from tb3_labs.report.motion.resets_and_goals import recorded_states
 from tb3_labs.robot.samples import REST_ANGULAR
@@ -45,28 +46,11 @@ class TurnReport:
     end: float                        # when the robot rests again
     requested: float
     turned: float                     # by the IMU
-    true_turned: float                # by the ground truth
-
-    @property
-    def duration(self) -> float:
-        """The duration from the first command until the robot rests [s]."""
-        return self.end - self.begin
-
-    @property
-    def error(self) -> float:
-        """The turned angle beyond the requested angle [rad]; negative if the turn was too short."""
-        return self._beyond(self.turned)
-
-    @property
-    def true_error(self) -> float:
-        """The `error` by the ground truth [rad]."""
-        return self._beyond(self.true_turned)
-
-    def _beyond(self, turned: float) -> float:
-        return math.copysign(1.0, self.requested) * turned - abs(self.requested)
+    error: float                      # turned beyond the requested angle; negative if too short
+    true_error: float                 # the error by the ground truth
 
 
-@cached_per_run
+@lru_cache(maxsize=1)
 def turn_reports(run: RunData) -> List[TurnReport]:
     """Returns a TurnReport for each turn, in order."""
     driven = [interval for interval in recorded_states(run) if interval.state in DRIVING]
@@ -80,7 +64,7 @@ def turn_reports(run: RunData) -> List[TurnReport]:
         if movement.kind is not MovementKind.TURN or is_driven:
             continue
         for begin, end, until in _separate_turns(run, movement, next_begin):
-            report = _turn(run, begin, end, until, since)
+            report = _turn(run, begin, end, next_command=until, since=since)
             if report is not None:
                 reports.append(report)
                 since = report.end
@@ -126,8 +110,10 @@ def _turn(run: RunData, begin: float, end: float, next_command: float,
     requested = _requested(run, max(rest_before - REQUESTED_BEFORE, since), end, turned)
     if not requested:
         return None
+    sign = math.copysign(1.0, requested)
     return TurnReport(rest_before, rest_after, requested, turned,
-                      _true_turn(run, rest_before, last))
+                      error=sign * turned - abs(requested),
+                      true_error=sign * _true_turn(run, rest_before, last) - abs(requested))
 
 
 def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:

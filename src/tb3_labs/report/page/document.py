@@ -2,42 +2,13 @@
 import math
 import re
 from html import escape
+from pathlib import Path
 from typing import Optional, Sequence, Tuple
 
 from tb3_labs.watch.broken_link import BrokenLink
 from tb3_labs.watch.chains import Link
 
-#: The style of a page of tables.
-STYLE = '''@page { size: A4; margin: 11mm 14mm; }
-body { font: 10pt/1.3 sans-serif; max-width: 182mm; margin: 1em auto; color: #111; }
-h1 { font-size: 15pt; margin: 0; } h2 { font-size: 11pt; margin: 0.7em 0 0.2em; }
-p { margin: 0.3em 0; }
-table { border-collapse: collapse; width: 100%; font-size: 8.5pt; }
-th, td { border-bottom: 1px solid #999; padding: 1px 5px; text-align: right; }
-th { border-bottom: 2px solid #333; vertical-align: bottom; }
-th:first-child, td:first-child, .words { text-align: left; }
-figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
-figure img { max-width: 100%; } figcaption { font-size: 8.5pt; }
-details { margin: 0.3em 0; } details details { margin-left: 1.2em; }
-summary { cursor: pointer; font-weight: bold; }
-section { break-inside: avoid; }
-@media screen {
-  body { padding: 0 12px; max-width: 1156px; } p, details { max-width: 48em; }
-  pre { white-space: pre-wrap; overflow-wrap: anywhere; }
-  table { max-width: 760px; } figure { text-align: left; }
-  figure img { max-width: min(100%, 760px); }
-}
-@media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
-#: The style for a narrow screen, where a row is a paragraph, so that no column is cut off.
-NARROW = '''
-@media screen and (max-width: 760px) {
-  table, tbody, tr { display: block; } thead { display: none; }
-  tr { border-bottom: 1px solid #999; padding: 3px 0; }
-  td { display: inline-block; border: 0; padding: 0 10px 0 0; text-align: left; }
-  td.words { display: block; } td::before { content: attr(data-head) ' '; color: #666; }
-  td:empty { display: none; }
-  figure { overflow-x: auto; } figure img { max-width: none; width: 760px; }
-}'''
+STYLE = Path(__file__).with_name('document.css')
 PAGE = '''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{0}</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>
@@ -76,7 +47,8 @@ def degrees(angle: float, form: str) -> str:
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:
     """Returns an HTML page with these `parts`, which are HTML. `style` is additional CSS."""
-    return PAGE.format(escape(title), STYLE + style + NARROW, '\n'.join(parts))
+    style = STYLE.read_text(encoding='utf-8') + style
+    return PAGE.format(escape(title), style, '\n'.join(parts))
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]], texts: Sequence[str] = (),

@@ -6,8 +6,8 @@ Units on the axes: metres, degrees, rad/s, seconds since a turn's first command.
 """
 import math
 import os
-from pathlib import Path
-from typing import Any, BinaryIO, Dict, Sequence, Union
+from io import BytesIO
+from typing import Any, Dict, Sequence
 
 import numpy as np
 
@@ -39,17 +39,14 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn begins and ends this time before and after the turn [s].
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
-#: The places of names, from the origins of their frames [points]. Frames with the same origin have
-#: different places.
-NAME_PLACES = ((-30, -9), (30, -9), (-30, 9), (30, 9))
-#: The names of the frames of more resets would hide each other.
-MAX_NAMED_RESETS = 4
 
 
-def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
-    """Write a figure as PNG, to a path or an open file."""
-    figure.savefig(path, format='png', dpi=DOTS_PER_INCH, bbox_inches='tight',
+def png(figure: Figure) -> bytes:
+    """Returns the figure as a PNG file."""
+    file = BytesIO()
+    figure.savefig(file, format='png', dpi=DOTS_PER_INCH, bbox_inches='tight',
                    metadata={'Software': None})
+    return file.getvalue()
 
 
 def new_figure(height: float) -> Figure:
@@ -98,7 +95,8 @@ def turns_figure(run: RunData) -> Figure:
 
 def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     """Returns a figure with two panels: the path in odom, and the path in local. Both panels show
-    the axes of both frames, and the goals of the drives."""
+    the axes of both frames, and the goals of the drives. The axes of a panel's own frame are black.
+    The path after a reset, and the axes of the other frame after this reset, have one colour."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = frame_intervals(run), run.local_pose
@@ -109,6 +107,8 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
         path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
         draw_path(in_odom, run.odometry.between(interval.begin, interval.end), **path_style)
         draw_path(in_local, local.between(interval.begin, interval.end), **path_style)
+        _draw_axes(in_odom, interval.odom_T_local, colour)
+        _draw_axes(in_local, interval.odom_T_local.inverse(), colour)
         if interval.local_T_world is not None:
             truth = run.ground_truth.between(interval.begin, interval.end).seen_from(
                 interval.local_T_world)
@@ -119,22 +119,20 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _draw_ends(in_local, local, [goal for _, goal in goals])
-    poses = [interval.odom_T_local for interval in frames]
-    _draw_frames(in_odom, 'odom', 'local', poses)
-    _draw_frames(in_local, 'local', 'odom', [pose.inverse() for pose in poses])
-    for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
-        axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
-        axes.set_aspect('equal', adjustable='datalim')
-        axes.grid(True, linewidth=0.3)
+    for panel, title in ((in_odom, 'global frame odom (black axes)'),
+                         (in_local, 'local frame (black axes)')):
+        _draw_axes(panel, Pose2(), 'black')
+        panel.set(title=title, xlabel='x [m]', ylabel='y [m]')
+        panel.set_aspect('equal', adjustable='datalim')
+        panel.grid(True, linewidth=0.3)
     legend_below(figure, *in_odom.get_legend_handles_labels())
     return figure
 
 
-def draw_path(axes: Axes, poses: Poses, **style: Any) -> None:
+def draw_path(panel: Axes, poses: Poses, **style: Any) -> None:
     """Draw a line through the poses. The line has a gap where the poses leap."""
-    if len(poses):
-        axes.plot(*(np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y)),
-                  **style)
+    x, y = (np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y))
+    panel.plot(x, y, **style)
 
 
 def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
@@ -144,29 +142,18 @@ def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 
 
-def _draw_frames(axes: Axes, own: str, other: str, poses: Sequence[Pose2]) -> None:
-    """Draw the names and axes of the panel's `own` frame, and of the frame `other`, which has one
-    of the `poses` after each reset. The x axis is longer than the y axis."""
-    names = [other] + [f'{other}, reset {number}' for number in range(1, len(poses))]
-    if len(poses) > 1 + MAX_NAMED_RESETS:
-        names = [''] * len(poses)
-    for number, (pose, name) in enumerate(zip([Pose2(), *poses], [own, *names])):
-        for tip in ((0.2, 0.0), (0.0, 0.13)):       # [m]
-            begin, end = pose.act([(0.0, 0.0), tip])
-            axes.annotate('', end, begin, arrowprops=dict(
-                arrowstyle='-|>', color=GREY if number else 'black', shrinkA=0, shrinkB=0,
-                linewidth=1.0 if number else 1.8))
-        axes.annotate(name, (pose.x, pose.y), xytext=NAME_PLACES[number % len(NAME_PLACES)],
-                      fontsize=8, textcoords='offset points', ha='center', va='center',
-                      fontweight='normal' if number else 'bold',
-                      bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
-    axes.update_datalim([(pose.x, pose.y) for pose in poses] + [(-0.5, 0.0), (0.5, 0.0)])
-    axes.autoscale_view()
+def _draw_axes(panel: Axes, frame: Pose2, colour: str) -> None:
+    """Draw the axes of a frame as arrows. The x axis is longer than the y axis."""
+    for tip in ((0.2, 0.0), (0.0, 0.13)):       # [m]
+        begin, end = frame.act([(0.0, 0.0), tip])
+        panel.annotate('', end, begin, arrowprops=dict(
+            arrowstyle='-|>', color=colour, shrinkA=0, shrinkB=0, linewidth=1.4))
+    panel.update_datalim(frame.act([(-0.5, 0.0), (0.5, 0.0), (0.0, 0.5)]))
 
 
-def _draw_ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
-    axes.plot(poses.x[:1], poses.y[:1], 'o', color='black', markersize=6, zorder=5, label='start')
-    axes.plot(poses.x[-1:], poses.y[-1:], 's', color='black', markersize=4, zorder=5, label='end')
+def _draw_ends(panel: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
+    panel.plot(poses.x[:1], poses.y[:1], 'o', color='black', markersize=6, zorder=5, label='start')
+    panel.plot(poses.x[-1:], poses.y[-1:], 's', color='black', markersize=4, zorder=5, label='end')
     for number, goal in enumerate(goals):
-        axes.plot(goal.x, goal.y, '*', markerfacecolor='none', markeredgecolor='black',
-                  markersize=13, linestyle='', zorder=6, label=None if number else 'goal')
+        panel.plot(goal.x, goal.y, '*', markerfacecolor='none', markeredgecolor='black',
+                   markersize=13, linestyle='', zorder=6, label=None if number else 'goal')

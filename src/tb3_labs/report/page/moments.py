@@ -25,38 +25,36 @@ EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
 #: A node of the skeletons prints this when it reaches an open TODO.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
-FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
+FAULT_LINE = '<p><b>{}</b> ({}) <a href="#t={:.1f}">Watch it</a></p>'
 
 
 def moments(run: RunData, turned: Sequence[TurnReport],
             driven: Sequence[DriveReport]) -> List[TimelineEvent]:
     """Returns the TimelineEvents of a run with these turns and drives."""
-    found = [_turn_event(k, turn) for k, turn in enumerate(turned, 1)]
-    found += [_drive_event(k, drive) for k, drive in enumerate(driven, 1)]
-    turns_and_drives = list(found)
+    events = [_turn_event(k, turn) for k, turn in enumerate(turned, 1)]
+    events += [_drive_event(k, drive) for k, drive in enumerate(driven, 1)]
+    turns_and_drives = list(events)
     for movement in movements(run):
         is_known = any(movement.begin < known['end'] and known['begin'] < movement.end
                        for known in turns_and_drives)
         if not is_known:
-            found.append(_by_hand(run, movement.begin, movement.end))
-    found += [timeline_event('reset', interval.begin, f'reset {k} of local')
-              for k, interval in enumerate(frame_intervals(run)[1:], 1)]
-    found += [timeline_event('stop', interval.begin, interval.state)
-              for interval in recorded_states(run) if ':' in interval.state]
-    was_given = None
-    for time, value in zip(run.control.time, run.control.value):
-        is_given = value > 0.5
-        if is_given and not was_given:
-            found.append(timeline_event('start', time, 'control given to the node'))
-        elif not is_given and was_given is not False:
-            found.append(timeline_event('stop', time, 'control taken from the node'))
-        was_given = is_given
+            events.append(_by_hand(run, movement.begin, movement.end))
+    events += [timeline_event('reset', interval.begin, f'reset {k} of local')
+               for k, interval in enumerate(frame_intervals(run)[1:], 1)]
+    events += [timeline_event('stop', interval.begin, interval.state)
+               for interval in recorded_states(run) if ':' in interval.state]
+    is_new = np.append(True, np.diff(run.control.value) != 0.0)[:len(run.control)]
+    for k in np.flatnonzero(is_new):
+        kind, words = 'stop', 'control taken from the node'
+        if run.control.value[k]:
+            kind, words = 'start', 'control given to the node'
+        events.append(timeline_event(kind, run.control.time[k], words))
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
         for k in np.flatnonzero(np.diff(samples.time) > MIN_GAP):
             begin, end = samples.time[k:k + 2]
             text = f'{name} silent for {end - begin:.1f} s'
-            found.append(timeline_event('lost', begin, text, end))
-    return found
+            events.append(timeline_event('lost', begin, text, end))
+    return events
 
 
 def _turn_event(k: int, turn: TurnReport) -> TimelineEvent:
@@ -80,25 +78,24 @@ def _by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:
 
 def printed_faults(run: RunData) -> str:
     """Returns HTML on the different exceptions and the open TODOs that nodes printed."""
-    log = run.log
-    errors: Dict[str, List[float]] = {}
-    todos: Dict[str, float] = {}
-    for time, text in zip(log.time.tolist(), log.texts):
-        if any(word in text for word in EXCEPTION_WORDS):
+    faults: Dict[str, List[float]] = {}         # {sentence: times}
+    for time, text in zip(run.log.time.tolist(), run.log.texts):
+        todo = OPEN_TODO.match(text)
+        if todo:
+            faults.setdefault(f'The node said: {todo.group()}.', []).append(time)
+        if any(words in text for words in EXCEPTION_WORDS):
             error = text.strip().splitlines()[-1]
             numbers = LINE_NUMBER.findall(text)
             if numbers:
-                error += f' (line {numbers[-1]})'
-            errors.setdefault(error, []).append(time)
-        todo = OPEN_TODO.match(text)
-        if todo:
-            todos.setdefault(todo.group(), time)
-    parts = [FAULT_LINE.format(escape('An exception came {}: {}.'.format(
-        'once' if len(times) == 1 else f'{len(times)} times', error)), times[0])
-        for error, times in errors.items()]
-    if todos:
-        parts.append(FAULT_LINE.format(f"The node said: {', '.join(todos)}.", min(todos.values())))
-    return '\n'.join(parts)
+                error += f', line {numbers[-1]}'
+            faults.setdefault(f'An exception came: {error}.', []).append(time)
+    lines = []
+    for sentence_of_fault, times in faults.items():
+        count = 'once'
+        if len(times) > 1:
+            count = f'{len(times)} times'
+        lines.append(FAULT_LINE.format(escape(sentence_of_fault), count, times[0]))
+    return '\n'.join(lines)
 
 
 def broken_links(run: RunData) -> List[str]:

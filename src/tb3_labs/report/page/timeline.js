@@ -1,64 +1,32 @@
-// The timeline of a recorded run: the map, the curves, the state and the log at one moment.
+// Draws the timeline of a recorded run: the map, the curves, the state and the log at one moment.
 //
 // Times are seconds since the recording's start. Poses are [x m, y m, yaw rad], tracks in degrees.
 
+import {Track, curve, element, lastBefore, stepsOf} from './curves.js';
 import {degrees, digits, nice, radians, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
 const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as the style has it
-const SHOWN = 0.5;                              // [s] a mark's words are shown at least
+const SHOWN = 0.5;                              // [s] a mark's text is shown for at least this time
+// the kinds of marks; each kind has its own row, in this order from the top
+const KINDS = ['drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'];
+const ROW_HEIGHT = 8;                           // [px] of the marks of one kind
+// a variable with more different texts than MAX_LEVELS has no figure
+const MAX_FIGURES = 12, MAX_LEVELS = 8;
+// [track, caption, options of the curve]; `command` is the column of the commanded speed
+const CURVES = [
+  ['heading', 'heading by the IMU [\u00b0]', {least: 10, isAngle: true}],
+  ['distance', 'distance to the goal [m]', {least: 0.1, hasZero: true}],
+  ['angle', "angle off the goal's heading [\u00b0]", {least: 10, isAngle: true}],
+  ['speed', 'forward [m/s]', {least: 0.1, command: 1}],
+  ['rate', 'turning [rad/s]', {least: 0.4, command: 2}],
+];
 const $ = (id) => document.getElementById(id);
 
-/** Index of the last of `times`, which rise, at or before a time; -1: none. */
-function lastBefore(times, time) {
-  let low = 0, high = times.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= time) low = middle + 1; else high = middle;
-  }
-  return low - 1;
-}
-
-/** Where a plot of times was clicked: 0 at its left end, 1 at its right end. */
+/** Returns the place of a click in a plot: 0 at the left end, 1 at the right end. */
 function share(event) {
   const {left, width} = event.currentTarget.getBoundingClientRect();
   return Math.max(0, Math.min(1, (event.clientX - left - LEFT) / (width - LEFT - RIGHT)));
-}
-
-/** Numbers over time, straight between two of them; unknown before the first one. */
-class Track {
-  constructor({time, columns, breaks}) {
-    Object.assign(this, {time, columns, breaks: new Set(breaks)});
-  }
-
-  before(time) { return lastBefore(this.time, time); }
-
-  /** The numbers at a time; in a break the last ones before it; null before the first. */
-  at(time) {
-    const i = this.before(time);
-    if (i < 0) return null;
-    const j = i + 1;
-    if (j >= this.time.length || this.breaks.has(j)) return this.columns.map((c) => c[i]);
-    const part = (time - this.time[i]) / (this.time[j] - this.time[i] || 1);
-    return this.columns.map((c) => c[i] + part * (c[j] - c[i]));
-  }
-
-  pose(time) {
-    const numbers = this.at(time);
-    return numbers && [numbers[0], numbers[1], radians(numbers[2])];
-  }
-
-  /** The way until a time: [x, y], or null where it is broken. */
-  way(time) {
-    const points = [], last = this.before(time);
-    for (let i = 0; i <= last; i += 1) {
-      if (this.breaks.has(i)) points.push(null);
-      points.push([this.columns[0][i], this.columns[1][i]]);
-    }
-    const now = this.at(time);
-    if (now) points.push([now[0], now[1]]);
-    return points;
-  }
 }
 
 class Timeline {
@@ -66,27 +34,19 @@ class Timeline {
     this.run = run;
     this.now = 0;
     this.playing = false;
-    for (const name of ['odom', 'local', 'truth', 'frame', 'heading', 'distance', 'angle']) {
+    for (const name of ['odom', 'local', 'truth', 'frame', ...CURVES.map((row) => row[0])]) {
       this[name] = new Track(run[name]);
     }
-    [this._commandTimes, this._goalTimes] = [run.commands, run.goals]
+    [this._commandTimes, this._goalTimes, this._lineTimes] = [run.commands, run.goals, run.log]
       .map((rows) => rows.map((row) => row[0]));
-    this._lines = [...$('run-log').children];
-    this._lineTimes = this._lines.map((line) => timeOf(line.firstChild));
-    for (const list of ['mark-list', 'run-log']) {
-      $(list).closest('section').hidden = !$(list).childElementCount;
-    }
+    this._addCurves();
+    this._addMarks();
+    this._addLog();
+    this._addVariables();
     const known = {state: run.goals, error: run.distance.time, command: run.commands, mark: run.marks};
     for (const [name, rows] of Object.entries(known)) {
       $(`now-${name}`).parentElement.hidden = !rows.length;
     }
-    $('inside').hidden = !run.variables.length;
-    this._variables = run.variables.map(([name, times, texts]) => {
-      const word = document.createElement('span'), value = document.createElement('b');
-      word.append(`${name} `, value);
-      $('now-variables').append(word, ' ');
-      return {times, texts, value};
-    });
     this.map = new RobotMap($('run-map'));
     this.map.radius = run.radius;
     new MapInput(this.map, () => this.show());
@@ -94,6 +54,63 @@ class Timeline {
     this._showAll();
     const first = this.local.time[0] ?? this.odom.time[0] ?? 0;
     this.go(location.hash.startsWith('#t=') ? timeOf(location) : first);
+  }
+
+  _addCurves() {
+    for (const [name, caption, options] of CURVES) {
+      const lines = {measured: this[name].points()};
+      if (options.command) lines.commanded = this._commandSteps(options.command);
+      const figure = curve(name, caption, lines, this.run.duration, options);
+      if (figure) $('times').before(figure);
+    }
+  }
+
+  /** Returns the points of a speed of the commands. A command holds until the next command. */
+  _commandSteps(column) {
+    const {commands, duration} = this.run;
+    return commands.flatMap((command, i) => {
+      const speed = command[column], end = commands[i + 1]?.[0] ?? duration;
+      return speed === null ? [null] : [[command[0], speed], [end, speed]];
+    });
+  }
+
+  _addMarks() {
+    const {marks, duration} = this.run;
+    const kinds = KINDS.filter((kind) => marks.some((mark) => mark.kind === kind));
+    for (const {kind, begin, end, text} of marks) {
+      const href = `#t=${begin}`, top = ROW_HEIGHT * kinds.indexOf(kind);
+      const style = `top:${top}px;--x:${begin / duration};--w:${(end - begin) / duration}`;
+      $('marks').append(element('a', {class: kind, title: text, style, href, tabindex: -1}));
+      $('mark-list').append(element('a', {href}, `${begin.toFixed(1)} s\u2002${text}`));
+    }
+    $('marks').style.height = `${ROW_HEIGHT * kinds.length}px`;
+    $('mark-list').closest('section').hidden = !marks.length;
+  }
+
+  _addLog() {
+    this._lines = this.run.log.map(([time, level, text]) => element('li', {'data-level': level},
+      element('a', {href: `#t=${time}`}, `${time.toFixed(2)} s\u2002${text}`)));
+    for (const line of this._lines) $('run-log').append(line);
+    $('run-log').closest('section').hidden = !this._lines.length;
+  }
+
+  _addVariables() {
+    const {run} = this;
+    $('inside').hidden = !run.variables.length;
+    $('inside-nodes').textContent = run.nodes.join(', ');
+    for (const [name, times, texts] of run.variables) {
+      const figures = $('variables'), {points, levels} = stepsOf(times, texts);
+      const changes = new Set(points.filter(Boolean).map((point) => point[1])).size > 1;
+      const isLegible = !levels || levels.length <= MAX_LEVELS;
+      if (changes && isLegible && figures.childElementCount < MAX_FIGURES) {
+        figures.append(curve(`variable-${name}`, name, {variable: points}, run.duration, {levels}));
+      }
+    }
+    this._variables = run.variables.map(([name, times, texts]) => {
+      const value = element('b', {});
+      $('now-variables').append(element('span', {}, `${name} `, value), ' ');
+      return {times, texts, value};
+    });
   }
 
   /** The map shows the whole path, so it does not move while the run plays. */
@@ -159,7 +176,7 @@ class Timeline {
     this.show();
   }
 
-  /** To the mark before or after this moment. */
+  /** Go to the mark before or after this moment. */
   jump(way) {
     const times = this.run.marks.map((mark) => mark.begin);
     const next = way > 0 ? times.find((time) => time > this.now + 0.01)
@@ -167,7 +184,7 @@ class Timeline {
     this.go(next ?? (way > 0 ? this.run.duration : 0));
   }
 
-  /** The stretch of time that the curves show. */
+  /** Returns the stretch of time that the curves show. */
   _stretch() {
     const {duration} = this.run, span = Number($('span').value) || duration;
     const begin = Math.max(0, Math.min(this.now - span / 2, duration - span));
@@ -191,14 +208,12 @@ class Timeline {
     this._showLog();
   }
 
-  /** The curves of the stretch, the times below them, and this moment in them and in the marks. */
+  /** Show the curves of the stretch, the times below, and this moment in the curves and marks. */
   _showCurves() {
     const [begin, end] = this._stretch(), step = nice((end - begin) / 6), times = [];
     for (let i = Math.ceil(begin / step); i * step <= end; i += 1) {
-      const word = document.createElement('span');
-      word.textContent = `${(i * step).toFixed(digits(step))} s`;
-      word.style.setProperty('--x', (i * step - begin) / (end - begin));
-      times.push(word);
+      times.push(element('span', {style: `--x:${(i * step - begin) / (end - begin)}`},
+                         `${(i * step).toFixed(digits(step))} s`));
     }
     $('times').replaceChildren(...times);
     for (const {viewBox} of document.querySelectorAll('#timeline .plot svg')) {
@@ -241,10 +256,10 @@ class Timeline {
   }
 }
 
-/** The time of a link to a moment, or of the page's own address. */
+/** Returns the time in a link to a moment, or in the page's own address. */
 function timeOf({hash}) { return Number(hash.slice(3)) || 0; }
 
-/** The text of an angle [degrees], wrapped to +-180. */
+/** Returns the text of an angle [degrees], wrapped to +-180. */
 function wrapped(angle) { return `${degrees(wrap(radians(angle))).toFixed(1)}\u00b0`; }
 
 $('timeline').hidden = false;

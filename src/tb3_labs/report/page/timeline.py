@@ -1,76 +1,88 @@
-"""Makes the data of the timeline of a run, and from these data the timeline's HTML.
+"""Makes the data of the timeline of a run, and the HTML with these data.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
-the recording, but differs from each recorded value by at most its bound (`BOUNDS`). A track is
-interrupted at a time without samples.
+the recording, but differs from each recorded value by at most its bound. A track is interrupted at
+a time without samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
-`local` and of the goals are in ``local``, all other poses are in ``odom``. A variable of a node has
-the unit that its node uses.
+`local` and of the goals are in ``local``, all other poses are in ``odom``. The number
+in a variable's text has the unit that its node uses.
 """
 import json
 import math
-from dataclasses import replace
-from html import escape
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs import drawing
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.recording.run_data import (
-    MIN_GAP, Commands, LogLines, Poses, RunData, cached_per_run)
+from tb3_labs.recording.run_data import MIN_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.report.motion.resets_and_goals import (
     FrameInterval, frame_intervals, goal_errors, local_in_odom, recorded_states)
-from tb3_labs.report.page.curves import (
-    Command, Figure, Line, curves, event_line, kept_samples, variable_curves)
-from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
-from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
+from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.watch.variables import Series, variables_by_node
 
 #: The HTML of the timeline. Its program and its style are in files with the same stem.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
-#: Only these data are read by the timeline's program. Python draws all other data into the page.
-FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading', 'distance',
-               'angle', 'commands', 'goals', 'marks', 'variables')
-#: The largest difference between a recorded value and its track, for each unit, without rounding.
-BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
-#: Times and values are rounded to this many digits after the point.
-ROUNDED_DIGITS = 3
+#: The largest difference between a recorded value and its track, without rounding [m], [deg],
+#: [m/s], [rad/s].
+PLACE_BOUND, ANGLE_BOUND, SPEED_BOUND, RATE_BOUND = 0.002, 0.2, 0.005, 0.03
 #: The most characters of a text.
 MAX_TEXT_LENGTH = 1000
 #: The name of rosbag's node. Its log lines are not shown.
 RECORDER = 'record'
-#: The limits of a page.
-MAX_FIGURES = 12
+#: The most variables of a page.
 MAX_SHOWN_VARIABLES = 40
-#: A variable with more different texts than this has no figure.
-MAX_LEVELS = 8
-#: A figure differs from each recorded value by at most this share of the variable's range.
-BOUND_SHARE = 1.0 / 500.0
-#: A larger number is not drawn, since the difference of two such numbers could be infinite.
-MAX_DRAWN_NUMBER = 1e300
-#: The handouts' variables. They are drawn first, in this order.
+#: The handouts' variables. They come first, in this order.
 HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
                  'has_control')
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
 TimelineEvent = Dict[str, Any]
 
 
-def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
+def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
+                 breaks: Sequence[int]) -> np.ndarray:
+    """Returns the indices of the samples that a curve keeps. The straight lines between these
+    samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
+    the indices at which a new stretch begins, in order. Both ends of a stretch are kept.
+
+    Source: Douglas and Peucker (1973), with the distance along the axis of the values.
+    """
+    is_kept = np.zeros(len(time), dtype=bool)
+    begins = [0, *breaks]
+    stretches = [(begin, end - 1) for begin, end in zip(begins, [*begins[1:], len(time)])]
+    while stretches:
+        first, last = stretches.pop()
+        is_kept[[first, last]] = True
+        if last - first < 2:
+            continue
+        inner = slice(first + 1, last)
+        share = (time[inner] - time[first]) / max(time[last] - time[first], 1e-9)
+        on_line = values[first] + share[:, None] * (values[last] - values[first])
+        distances = (np.abs(values[inner] - on_line) / bounds).max(axis=1)
+        farthest = int(np.argmax(distances))
+        if distances[farthest] > 1.0:
+            middle = first + 1 + farthest
+            stretches += [(first, middle), (middle, last)]
+    return np.flatnonzero(is_kept)
+
+
+def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[float],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    """Returns the track of `columns`, which have these units. No line is drawn across a gap of
+    """Returns the track of `columns`, which have these bounds. No line is drawn across a gap of
     time, or into a sample whose index is in `breaks`. In the result, 'breaks' are the indices of
     the points into which no line is drawn."""
     if not len(time):
-        return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
+        return {'time': [], 'columns': [[] for _ in bounds], 'breaks': []}
     values = np.column_stack(columns)
-    bounds = np.array([BOUNDS[unit] for unit in units])
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > MIN_GAP) + 1)})
-    shown = kept_samples(time, values, bounds, begins)
-    return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
-            'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),
-            'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
+    shown = kept_samples(time, values, np.array(bounds), begins)
+    # a tenth of a bound has at most this many digits after the point
+    digits = [1 - math.floor(math.log10(bound)) for bound in bounds]
+    return {'time': np.round(time[shown], 3),
+            'columns': list(map(np.round, values[shown].T, digits)),
+            'breaks': np.unique(np.searchsorted(shown, begins))}
 
 
 def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -> Dict[str, Any]:
@@ -89,23 +101,22 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
         'truth': _poses(Poses.joined(truth)),
         'frame': _poses(local_in_odom(run, local.time), local_resets),
-        'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
-        'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),
-        'speed': track(odometry.time, [odometry.linear], ['m/s']),
-        'distance': track(time, [distance], ['m'], goal_resets),
-        'angle': track(time, [np.degrees(angle)], ['deg'], [*goal_resets, *turned_over]),
+        'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], [ANGLE_BOUND]),
+        'rate': track(imu.time, [imu.yaw_rate], [RATE_BOUND]),
+        'speed': track(odometry.time, [odometry.linear], [SPEED_BOUND]),
+        'distance': track(time, [distance], [PLACE_BOUND], goal_resets),
+        'angle': track(time, [np.degrees(angle)], [ANGLE_BOUND], [*goal_resets, *turned_over]),
         'commands': _commands(run.commands),
         'goals': [[round(interval.begin, 3), interval.state, _rounded(interval.goal)]
                   for interval in recorded_states(run)],
         'marks': sorted(events, key=lambda event: event['begin']),
         'log': _lines(run.log),
-        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': texts(run),
-        'figures': figures(run)}
+        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': variables(run)}
 
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    yaw = np.degrees(np.unwrap(poses.yaw)) if len(poses) else poses.yaw
-    return track(poses.time, [poses.x, poses.y, yaw], ['m', 'm', 'deg'], [*breaks, *poses.leaps])
+    return track(poses.time, [poses.x, poses.y, np.degrees(np.unwrap(poses.yaw))],
+                 [PLACE_BOUND, PLACE_BOUND, ANGLE_BOUND], [*breaks, *poses.leaps])
 
 
 def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
@@ -118,27 +129,20 @@ def _resets(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
     return [int(index) for index in found if 0 < index < len(time)]
 
 
-def _commands(commands: Commands) -> List[Command]:
-    """Returns the commands that differ from their previous command, and a Command without speeds
-    where the robot's timeout ended a command."""
-    times = commands.time.tolist()
-    rows: List[Command] = []
-    for time, following, linear, angular in zip(
-            times, [*times[1:], math.inf], commands.linear.tolist(), commands.angular.tolist()):
-        command = Command(round(time, 3), round(linear, 3), round(angular, 3))
-        if not rows or rows[-1][1:] != command[1:]:
-            rows.append(command)
-        if following - time > COMMAND_TIMEOUT:
-            rows.append(Command(round(time + COMMAND_TIMEOUT, 3), None, None))
-    return rows
+def _commands(commands: Commands) -> List[List[Optional[float]]]:
+    """Returns [time, linear, angular] of the commands that differ from their previous command. Both
+    speeds are None where the robot's timeout ended a command."""
+    sent = commands.in_force()
+    rows = np.round(np.column_stack([sent.time, sent.linear, sent.angular]), 3)
+    is_new = np.append(True, (rows[1:, 1:] != rows[:-1, 1:]).any(axis=1))[:len(rows)]
+    return [[None if math.isnan(number) else number for number in row]
+            for row in rows[is_new].tolist()]
 
 
-def timeline_event(kind: str, begin: float, text: str,
-                   end: Optional[float] = None) -> TimelineEvent:
-    """Returns the TimelineEvent of a moment; with an `end` [s], of a stretch of time."""
-    if end is None:
-        end = begin
-    return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(end), 3),
+def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> TimelineEvent:
+    """Returns the TimelineEvent of a moment; with an `end` [s] after `begin`, of a stretch of time.
+    """
+    return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(max(begin, end)), 3),
             'text': text[:MAX_TEXT_LENGTH]}
 
 
@@ -149,40 +153,37 @@ def _lines(log: LogLines) -> List[List[Any]]:
             if node.rpartition('/')[2] != RECORDER]
 
 
-# -- the variables of nodes
-
-@cached_per_run
-def variables(run: RunData) -> List[Series]:
-    """Returns the variables of a run. If several nodes have variables, the name of a variable
-    begins with the name of its node."""
-    found, nodes = [], variables_by_node(run.variables)
+def variables(run: RunData) -> List[List[Any]]:
+    """Returns [name, times, texts] of each variable. Each text holds until the next time. It is
+    None from the last reading before a gap on. If several nodes have variables, the name begins
+    with the name of the variable's node."""
+    rows: List[List[Any]] = []
+    nodes = variables_by_node(run.variables)
     for node, series_of in nodes.items():
-        prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
-        for series in series_of.values():
-            # here, True and False are texts; a comparison with NaN is False
-            is_truth = np.isin(series.text.astype(str), [*TRUTH_VALUES])
-            is_drawn = ~is_truth & (np.abs(series.value) < MAX_DRAWN_NUMBER)
-            found.append(replace(
-                series, name=prefix + series.name,
-                value=np.where(is_drawn, series.value, np.nan)))
-    return found[:MAX_SHOWN_VARIABLES]
+        prefix = ''
+        if len(nodes) > 1:
+            prefix = node.strip('/') + ': '
+        rows += [[prefix + name, *_changes(series)] for name, series in series_of.items()]
+    order = {name: number for number, name in enumerate(HANDOUT_NAMES)}
+    return sorted(rows, key=lambda row: order.get(row[0], len(order)))[:MAX_SHOWN_VARIABLES]
 
 
-def changes(variable: Series) -> np.ndarray:
-    """Returns the index of the first value, and of each value that differs from the previous value.
-    """
+def _changes(variable: Series) -> Tuple[List[float], List[Optional[str]]]:
+    """Returns (times, texts) of a variable."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
-    return np.flatnonzero(np.append(True, values[1:] != values[:-1]))
-
-
-def texts(run: RunData) -> List[List[Any]]:
-    """Returns [name, times of the changes, texts after the changes] of each variable."""
-    rows = []
-    for each in variables(run):
-        shown = changes(each)
-        shown_texts = list(map(_shown_text, each.text[shown], each.value[shown]))
-        rows.append([each.name, np.round(each.time[shown], 3).tolist(), shown_texts])
-    return rows
+    is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # before a gap, or of the run
+    is_new = np.append(True, is_last[:-1] | (values[1:] != values[:-1]))
+    times: List[float] = []
+    texts: List[Optional[str]] = []
+    for k in np.flatnonzero(is_new | is_last):
+        time = round(float(variable.time[k]), 3)
+        if is_new[k]:
+            times.append(time)
+            texts.append(_shown_text(variable.text[k], variable.value[k]))
+        if is_last[k]:
+            times.append(time)
+            texts.append(None)
+    return times, texts
 
 
 def _shown_text(text: str, number: float) -> str:
@@ -191,56 +192,12 @@ def _shown_text(text: str, number: float) -> str:
     return text
 
 
-def figures(run: RunData) -> List[Figure]:
-    """Returns the figures of the variables that change, at most MAX_FIGURES. A variable whose
-    values are mostly texts is drawn as steps between these texts."""
-    known = {each.name: each for each in variables(run)}
-    first = [known.pop(name) for name in HANDOUT_NAMES if name in known]
-    found = [_figure(each) for each in [*first, *known.values()] if len(changes(each)) > 1]
-    return [figure for figure in found if len(figure.levels) <= MAX_LEVELS][:MAX_FIGURES]
-
-
-def _figure(variable: Series) -> Figure:
-    if 2 * np.isnan(variable.value).sum() < len(variable.value):
-        return Figure(variable.name, line(variable.time, variable.value), [])
-    levels = _levels(variable)
-    height = {text: float(k) for k, text in enumerate(levels)}
-    values = np.array([height[text] for text in variable.text])
-    return Figure(variable.name, line(variable.time, values), levels)
-
-
-def _levels(variable: Series) -> List[str]:
-    """Returns the different texts of a variable, from the lowest to the highest in the figure.
-    False is below True. A state is below all states that the variable had earlier in the run."""
-    found = list(dict.fromkeys(variable.text))
-    return sorted(found) if found[0] in TRUTH_VALUES else found[::-1]
-
-
-def line(time: np.ndarray, values: np.ndarray) -> Line:
-    """Returns the line of the values that are not NaN. The line is interrupted at gaps of time, and
-    at values that are NaN."""
-    index = np.flatnonzero(~np.isnan(values))
-    time, values = time[index], values[index]
-    breaks = np.flatnonzero((np.diff(time) > MIN_GAP) | (np.diff(index) > 1)) + 1
-    bound = np.array([max(BOUND_SHARE * np.ptp(values), 1e-6)])
-    kept = kept_samples(time, values[:, None], bound, breaks)
-    points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}')) for k in kept]
-    return points, [int(np.searchsorted(kept, k)) for k in breaks]
-
-
 def section(data: Dict[str, Any]) -> str:
     """Returns the HTML of a timeline with these data. A page with it needs no other file."""
-    text = json.dumps({name: data[name] for name in FOR_PROGRAM}, separators=(',', ':'),
-                      allow_nan=False).replace('<', '\\u003c')
+    text = json.dumps(data, default=np.ndarray.tolist, separators=(',', ':'), allow_nan=False)
     styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
     style = ''.join(path.read_text(encoding='utf-8') for path in styles)
-    event_list = ''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
-        each['begin'], each['begin'], escape(each['text'])) for each in data['marks'])
-    log = ''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
-        level, at, at, escape(text)) for at, level, text in data['log'])
     page = TIMELINE_PAGE.read_text(encoding='utf-8').format(
-        curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
-        nodes=escape(', '.join(data['nodes'])), marks=''.join(event_line(data)),
-        event_list=event_list, log=log, data=text,
+        data=text.replace('<', '\\u003c'),      # no text of a node can end the data
         script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
     return f'<style>\n{style}</style>\n{page}'
