@@ -23,4 +23,5 @@ def one_script(page: Path) -> str:
         sources[path.name] = EXPORT.sub('', IMPORT.sub('', source))
 
     add(page)
-    return "'use strict';\n" + '\n'.join(sources.values())
+    body = '\n'.join(sources.values())
+    return f"(() => {{\n'use strict';\n{body}}})();\n"    # no name is visible outside
