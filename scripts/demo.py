@@ -247,4 +247,4 @@ def short_pose(pose):
 
 
 if __name__ == '__main__':
-    run('demo', Demo)
+    run('demo', Demo, __doc__)

@@ -85,4 +85,4 @@ def _with_values(settings, values):
 
 
 if __name__ == '__main__':
-    run('turtlebot3', FakeTurtlebot3)
+    run('turtlebot3', FakeTurtlebot3, __doc__)

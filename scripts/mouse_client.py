@@ -133,4 +133,4 @@ def screen_position(pixel_x, pixel_y, width, height):
 
 
 if __name__ == '__main__':
-    run('mouse', MouseNode)
+    run('mouse', MouseNode, __doc__)

@@ -5,6 +5,7 @@ Subscribes
     imu                    sensor_msgs/Imu
     odom                   nav_msgs/Odometry
     joint_states           sensor_msgs/JointState, if it is sent: the wheels show a wrong gyro
+    cmd_vel                geometry_msgs/Twist: did any node move the robot?
     ctrl_relinq            std_msgs/Bool: True = this node may drive (see
                            tb3_labs.supervision.permission)
     move_base_simple/goal  geometry_msgs/PoseStamped: a goal
@@ -14,7 +15,7 @@ Publishes
     local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message, while
                            it is heard
     local_path             nav_msgs/Path, frame local
-    has_control            std_msgs/Bool, latched: may this node drive?
+    has_control            std_msgs/Bool, latched: was control given, and not taken back?
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
     current_goal           geometry_msgs/PoseStamped, frame local, latched
     goal_marker            visualization_msgs/MarkerArray
@@ -26,7 +27,7 @@ Services
 Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
-    ~goal_x, ~goal_y [m], ~goal_yaw_deg: see MoveToGoalConfig in tb3_labs.nodes.move_to_goal.core
+    ~goal_x, ~goal_y [m], ~goal_yaw_deg: see MoveToGoalConfig in tb3_labs.nodes.move_to_goal.status
     _has_control:=true: the node may drive at once. A parameter would outlive the node
     ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal_state;
     they may change while the node runs: dynparam set /move_to_goal max_linear 0.1

@@ -44,4 +44,4 @@ class Panel:
 
 
 if __name__ == '__main__':
-    run('panel', Panel)
+    run('panel', Panel, __doc__)

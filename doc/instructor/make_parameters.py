@@ -17,7 +17,7 @@ from tb3_labs.config import NOT_GIVEN, Config, bounds_text, setting
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.nodes.controller.turns import TurnConfig
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig
+from tb3_labs.nodes.move_to_goal.status import MoveToGoalConfig
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.simulation.simulator_config import FIXED_FIELDS, SimulatorConfig
 

@@ -110,7 +110,7 @@ class GamepadTest(WithThumb, DriveCase):
         commands = [command for _, command in self.observer.all('cmd_vel', pressed)]
         self.assertEqual(commands.count(ZERO), 1)
 
-    def test_a_driver_that_hangs_stops_the_robot_and_drives_again_by_a_new_message(self):
+    def test_a_hanging_driver_stops_the_robot_until_a_new_message(self):
         """Such a driver repeats one message with its stamp."""
         self.thumb.sticks(1.0, 0.0)
         self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.2)
@@ -123,7 +123,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.thumb.sticks(0.0, 0.0)
         self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad')
 
-    def test_a_late_joiner_learns_who_holds_the_robot(self):
+    def test_a_late_subscriber_gets_the_holder(self):
         self.thumb.press(A)
         self.observer.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
         late = Observer()

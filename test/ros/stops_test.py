@@ -240,20 +240,9 @@ class StopsTest(WithThumb, DriveCase):
         self.cancels.publish(GoalID())
         self.is_stopped(asked)
 
-    def test_two_nodes_that_obey_one_word_are_named(self):
-        """Two move_to_goal drive to one goal."""
-        first = self.move_to_goal()
-        second = self.start('move2goal_tf.py', '_goal_x:=90', '__name:=second')
-        self.observer.wait_until(lambda: self.control.get_num_connections() == 2, STARTING, 'both')
-        self.wait_until_hears('second', 'odom')
-        self.let_pass(1.5)        # in which the second compares gyro and wheels at rest
-        self.let_it_drive(self.give_control)
-        first.wait_for('/second drives the robot, too: stop one of the two')
-        second.wait_for('/move_to_goal drives the robot, too: stop one of the two')
-
     # -- sleep
 
-    def test_nodes_that_slept_wait_to_be_told(self):
+    def test_nodes_that_slept_wait_for_a_new_request(self):
         mover = self.move_to_goal()
         self.let_it_drive(self.give_control)
         self.stands_after_sleep(mover)
@@ -296,7 +285,7 @@ class StopsTest(WithThumb, DriveCase):
         self.wait_for_state('gave up: canceled')
         self.is_stopped(closed)
 
-    def test_a_terminal_that_takes_no_text_holds_up_neither_a_drive_nor_its_stop_nor_the_last_zero(self):
+    def test_a_blocked_terminal_delays_no_drive_and_no_stop(self):
         self.end_move_to_goal()
         node = self.start('move2goal_tf.py', '_goal_x:=90', terminal=True)
         self.wait_for_state('waiting for control', seconds=STARTING)

@@ -1,4 +1,4 @@
-"""Judges, which know what persons did: who may move the robot? They share no code with the nodes.
+"""Who may move the robot? The rules know the acts of persons, and share no code with the nodes.
 
 The rule: after a person's stop no command but zero, until a person's next grant. A message that is repeated, renewed or
 late, and a node that wakes up or restarts, give nothing.

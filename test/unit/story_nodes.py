@@ -1,4 +1,4 @@
-"""The nodes of a story: the real cores, with messages that may wait, and with their rules."""
+"""The nodes of a story. Each node has its real core, messages that may wait, and its rule."""
 from reference_rule import GoalRule, HandRule
 from tb3_labs.control.commands import LawStep
 from tb3_labs.geometry.se2 import Pose2
@@ -68,7 +68,7 @@ class StoryNode:
         self.stalled = self.waking = False
 
     def at(self, at):
-        """The time of a person's action, as the rule shall know it: messages that waited for a moment have no order."""
+        """Returns the time of a person's action for the rule. Messages that waited for a moment have no order."""
         return self.world.now if self.stalled and at is not None else at
 
     def judge_reset(self, at):
@@ -129,7 +129,6 @@ class Mover(StoryNode):
         self.core = MoveToGoalCore(Ahead(), has_control)
         self.core._localizer = Still()
         self.core.set_goal(Pose2(50.0))
-        self.core.begin_control(world.now)
         self.rule = GoalRule(world.now)
         if has_control:
             self.rule.hear(world.now, 'start', True, world.now)
@@ -194,8 +193,8 @@ class Mover(StoryNode):
         self.rule.look(now, self.hear_sensors())
         output = core.tick(now, now)
         self.world.judge(output.command, self.rule)
-        if output.grant_exists is not self.has_control:
-            self.has_control = output.grant_exists
+        if output.has_control is not self.has_control:
+            self.has_control = output.has_control
             for pad in self.world.pads:
                 pad.send('mover', 'on_control', self.has_control)
 

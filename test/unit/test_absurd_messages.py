@@ -61,7 +61,7 @@ def test_numbers_that_no_robot_can_have_are_refused(read, make, field, most):
 
 @pytest.mark.parametrize('what, message', [
     ('orientation', imu(covariance=-1.0)), ('gyro', imu(gyro_covariance=-1.0))])
-def test_an_imu_that_says_that_it_has_no_orientation_is_refused(what, message):
+def test_an_imu_without_orientation_is_refused(what, message):
     with pytest.raises(ValueError, match='it has no ' + what):
         to_imu_sample(message)
 

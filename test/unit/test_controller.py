@@ -1,5 +1,5 @@
-"""Turns, mouse and keyboard together, with a law that returns what a test gives it, and an IMU in closed
-form; then on the simulated robot, judged by its true heading."""
+"""Turns, mouse and keyboard together. The law returns the values of the test, and the IMU is in closed
+form. Further tests use the simulated robot and its true heading."""
 import math
 
 import pytest
@@ -9,13 +9,13 @@ from rollout import control, run
 from tb3_labs.control.commands import MAX_IDLE, LawStep
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
-from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, RepeatFilter, TurnConfig, make_turn
+from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, accepts_turn, make_turn
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.timeouts import SENDER_PAUSE
+from tb3_labs.supervision.events import Age, Event, SenderRequests
+from tb3_labs.supervision.timeouts import SENDER_PAUSE, SleepMonitor
 
 BURGER = robot_model('burger')
 MOUSE_PERIOD = 0.05
@@ -44,8 +44,8 @@ class GivenTurnLaw:
 
 
 class Desk:
-    """A controller with such a law. The IMU is heard in each step; it trembles, as real ones do. A
-    mouse repeats itself while it is held."""
+    """A controller with a GivenTurnLaw. A noisy IMU sends a sample in each step. A mouse repeats its
+    message while the test holds the mouse."""
 
     step = 0.05      # [s]
 
@@ -60,7 +60,7 @@ class Desk:
         self.run(0.2)
 
     def run(self, seconds, imu=True):
-        """Returns the commands of that time, zero if there was none."""
+        """Let time pass. Returns the commands of this time."""
         commands = []
         for _ in range(round(seconds / self.step)):
             self.now += self.step
@@ -74,14 +74,14 @@ class Desk:
         return commands
 
     def tick(self):
-        """Returns the commands of now, in a list."""
+        """Returns a list with the present command, or an empty list."""
         output = self.core.tick(self.now, self.now)
         self.watched = output.watched
         self.log_lines += output.log_lines
         return [] if output.command is None else [output.command]
 
     def hold(self, active, x=0.0, y=0.0):
-        """Hold the mouse there from now on."""
+        """Hold the mouse at this place from now on."""
         self.mouse, self._next_mouse = (active, x, y), 0.0
 
     def request_turn(self, degrees=90.0):
@@ -93,7 +93,7 @@ class Desk:
         return math.degrees(self.law.requested[-1])
 
     def told(self, words, warning=False):
-        """Was this line logged, once?"""
+        """Was one line with these words logged?"""
         self.tick()
         return [line.warning for line in self.log_lines if words in line.text] == [warning]
 
@@ -109,7 +109,7 @@ def desk():
     return Desk()
 
 
-def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_active(desk):
+def test_the_node_is_watched_in_a_turn_and_while_the_mouse_is_active(desk):
     for _ in range(2):
         desk.tick()
         assert not desk.watched and desk.core.problem_text(desk.now) == ''
@@ -127,7 +127,7 @@ def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_ac
         assert desk.watched is desk.core.mouse.active is active
 
 
-def test_what_the_law_knows_to_be_left_is_reported_and_the_next_turn_is_as_asked(desk):
+def test_the_result_has_the_remaining_angle_of_the_law(desk):
     desk.request_turn()
     desk.run(0.2)
     desk.yaw = 0.8                       # one sample has another yaw
@@ -138,17 +138,17 @@ def test_what_the_law_knows_to_be_left_is_reported_and_the_next_turn_is_as_asked
     assert desk.asked_for == pytest.approx(90.0, abs=0.01)
 
 
-def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(desk):
+def test_after_a_short_silence_a_turn_begins_again_at_the_present_heading(desk):
     desk.request_turn()
     desk.run(0.2)
     desk.run(1.0, imu=False)
-    desk.yaw, desk.law.remaining = 0.5, 3.0    # it was turned meanwhile: farther than 0.8 rad
+    desk.yaw, desk.law.remaining = 0.5, 3.0    # a person turned the robot by more than 0.8 rad
     assert Twist2() not in desk.run(0.5)
     assert desk.law.requested[-1] == pytest.approx(math.pi / 2.0 - 0.5, abs=1e-5)
     assert desk.told('Stopped: no imu', warning=True) and desk.told('Going on')
 
 
-def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(desk):
+def test_a_jump_of_the_heading_in_a_silence_ends_the_turn(desk):
     desk.request_turn(180.0)
     desk.run(0.5)
     desk.run(0.5, imu=False)
@@ -168,7 +168,7 @@ def test_a_frozen_imu_ends_a_turn_and_the_time_before_does_not_count(desk):
     assert desk.run(0.5)[-1] == Twist2() and desk.told('imu repeats one reading', warning=True)
 
 
-def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
+def test_a_new_law_starts_a_new_stall_check_with_a_new_period(desk):
     desk.request_turn()
     desk.run(1.0)
     desk.core.set_law(GivenTurnLaw(period=0.2))
@@ -179,7 +179,7 @@ def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
 @pytest.mark.parametrize('good, bad', [
     (None, (math.nan, math.inf, 40000.0)),
     (36000.0, (90.0,))])     # and the goal is not moved farther away
-def test_what_is_no_turn_is_refused(good, bad):
+def test_an_invalid_angle_is_refused(good, bad):
     desk = Desk(make_turn(TurnConfig(), BURGER))
     if good:
         desk.request_turn(good)
@@ -189,16 +189,6 @@ def test_what_is_no_turn_is_refused(good, bad):
     assert bool(desk.run(0.5)) is bool(good)
 
 
-def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
-    core = ControllerCore(GivenTurnLaw())
-    for k in range(300):
-        core.on_turn(Event(90.0, 10.0 + 0.01 * k, 'script'), 10.0 + 0.01 * k)
-    assert [line.warning for line in core.tick(13.0, 13.0).log_lines] == 3 * [True]
-    for _ in range(3):         # typed: each is answered
-        core.on_typed(Event(90.0, 13.0), 13.0)
-    assert len(core.tick(13.0, 13.0).log_lines) == 3
-
-
 NEW, OLD, STOP = Age.NEW, Age.REPEATED, (0.0, None, Age.NEW)
 LONG = SENDER_PAUSE + 0.1
 
@@ -206,21 +196,21 @@ LONG = SENDER_PAUSE + 0.1
 @pytest.mark.parametrize('is_waking, requests, accepted', [
     (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), (1.0, 90.0, NEW)], [True, True, True]),
     (False, [(0.0, 90.0, OLD), (1.5, 90.0, NEW), (3.0, 90.0, NEW)], [False, False, False]),
-    (False, [(0.0, 90.0, OLD), (0.5, 45.0, NEW), (1.0, 45.0, NEW)], [False, True, True]),     # it was changed
+    (False, [(0.0, 90.0, OLD), (0.5, 45.0, NEW), (1.0, 45.0, NEW)], [False, True, True]),     # another angle
     (False, [(0.0, 90.0, OLD), (LONG, 90.0, NEW)], [False, True]),
     (False, [(0.0, 90.0, NEW), STOP, (0.5, 90.0, NEW)], [True, True]),     # a person asks again
     (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), STOP, (1.0, 90.0, NEW), (1.5, 90.0, NEW)], [True, True, False, False]),
     (False, [(0.0, 90.0, OLD), STOP, (0.5, 90.0, NEW)], [False, False]),
-    (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [True, False]),    # the first one is refused by the sleep itself
+    (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [True, False]),    # the core itself refuses the first turn
     (True, [(0.0, 90.0, OLD), (0.5, 90.0, NEW)], [False, False])])
-def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep(is_waking, requests, accepted):
-    repetitions, found = RepeatFilter(), []
+def test_a_repeated_turn_is_refused_after_a_stop_or_a_sleep_or_if_doubtful(is_waking, requests, accepted):
+    turns, found = SenderRequests(SleepMonitor()), []
     for at, degrees, age in requests:
         if degrees is None:
-            repetitions.stop()
+            turns.end_repetitions()
         else:
-            found.append(repetitions.accepts(Event(degrees, at, 'script', age), is_waking and at == 0.0))
-            assert repetitions.accepts(Event(degrees, at, str(at)))    # of another sender
+            found.append(accepts_turn(turns, Event(degrees, at, 'script', age), is_waking and at == 0.0))
+            assert accepts_turn(turns, Event(degrees, at, str(at)))    # of another sender
     assert found == accepted
 
 
@@ -270,7 +260,7 @@ def test_the_mouse_pre_empts_a_turn_at_once(desk):
     assert desk.asked_for == pytest.approx(-90.0, abs=0.01) and desk.told('Turned')
 
 
-def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(desk):
+def test_a_deactivated_mouse_stops_a_turn_after_another_mouse_was_lost(desk):
     desk.hold(True, 1.0, 0.0)
     desk.run(0.3)
     desk.mouse = None
@@ -283,7 +273,7 @@ def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(d
     assert desk.told('the mouse was deactivated', warning=True)
 
 
-def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():
+def test_a_mouse_that_was_active_before_is_logged_once():
     core = ControllerCore(GivenTurnLaw())
     for now in 100.0, 100.1, 100.2:
         core.on_mouse(Event(MouseState(True, 0.0, 1.0), now))

@@ -17,8 +17,8 @@ class RecordedCalls(list):
     def stop(self):
         self.append('a zero')
 
-    def note_message(self):
-        """Nothing sleeps here."""
+    def message_handled(self):
+        """The Watchdog has no thread here."""
 
     send = set_awake = list.append
     close = list.clear

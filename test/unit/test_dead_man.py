@@ -4,7 +4,7 @@ import pytest
 from tb3_labs.nodes.controller.turns import NEXT_DRIVER, Driver, DriverEvent
 from tb3_labs.supervision.control_holder import NEXT_HOLDER, ControlEvent, ControlHolder
 from tb3_labs.supervision.dead_man import DeadMan
-from tb3_labs.supervision.timeouts import PAD_TIMEOUT
+from tb3_labs.supervision.timeouts import INPUT_TIMEOUT
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
 FREE, GAMEPAD, GOAL = ControlHolder.NOBODY, ControlHolder.GAMEPAD, ControlHolder.MOVE_TO_GOAL
@@ -31,7 +31,7 @@ HOLDER_AFTER = {
 
 
 @pytest.mark.parametrize('event', [*DriverEvent, *ControlEvent])
-def test_who_drives_and_who_holds_after_each_event(event):
+def test_the_driver_and_the_holder_after_each_event(event):
     for rule, before, now in ((NEXT_DRIVER, (NOBODY, TURN, MOUSE), DRIVER_AFTER),
                               (NEXT_HOLDER, (FREE, GAMEPAD, GOAL), HOLDER_AFTER)):
         if event in now:
@@ -51,7 +51,7 @@ def dead_man():
     return dead_man
 
 
-def test_one_page_drives_until_it_lets_go(dead_man):
+def test_one_page_drives_until_the_person_lets_go(dead_man):
     with pytest.raises(ValueError, match='another page drives'):
         dead_man.hold(B, 0, 100.1, 0.0, True)
     assert not dead_man.let_go(B) and dead_man.page is A
@@ -59,7 +59,7 @@ def test_one_page_drives_until_it_lets_go(dead_man):
     assert dead_man.hold(B, 0, 100.2, 0.0, True) and dead_man.page is B
 
 
-def test_after_a_stop_nothing_counts_that_a_person_did_before(dead_man):
+def test_after_a_stop_earlier_acts_of_a_person_are_rejected(dead_man):
     dead_man.stop()
     assert dead_man.page is None and dead_man.stops == 1
     for known, first, reason in ((0, False, 'stopped'), (0, True, 'stopped'), (None, True, 'stopped'),
@@ -77,6 +77,6 @@ def test_after_a_stop_nothing_counts_that_a_person_did_before(dead_man):
 @pytest.mark.parametrize('late', [False, True])
 def test_a_page_that_is_silent_or_late_is_lost(dead_man, late):
     if late:
-        assert not dead_man.hold(A, 0, 100.2, PAD_TIMEOUT + 1e-9, False)    # as if it had not come
-    assert dead_man.lost_for(100.0 + PAD_TIMEOUT) == 0.0
+        assert not dead_man.hold(A, 0, 100.2, INPUT_TIMEOUT + 1e-9, False)    # as if it had not come
+    assert dead_man.lost_for(100.0 + INPUT_TIMEOUT) == 0.0
     assert dead_man.lost_for(100.3) == pytest.approx(0.3)

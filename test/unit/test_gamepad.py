@@ -1,4 +1,4 @@
-"""The pad decides who holds the robot. Both nodes together: test_story_search.py."""
+"""The holder of the robot after messages of a pad. test_story_search.py has both nodes together."""
 import pytest
 
 from tb3_labs.nodes.gamepad.core import GamepadCore
@@ -15,28 +15,28 @@ REST, PUSHED = (0.0, 0.0), (1.0, 0.0)      # its sticks
 
 
 class Core(GamepadCore):
-    """Keeps the outputs of its ticks until a test takes them."""
+    """A core that keeps the outputs of its ticks until a test takes them."""
 
     def __init__(self, config=PadConfig()):
         super().__init__(config, BURGER)
         self.now = 0.0
-        self.put_out = {'news': [], 'words': [], 'reset_requested': []}
+        self.outputs = {'log_lines': [], 'control_messages': [], 'reset_requested': []}
 
     def on_joy(self, joy):
-        self.now = joy.at
+        self.now = joy.arrived_at
         super().on_joy(joy)
 
     def tick(self, now):
         self.now, output = now, super().tick(now)
-        self.put_out['news'] += output.log_lines
-        self.put_out['words'] += output.control_messages
-        self.put_out['reset_requested'] += [True] if output.reset_requested else []
+        self.outputs['log_lines'] += output.log_lines
+        self.outputs['control_messages'] += output.control_messages
+        self.outputs['reset_requested'] += [True] if output.reset_requested else []
         return output
 
     def take(self, what):
-        """Returns all outputs since the last call."""
+        """Returns the outputs of this name since the last call."""
         self.tick(self.now)
-        taken, self.put_out[what] = self.put_out[what], []
+        taken, self.outputs[what] = self.outputs[what], []
         return taken
 
 
@@ -49,7 +49,7 @@ class PluggedPad:
         self.sent = []                    # (time, command)
         self.sticks, self.pressed = REST, ()
         self.plugged, self.repeats = True, repeats
-        self._next, self._said = 0.0, None
+        self._next, self._sent_state = 0.0, None
         self.run(0.5)
 
     def run(self, seconds, **state):
@@ -66,25 +66,25 @@ class PluggedPad:
         axes[1], axes[3] = self.sticks
         for button in self.pressed:
             buttons[button] = 1
-        changed = (axes, buttons) != self._said
+        changed = (axes, buttons) != self._sent_state
         if self.plugged and (changed or (self.repeats and self.now >= self._next)):
-            self._said, self._next = (axes, buttons), self.now + PERIOD
+            self._sent_state, self._next = (axes, buttons), self.now + PERIOD
             self.controller.on_joy(Event(read_pad(axes, buttons, self._config), self.now))
         command = self.controller.tick(self.now).command
         if command is not None:
             self.sent.append((self.now, command if command != Twist2() else None))
 
-    def said(self):
+    def control_messages(self):
         """Returns the messages on ctrl_relinq since the last call."""
-        return self.controller.take('words')
+        return self.controller.take('control_messages')
 
     def press(self, *buttons):
-        """Press and let go."""
+        """Press the buttons and let go of them."""
         for self.pressed in (buttons, ()):
             self.run(0.02)
 
     def rest_and_push(self):
-        """The command for a stick that was first in its middle, then pushed."""
+        """Returns the command for a stick that is pushed after a rest."""
         self.run(0.2, sticks=REST)
         return self.run(0.2, sticks=PUSHED)[-1]
 
@@ -93,14 +93,14 @@ class PluggedPad:
         return self.controller.holder
 
 
-def hear(controller, now, stamp, *pressed, forward=0.0, age=Age.NEW):
+def receive(controller, now, stamp, *pressed, forward=0.0, age=Age.NEW):
     """A message of a pad with another clock."""
     buttons = [int(button in pressed) for button in range(8)]
     controller.on_joy(Event(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now,
                             age=age, sent_at=stamp))
 
 
-def look(controller, since, until):
+def let_pass(controller, since, until):
     """Let the node run without a message of the pad."""
     for tick in range(int((until - since) / 0.1)):
         controller.tick(since + 0.1 * tick)
@@ -108,7 +108,7 @@ def look(controller, since, until):
 
 
 def warned(controller, words):
-    return any(words in line.text and line.warning for line in controller.take('news'))
+    return any(words in line.text and line.warning for line in controller.take('log_lines'))
 
 
 A, B, Y, HOLD = 0, 1, 2, 5
@@ -129,24 +129,24 @@ SLOW = PadConfig(dead_zone=0.0, linear_scale=0.1, angular_scale=1.0)
     (SLOW, (1.0, 0.0), (0.1, 0.0)), (SLOW, (0.0, -0.5), (0.0, -0.5)),
     (SLOW, (0.0, 1.0), (0.0, 1.0)),
     (PadConfig(), (1.0, 1.0), (0.1054, 1.3175))])    # each wheel within its limit
-def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sticks, speed):
+def test_a_full_stick_commands_the_robots_limit_or_the_scale(config, sticks, speed):
     pad = PluggedPad(config)
     assert pad.run(0.3, sticks=sticks)[-1] == pytest.approx(Twist2(*speed), rel=1e-4)
     assert set(pad.run(0.3, sticks=REST)[1:]) == {None}
 
 
-def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
-    pad.controller.on_has_control(Event(False, pad.now))      # it had none
-    assert pad.holder is GAMEPAD and not pad.controller.messages.must_renew and pad.said() == []
+def test_button_a_gives_control_and_button_b_takes_control(pad):
+    pad.controller.on_has_control(Event(False, pad.now))      # it had no control
+    assert pad.holder is GAMEPAD and not pad.controller.messages.must_renew and pad.control_messages() == []
     assert not pad.controller.take('reset_requested')
-    assert [line.text for line in pad.controller.take('news')] == [
+    assert [line.text for line in pad.controller.take('log_lines')] == [
         'The gamepad drives: press A to let move_to_goal drive']
     pad.press(A)
-    assert pad.holder is GOAL and pad.controller.messages.must_renew and pad.said() == [True]
+    assert pad.holder is GOAL and pad.controller.messages.must_renew and pad.control_messages() == [True]
     assert set(pad.run(1.0, sticks=(1.0, 1.0))) == {None}
     pad.sticks = REST
     pad.press(B)
-    assert pad.holder is GAMEPAD and pad.said() == [False]
+    assert pad.holder is GAMEPAD and pad.control_messages() == [False]
     taken = pad.now
     assert BURGER_FULL.linear > pad.run(0.5, sticks=(1.0, 1.0))[-1].linear > 0.0
     first = [time for time, command in pad.sent if command is not None][0]
@@ -154,19 +154,19 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
 
 
 @pytest.mark.parametrize('repeats', [True, False])
-def test_a_stick_that_rests_outside_its_dead_zone_is_named_once(repeats):
+def test_a_stick_that_rests_outside_the_dead_zone_is_named_once(repeats):
     pad = PluggedPad(repeats=repeats)
     pad.controller = Core()
     pad.run(2.9, sticks=(0.0, 0.12))
-    assert pad.controller.take('news') == []
+    assert pad.controller.take('log_lines') == []
     pad.run(10.0)
-    line, = pad.controller.take('news')
+    line, = pad.controller.take('log_lines')
     assert line.text.startswith('No stick drives: axis 3 is at 0.12, beyond dead_zone 0.08.')
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
 
 
 @pytest.mark.parametrize('silence, drives', [(0.2, True), (0.3, False)])
-def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, drives):
+def test_after_a_silence_the_sticks_of_a_pad_must_rest_again(pad, silence, drives):
     pad.run(silence, plugged=False)
     assert any(pad.run(1.0, plugged=True, sticks=PUSHED)) is drives
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
@@ -174,13 +174,13 @@ def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, 
 
 # B, for any holder of the robot -------------------------------------------------------------------
 
-def test_each_press_counts_though_the_messages_come_all_at_once(pad):
-    """B tapped between two messages that the network releases together."""
+def test_no_press_is_lost_if_messages_arrive_together(pad):
+    """A person taps B between two messages that arrive together."""
     pad.press(A)
-    pad.said()
+    pad.control_messages()
     for pressed in (), (B,), (B, Y), (Y,), (), (A,), (), (B,), ():
-        hear(pad.controller, pad.now, 0.0, *pressed)
-    assert pad.controller.take('words') == [False, True, False]
+        receive(pad.controller, pad.now, 0.0, *pressed)
+    assert pad.controller.take('control_messages') == [False, True, False]
     assert pad.controller.take('reset_requested') and not pad.controller.take('reset_requested')
     assert pad.holder is GAMEPAD
 
@@ -190,77 +190,76 @@ def stamped():
     """A core after 1 s of messages of a resting pad, until 101.0 s; the pad's clock shows 8.0 s."""
     controller = Core()
     for tick in range(20):
-        hear(controller, 100.05 + 0.05 * tick, 7.05 + 0.05 * tick)
-    controller.take('words')
+        receive(controller, 100.05 + 0.05 * tick, 7.05 + 0.05 * tick)
+    controller.take('control_messages')
     return controller
 
 
 @pytest.mark.parametrize('late, counts', [(0.0, True), (1.5, True), (2.5, False), (60.0, False)])
-def test_an_a_that_the_network_held_up_for_long_does_not_count(stamped, late, counts):
-    look(stamped, 101.0, 101.04 + late)
-    hear(stamped, 101.04 + late, 8.04)
-    hear(stamped, 101.05 + late, 8.05, A)
-    words = stamped.take('words')
-    # with the renewals that were due since, so that they show the age of the grant
+def test_a_press_of_a_that_the_network_delayed_for_long_is_rejected(stamped, late, counts):
+    let_pass(stamped, 101.0, 101.04 + late)
+    receive(stamped, 101.04 + late, 8.04)
+    receive(stamped, 101.05 + late, 8.05, A)
+    words = stamped.take('control_messages')
+    # the renewals that were due since the press show the age of the grant
     assert words == ([True] * (1 + round(late / 0.1)) if counts else [])
     assert warned(stamped, 'press it again') is not counts
-    hear(stamped, 101.06 + late, 8.06, B)
-    assert stamped.take('words') == [False]       # a stop is never too old
+    receive(stamped, 101.06 + late, 8.06, B)
+    assert stamped.take('control_messages') == [False]       # a stop is never too old
 
 
 @pytest.mark.parametrize('late, counts', [(0.9, True), (1.1, False)])
-def test_a_y_that_the_network_held_up_would_declare_another_place(stamped, late, counts):
-    look(stamped, 101.0, 101.05 + late)
-    hear(stamped, 101.05 + late, 8.04)
-    hear(stamped, 101.05 + late, 8.05, Y)
+def test_a_delayed_press_of_y_is_rejected(stamped, late, counts):
+    let_pass(stamped, 101.0, 101.05 + late)
+    receive(stamped, 101.05 + late, 8.04)
+    receive(stamped, 101.05 + late, 8.05, Y)
     assert bool(stamped.take('reset_requested')) is counts
     assert warned(stamped, 'Y does not count') is not counts
 
 
 @pytest.mark.parametrize('ring', [2, 10])
-def test_a_driver_that_repeats_several_messages_is_a_pad_that_is_lost(stamped, ring):
+def test_a_pad_is_lost_if_its_driver_repeats_several_messages(stamped, ring):
     """The stamps of the messages differ: the pad drove while they arrived."""
     commands = []
     for tick in range(200):
         now = 101.05 + 0.05 * tick
-        hear(stamped, now, 8.05 + 0.05 * min(tick, tick % ring), forward=1.0)
+        receive(stamped, now, 8.05 + 0.05 * min(tick, tick % ring), forward=1.0)
         commands.append(stamped.tick(now).command)
     assert commands[0] != Twist2() and set(commands[ring + 11:]) == {Twist2()}
 
 
-@pytest.mark.parametrize('button, wanted', [(A, 'words'), (Y, 'reset_requested')])
-def test_a_press_counts_beside_a_stick_in_two_messages_of_one_stamp(stamped, button, wanted):
-    hear(stamped, 101.05, 8.05, forward=1.0)
-    hear(stamped, 101.0505, 8.05, button, forward=1.0, age=Age.SAME_STAMP)
+@pytest.mark.parametrize('button, wanted', [(A, 'control_messages'), (Y, 'reset_requested')])
+def test_a_press_is_accepted_in_the_second_message_with_one_stamp(stamped, button, wanted):
+    receive(stamped, 101.05, 8.05, forward=1.0)
+    receive(stamped, 101.0505, 8.05, button, forward=1.0, age=Age.SAME_STAMP)
     assert stamped.take(wanted) == [True]
 
 
 @pytest.mark.parametrize('clock_runs', [True, False])
-def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
-    """It repeats its last message, stamp included; with a simulated clock a stamp shows no lateness.
-    """
+def test_a_pad_is_lost_if_its_driver_repeats_one_message(stamped, clock_runs):
+    """The driver repeats its last message and stamp. With a simulated clock a stamp shows no delay."""
     def repeat(seconds, *pressed):
         commands = []
         for tick in range(round(seconds / 0.05)):
             now = stamped.now + 0.05
-            hear(stamped, now, 8.05 * clock_runs, *pressed, forward=1.0, age=Age.SAME_STAMP)
+            receive(stamped, now, 8.05 * clock_runs, *pressed, forward=1.0, age=Age.SAME_STAMP)
             commands.append(stamped.tick(now).command)
         return set(commands)
 
-    hear(stamped, 101.05, 8.05 * clock_runs, forward=1.0)
+    receive(stamped, 101.05, 8.05 * clock_runs, forward=1.0)
     assert stamped.tick(101.05).command != Twist2()
     repeat(0.3)
     assert stamped.holder is NOBODY and repeat(10.0) == {Twist2()}
     assert warned(stamped, 'joy_node repeats one message')
     repeat(0.1, A, Y)
-    assert not stamped.take('reset_requested') and True not in stamped.take('words')
+    assert not stamped.take('reset_requested') and True not in stamped.take('control_messages')
     repeat(0.1, B)
-    assert stamped.take('words') == [False]        # a stop is obeyed
+    assert stamped.take('control_messages') == [False]        # a stop is obeyed
 
 
 # Other nodes --------------------------------------------------------------------------------------
 
-def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
+def test_a_stop_of_another_node_ends_a_drive_by_the_stick(pad):
     """The robot gets one zero. The stick drives again only after it was in its middle."""
     assert pad.rest_and_push()
     pad.controller.on_ctrl_relinq(Event(False, pad.now))
@@ -271,24 +270,24 @@ def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
 @pytest.mark.parametrize('pushed_at, drives', [(8.15, False), (8.25, True)])
 def test_a_stick_that_was_pushed_before_the_stop_of_another_node_does_not_drive(
         stamped, pushed_at, drives):
-    hear(stamped, 101.1, 8.1)
+    receive(stamped, 101.1, 8.1)
     stamped.on_ctrl_relinq(Event(False, 101.2))
-    hear(stamped, 101.25, pushed_at, forward=1.0)
+    receive(stamped, 101.25, pushed_at, forward=1.0)
     assert (stamped.tick(101.25).command != Twist2()) is drives
 
 
 @pytest.mark.parametrize('after, is_believed', [(0.1, False), (0.5, True)])
-def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_believed):
+def test_has_control_false_may_cross_with_a_press_of_a(pad, after, is_believed):
     pad.press(A)
     pad.run(after - 0.04)
     pad.controller.on_has_control(Event(False, pad.now))
     assert pad.controller.messages.must_renew is not is_believed
     pad.controller.on_has_control(Event(True, pad.now))
-    pad.controller.on_has_control(Event(False, pad.now))       # it had it, and lost it
+    pad.controller.on_has_control(Event(False, pad.now))       # it had control, and lost it
     assert not pad.controller.messages.must_renew
 
 
-def test_what_somebody_else_gave_silences_the_sticks(pad):
+def test_a_grant_of_another_node_ends_a_drive_by_the_stick(pad):
     assert any(pad.run(0.3, sticks=PUSHED)) and pad.controller.tick(pad.now).command is None
     pad.controller.on_has_control(Event(True, pad.now))
     assert pad.holder is GOAL and not pad.controller.messages.must_renew
@@ -307,7 +306,7 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     pad.run(0.1, plugged=True, sticks=PUSHED)
     assert pad.run(0.31, plugged=False)[-1] is None and pad.holder is NOBODY
     assert pad.run(5.0) == []
-    said, = [line.text for line in pad.controller.take('news') if line.warning]
+    said, = [line.text for line in pad.controller.take('log_lines') if line.warning]
     assert said.startswith('No joy for 0.3 s: robot stopped; ')
     assert ('autorepeat_rate' in said) is not repeats
     # back: only after a rest
@@ -330,26 +329,26 @@ def test_hold_to_drive():
 
 @pytest.mark.parametrize('after, counts', [(0.1, False), (0.4, True)])
 @pytest.mark.parametrize('stamped', [False, True])
-@pytest.mark.parametrize('button, what', [(A, 'words'), (Y, 'reset_requested')])
-def test_a_press_on_a_pad_that_was_heard_for_a_moment_only_does_not_count(
+@pytest.mark.parametrize('button, what', [(A, 'control_messages'), (Y, 'reset_requested')])
+def test_a_press_just_after_the_first_message_is_rejected(
         after, counts, stamped, button, what):
-    """It may have waited with the first message, or be held since the pad's start: joy_node sends
-    all zeros first."""
+    """The press may be as old as the first message. Or the button is held since the start of the
+    pad, since joy_node sends all zeros first."""
     controller = Core()
     for now, *pressed in (100.0,), (100.0 + after, button):
-        hear(controller, now, now - 90.0 if stamped else 0.0, *pressed)
+        receive(controller, now, now - 90.0 if stamped else 0.0, *pressed)
     assert (True in controller.take(what)) is counts
     assert warned(controller, 'the moment the pad was first heard') is not counts
 
 
-def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad):
+def test_the_node_is_watched_while_the_pad_drives_or_gives_control(pad):
     assert not Core().tick(0.0).watched      # nothing was heard
     for sticks, buttons, watched in (
             (REST, (), False), (PUSHED, (), True), (REST, (), False), (REST, (A,), True),
-            (PUSHED, (B,), True)):      # it waits until its sticks rest
+            (PUSHED, (B,), True)):      # the node waits until the sticks rest
         pad.sticks = sticks
         pad.press(*buttons)
         assert pad.controller.tick(pad.now).watched is watched
     assert pad.holder is NOBODY
     pad.controller.on_has_control(Event(True, pad.now))
-    assert not pad.controller.tick(pad.now).watched           # another one gives
+    assert not pad.controller.tick(pad.now).watched           # another node gave control

@@ -46,7 +46,7 @@ def loaded(name, *arguments):
 
 @pytest.mark.parametrize('path', [path for path in FILES if path.stem not in ELSEWHERE],
                          ids=lambda path: path.stem)
-def test_a_launch_file_can_be_launched(path):
+def test_roslaunch_loads_each_launch_file(path):
     assert check_roslaunch(str(path)) is None
 
 

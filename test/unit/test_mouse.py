@@ -3,23 +3,23 @@ import pytest
 
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import Age, Event
+from tb3_labs.supervision.events import Age, Event, LogQueue
 
 
 def hear(mouse, active, x, y, now, name='', stamp=0.0):
-    """Give a message to `mouse`. Returns whether a mouse was deactivated."""
+    """Give a message to `mouse`. Returns the reason of a stop, or an empty text."""
     return mouse.received(Event(MouseState(active, x, y), now, name, sent_at=stamp))
 
 
 def inactive_mouse(name=''):
-    mouse = Mouse()
+    mouse = Mouse(LogQueue())
     hear(mouse, False, 0.0, 0.0, 0.0, name)
     return mouse
 
 
 @pytest.fixture
 def lost():
-    """A mouse that was lost while it drove."""
+    """A mouse that was lost while it was driving the robot."""
     mouse = inactive_mouse()
     hear(mouse, True, 0.9, 0.0, 0.0)
     mouse.lose(0.3)
@@ -62,7 +62,7 @@ def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x, lost):
     assert not lost.active
 
 
-def test_a_mouse_that_was_deactivated_after_a_silence_drives_when_activated(lost):
+def test_a_lost_mouse_drives_after_a_deactivation_and_a_later_activation(lost):
     hear(lost, False, 0.9, 0.0, 0.4)
     hear(lost, True, 0.9, 0.0, 5.0)
     assert lost.active
@@ -79,7 +79,7 @@ def two_active_mice():
     return mouse
 
 
-def test_a_deactivated_mouse_stops_other_mice_until_they_were_in_the_middle():
+def test_a_deactivated_mouse_stops_the_other_mice_until_they_are_centred():
     mouse = two_active_mice()
     assert hear(mouse, False, 0.0, 0.0, 1.4, 'page') and not mouse.active
     hear(mouse, True, 0.9, 0.0, 1.45, 'mouse')
@@ -90,24 +90,23 @@ def test_a_deactivated_mouse_stops_other_mice_until_they_were_in_the_middle():
     assert mouse.active and mouse.twist != Twist2()
 
 
-def test_an_unknown_active_mouse_does_not_drive_beside_a_resting_mouse():
+def test_a_lost_mouse_does_not_drive_beside_an_active_mouse():
     mouse = inactive_mouse('page')
     hear(mouse, True, 0.0, 0.0, 1.0, 'page')
     hear(mouse, True, 0.9, 0.0, 1.01, 'mouse')
     assert mouse.active and mouse.twist == Twist2()
 
 
-def test_a_silent_mouse_stops_both_mice():
+def test_a_silent_mouse_stops_the_other_mouse():
     mouse = two_active_mice()
     for k in range(8):
         hear(mouse, True, 0.9, 0.0, 1.4 + 0.05 * k, 'mouse')
-    assert mouse.silence_text(1.75).startswith('no mouse for')
-    mouse.lose(1.75)
+    assert mouse.check_silence(1.75).startswith('no mouse for 0.4 s: move it')
     hear(mouse, True, 0.9, 0.0, 1.8, 'mouse')
     assert not mouse.active
 
 
-def test_a_delayed_message_stops_but_does_not_activate():
+def test_a_delayed_message_only_deactivates_a_mouse():
     mouse = inactive_mouse('laptop')
     assert not hear(mouse, True, 0.0, 0.0, 10.0, 'laptop', 510.0)
     assert mouse.active
@@ -125,10 +124,10 @@ def test_a_delayed_message_stops_but_does_not_activate():
 @pytest.mark.parametrize('stamp, age, drives', [
     (0.0, Age.NEW, True), (510.0, Age.SAME_STAMP, False),
     (0.0, Age.SAME_STAMP, False)])     # with a simulated clock
-def test_a_driver_that_hangs_repeats_its_stamp_and_is_silent(stamp, age, drives):
+def test_a_mouse_is_silent_if_its_driver_repeats_a_stamp(stamp, age, drives):
     mouse = inactive_mouse('laptop')
     for k in range(100):
         mouse.received(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
                              age if k else Age.NEW, sent_at=stamp))
-    assert (mouse.active and not mouse.silence_text(15.0)) is drives
+    assert (mouse.active and not mouse.check_silence(15.0)) is drives
     assert mouse.received(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))

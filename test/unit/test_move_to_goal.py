@@ -1,4 +1,4 @@
-"""Permission, and lost sensors; samples are made in closed form for a standing robot."""
+"""Drives, permission and lost sensors of move_to_goal. The samples of a standing robot are in closed form."""
 import math
 
 import numpy as np
@@ -23,7 +23,7 @@ START = 100.0
 
 
 class CoreRobot:
-    """A standing robot that feeds a core, and counts its commands."""
+    """A core, and a standing robot that sends samples to the core."""
 
     def __init__(self, has_control=True):
         self.now = START
@@ -31,7 +31,8 @@ class CoreRobot:
         self.imu = self.odom = True
         self.imu_yaw, self.odom_pose = 1.0, Pose2(1.0, 2.0, 0.3)
         self.tremble = 1e-10           # noise: sensors that are not frozen never repeat themselves
-        self.refused, self.heard = [], []    # warnings; what clients of goals heard
+        self.refused = []              # warnings
+        self.heard = []                # (outcome, text) of the answers to clients
 
     def control(self, granted, sender='hand'):
         """A sender gives or takes control."""
@@ -45,7 +46,7 @@ class CoreRobot:
         return self.answers(request)
 
     def cancel(self, *which):
-        """Returns True if the goal is a canceled one."""
+        """Cancel goals. Returns True if the present goal is canceled."""
         self.core.on_cancel(self.now, *which)
         return self.status.failure == 'canceled'
 
@@ -97,7 +98,7 @@ def driving():
     return robot
 
 
-def test_a_reset_starts_the_drive_anew_in_the_new_frame():
+def test_a_reset_starts_the_drive_again_in_the_new_frame():
     robot = driving()
     reset = robot.reset(Pose2(5.0, -1.0, math.pi / 2.0))
     given_up = robot.reset(Pose2(3.0, 0.0, 0.0))
@@ -126,7 +127,7 @@ def test_odometry_that_jumps_stops_the_drive_and_leaves_the_pose(odom_pose, word
 
 
 @pytest.mark.parametrize('silence, is_reached', [(2.6, False), (11.7, True)])
-def test_a_pose_that_was_lost_is_not_driven_by_until_it_is_declared(silence, is_reached):
+def test_after_a_loss_of_the_pose_the_robot_rests_until_a_reset(silence, is_reached):
     """The board is silent while the robot drives, or so long that a person may have moved the robot."""
     robot = driving()
     if is_reached:
@@ -148,7 +149,7 @@ def test_a_pose_that_was_lost_is_not_driven_by_until_it_is_declared(silence, is_
     assert None not in robot.run(0.3)[3:]
 
 
-def test_a_reset_wants_every_sample_of_the_imu():
+def test_while_a_reset_waits_every_sample_of_the_imu_is_read():
     robot = driving()
     robot.control(False)
     robot.imu = False
@@ -160,7 +161,7 @@ def test_a_reset_wants_every_sample_of_the_imu():
     assert robot.core.idle_for(robot.now) == MAX_IDLE
 
 
-def test_a_reset_in_a_spin_waits_for_the_samples_of_its_moment(monkeypatch):
+def test_a_reset_in_a_spin_waits_for_samples_of_the_moment_of_its_request(monkeypatch):
     """The node has learned that samples come 0.1 s late. The robot is turned at 1 rad/s, and reset 0.2 s ago."""
     monkeypatch.setattr(MotorResponse, 'sample_delay', 0.1)
     robot, resets = CoreRobot(), []
@@ -171,7 +172,7 @@ def test_a_reset_in_a_spin_waits_for_the_samples_of_its_moment(monkeypatch):
     assert resets[0].done and robot.fix.local_T_base.yaw == pytest.approx(0.1, abs=1e-6)
 
 
-def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it_goes():
+def test_a_new_grant_starts_a_given_up_drive_again():
     robot = driving()
     robot.run(3.0)                     # a robot that stands is stalled
     assert 'does not move' in robot.status.failure
@@ -187,10 +188,10 @@ def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it
     assert robot.status.attempt == attempt + 1 and robot.status.failure
 
 
-def test_a_goal_that_was_reached_is_not_driven_to_again_when_control_is_given():
+def test_a_new_grant_does_not_start_the_drive_to_a_reached_goal():
     robot = CoreRobot()
     robot.run(0.1)
-    robot.core.set_goal(Pose2())       # where it stands
+    robot.core.set_goal(Pose2())       # the robot stands there
     robot.run(0.5)
     assert robot.status.state is GoalState.GOAL_REACHED and not robot.status.active
     robot.control(False)
@@ -200,14 +201,14 @@ def test_a_goal_that_was_reached_is_not_driven_to_again_when_control_is_given():
 
 # Status and events --------------------------------------------------------------------------------
 
-def test_the_words_of_a_drive_from_waiting_to_its_end():
+def test_the_status_text_from_waiting_to_the_end_of_a_drive():
     robot = CoreRobot(has_control=False)
     assert robot.status.goal is None and robot.tick().fix is None
     robot.core.set_goal(Pose2(0.5, 0.0, 0.0))
     assert robot.status.text == WAITING_FOR_CONTROL and not is_stopped(WAITING_FOR_CONTROL)
     robot.control(True)
     assert robot.status.text == 'waiting: no imu yet, no odom yet'
-    assert robot.status.attempt == 2      # it may have been driven elsewhere meanwhile
+    assert robot.status.attempt == 2      # the robot may have been driven elsewhere meanwhile
     robot.run(0.1)
     assert robot.status.text == robot.status.state.name in DRIVING
     robot.imu = False
@@ -222,7 +223,7 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
     assert None not in robot.run(0.2)[2:]
 
 
-def test_a_tick_gives_the_zero_at_once_and_each_event_once():
+def test_a_tick_returns_a_stop_at_once_and_each_status_once():
     robot = driving()
     robot.now += 0.001
     for act, drives in ((robot.tick, True), (lambda: robot.control(False), False),
@@ -237,7 +238,7 @@ def test_a_tick_gives_the_zero_at_once_and_each_event_once():
         'Goal (x=-0.610, y=0.610, yaw=0.0 deg) given up: canceled']
 
 
-def test_a_client_hears_of_the_beginning_and_of_one_end():
+def test_a_client_gets_one_answer_at_the_start_and_one_at_the_end():
     robot = driving()
     first = GoalRequest(RequestedPose(Pose2(3.0)), 'client', 'first', 5)
     robot.core.on_goal(first, robot.now)
@@ -252,7 +253,7 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
     robot.run(0.5)
     assert robot.heard == [(GoalOutcome.REACHED, 'Goal reached!')]
     robot.heard.clear()
-    robot.reset(Pose2(1.0))            # the robot drives to the ended goal again: its client has had its end
+    robot.reset(Pose2(1.0))            # the robot drives to the ended goal again, but the client had its answer
     robot.run(0.5)
     assert robot.status.active and robot.cancel('home') and robot.answers() == []
     robot.ask(Pose2(3.0))
@@ -265,7 +266,7 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
 
 @pytest.mark.parametrize('moved, told', [
     ((Pose2(), 1.0), 1), ((Pose2(1.3, 2.0, 1.8), 2.5), 0), ((Pose2(1.3, 2.0, -1.2), -0.5), 0)])
-def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(moved, told):
+def test_after_a_jump_without_control_a_new_grant_starts_the_drive(moved, told):
     """A person presses B, drives by stick, during which a sensor jumps, and presses A."""
     robot = driving()
     robot.control(False)
@@ -278,7 +279,7 @@ def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(
 
 
 @pytest.mark.parametrize('in_odom', [False, True])
-def test_a_place_that_is_far_away_is_a_mistake(in_odom):
+def test_a_goal_and_a_reset_far_away_are_refused(in_odom):
     """A pose in odom is used as a place in local."""
     robot = driving()
     edge, far = Pose2(70.0, -100.0), Pose2(-71.0, 100.5)
@@ -296,7 +297,7 @@ def test_a_place_that_is_far_away_is_a_mistake(in_odom):
     assert reason.endswith('is not valid: a number from -100 to 100 m')
 
 
-def test_a_goal_that_is_repeated_stays_cancelled_until_its_sender_pauses_or_changes_it():
+def test_a_repeated_goal_stays_canceled_until_its_sender_pauses_or_changes_the_goal():
     robot, goal = driving(), Pose2(3.0, 1.0)
 
     def repeat(seconds, **goal_id):
@@ -329,7 +330,7 @@ def test_a_goal_that_is_repeated_stays_cancelled_until_its_sender_pauses_or_chan
 
 
 @pytest.mark.parametrize('which', [('second', 0), ('', 7)])
-def test_a_cancel_that_means_one_goal_ends_its_repetitions_with_other_names(which):
+def test_a_cancel_of_one_goal_ends_its_repetitions_with_other_names(which):
     robot = driving()
     for number, name in enumerate(('first', 'second')):
         robot.ask(Pose2(3.0), 'program', name=name, stamp=6 + number)
@@ -339,7 +340,7 @@ def test_a_cancel_that_means_one_goal_ends_its_repetitions_with_other_names(whic
         (GoalOutcome.REJECTED, STAYS_ENDED)]
 
 
-def test_a_repeated_goal_does_not_drive_on_after_a_failure_nor_renew_the_wait_for_sensors():
+def test_a_repeated_goal_stays_given_up_and_does_not_extend_the_wait_for_sensors():
     robot = driving()
     for seconds, are_heard in ((1.0, True), (3.0, False), (1.0, True)):
         robot.imu = robot.odom = are_heard
@@ -374,7 +375,7 @@ def test_the_command_decides_which_sensors_must_change(linear, angular, odometry
 
 
 @pytest.mark.parametrize('stand', ['silence', 'suspended'])
-def test_after_a_stand_the_law_starts_from_where_the_robot_is(stand):
+def test_after_a_stop_the_law_starts_at_the_present_pose(stand):
     robot, law, starts = CoreRobot(has_control=False), Ahead(), []
     law.start = lambda pose, goal: starts.append(pose)
     robot.core.set_law(law)

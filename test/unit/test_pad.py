@@ -42,12 +42,12 @@ def test_the_handouts_numbers_and_those_of_another_pad(config, values, buttons, 
     ([], [], 'need 4 and 3: another kind of pad'), ([0.0] * 3, BUTTONS, 'another kind of pad'),
     (AXES, [0, 0], 'another kind of pad'), (axes(a1=math.nan), BUTTONS, 'not finite'),
     (axes(a3=math.inf), BUTTONS, 'not finite')])
-def test_another_kind_of_pad_and_sticks_that_are_no_numbers_are_refused(values, buttons, reason):
+def test_another_pad_and_invalid_sticks_are_refused(values, buttons, reason):
     with pytest.raises(ValueError, match=reason):
         read_pad(values, buttons, CONFIG)
 
 
-def test_what_is_pressed_in_the_first_message_was_pressed_before_but_a_stop_counts():
+def test_in_the_first_message_only_the_stop_button_is_just_pressed():
     listener = PadListener()
     listener.receive(read_pad(AXES, [1, 1, 1], CONFIG), 1.0, 0.0)
     presses = listener.presses

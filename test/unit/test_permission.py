@@ -1,4 +1,4 @@
-"""Only a person gives a permission; renewals only keep it, and a stop stays a stop."""
+"""Only a person gives a permission. Renewals only prolong a permission, and a stop stays a stop."""
 import pytest
 
 from tb3_labs.supervision.events import Age, Event, LogQueue, MessageAges, SenderConnection
@@ -7,7 +7,7 @@ from tb3_labs.supervision.timeouts import RENEWAL_PERIOD, SleepMonitor
 
 
 class PermissionSenders:
-    """Hands, and pads that renew, as senders to one permission. Time is counted in ticks of 10 ms."""
+    """Persons, and pads that renew, send to one permission. Time passes in ticks of 10 ms."""
 
     def __init__(self):
         self.log_queue = LogQueue()
@@ -17,40 +17,42 @@ class PermissionSenders:
         self.sensor_problem = ''
         self._next = {}
 
-    def hear(self, sender, word, age=Age.NEW, renews=False):
-        self.permission.on_message(Event(word, self.now, sender, age, renews))
+    def receive(self, sender, value, age=Age.NEW, renews=False):
+        self.permission.on_message(Event(value, self.now, sender, age, renews))
 
-    def say(self, sender, word):
-        """A True or False of a person, or of a pad, whose name begins with 'pad'."""
+    def send(self, sender, value):
+        """Send a True or False of a person, or of a pad, whose name begins with 'pad'."""
         renews = sender.startswith('pad')
-        self.hear(sender, word, renews=renews)
+        self.receive(sender, value, renews=renews)
         if renews:
-            (self.renewing.add if word else self.renewing.discard)(sender)
+            self.renewing.discard(sender)
+            if value:
+                self.renewing.add(sender)
             self._next[sender] = self.now + RENEWAL_PERIOD
 
     def run(self, seconds):
-        """Let time pass; True if the robot might be driven at any moment of it."""
+        """Let time pass. Returns True if the robot might be driven at any moment of this time."""
         might = False
         for _ in range(round(seconds / 0.01)):
             self.now += 0.01
             for sender in sorted(self.renewing):
                 if self.now >= self._next[sender]:
                     self._next[sender] = self.now + RENEWAL_PERIOD
-                    self.hear(sender, True, renews=True)
+                    self.receive(sender, True, renews=True)
             self.permission.update(self.now)
             self.permission.set_sensor_problem(self.sensor_problem)
             might = might or self.permission.grant_holds
         return might
 
     def at_once(self, times, sender='pad'):
-        """A pad's messages, this number of True, arrive at once, as after a stall of the network."""
+        """Let this number of True of a pad arrive at once, as after a stall of the network."""
         for _ in range(times):
-            self.hear(sender, True, renews=True)
+            self.receive(sender, True, renews=True)
 
     def give_anew(self, sender):
         """Send a False and a True. Returns whether the robot may be driven then."""
-        self.say(sender, False)
-        self.say(sender, True)
+        self.send(sender, False)
+        self.send(sender, True)
         return self.run(0.25)
 
     def warned(self, words):
@@ -64,28 +66,28 @@ def senders():
     return senders
 
 
-def test_what_is_only_repeated_is_no_grant(senders):
-    senders.say('hand', True)
-    senders.say('pad', False)
+def test_a_repeated_true_gives_no_grant(senders):
+    senders.send('hand', True)
+    senders.send('pad', False)
     for _ in range(5):
-        senders.say('hand', True)
+        senders.send('hand', True)
         assert not senders.run(0.6)
     assert senders.warned('hand does not count: True was said before. False, then True')
-    senders.say('another hand', True)
+    senders.send('another hand', True)
     assert senders.run(0.25)
 
 
 @pytest.mark.parametrize('after, granted', [(0.03, False), (0.05, True)])
-def test_a_grant_holds_after_a_renewal_that_did_not_come_together_with_it(senders, after, granted):
-    senders.say('pad', True)
+def test_a_grant_holds_after_a_later_renewal(senders, after, granted):
+    senders.send('pad', True)
     senders.now += after
     senders.at_once(1)
     assert senders.permission.grant_holds is granted
 
 
 @pytest.mark.parametrize('silence, revives', [(0.6, True), (1.9, True), (2.2, False)])
-def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, silence, revives):
-    senders.say('pad', True)
+def test_renewals_restore_a_grant_only_after_a_short_silence(senders, silence, revives):
+    senders.send('pad', True)
     senders.run(1.0)
     senders.renewing.clear()
     senders.run(silence)
@@ -94,12 +96,12 @@ def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, 
     assert senders.run(5.0) is revives
     assert senders.warned('Control from pad is gone: it was silent for') is not revives
     if not revives:
-        senders.say('pad', True)       # a renewal by any other name
+        senders.send('pad', True)       # only a renewal
         assert not senders.run(0.25)
         assert senders.give_anew('pad')
 
 
-def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
+def test_an_ignored_grant_that_is_renewed_is_logged_once(senders):
     senders.now += 10.0                # no update meanwhile
     senders.at_once(40)                # delayed, then delivered at once
     senders.renewing.add('pad')
@@ -111,21 +113,21 @@ def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
 
 
 @pytest.mark.parametrize('word', [True, False])
-def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
-    senders.say('hand', True)
+def test_a_waking_node_ignores_a_true_and_obeys_a_false(senders, word):
+    senders.send('hand', True)
     senders.run(1.0)
     senders.now += 5.0
-    senders.hear('another hand', word)
+    senders.receive('another hand', word)
     assert not senders.permission.grant_holds and not senders.run(5.0)
     assert senders.warned('it may have been asked for while this node did not run') is word
-    senders.say('a third hand', True)
+    senders.send('a third hand', True)
     assert senders.run(0.25)
 
 
 @pytest.mark.parametrize('late, counts', [(0.0, True), (1.8, True), (2.5, False)])
-def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late, counts):
+def test_a_grant_that_the_network_delayed_for_long_is_ignored(senders, late, counts):
     """The delayed True arrives together with the renewals that were sent after it."""
-    senders.say('pad', True)
+    senders.send('pad', True)
     senders.at_once(int(late / RENEWAL_PERIOD))
     assert senders.run(3.0) is counts
     assert senders.warned('delayed it by more than 2 s') is not counts
@@ -133,13 +135,12 @@ def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late,
 
 @pytest.mark.parametrize('was_there, comes_after, stands', [
     (True, 1.9, True), (True, 2.2, False), (False, 19.8, True), (False, 20.2, False)])
-def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, comes_after, stands):
+def test_a_grant_is_void_if_the_sensors_stay_silent(senders, was_there, comes_after, stands):
     senders.sensor_problem = 'no imu'
     if not was_there:
         senders.permission = Permission(True, senders.log_queue)
-    senders.permission.begin(senders.now)
     if was_there:
-        senders.say('pad', True)
+        senders.send('pad', True)
     senders.run(comes_after)
     senders.sensor_problem = ''
     senders.run(3.0)
@@ -151,64 +152,64 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
 
 
 @pytest.mark.parametrize('slept', [True, False])
-def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(senders, slept):
+def test_a_grant_from_before_the_start_or_the_waking_of_a_node_is_ignored(senders, slept):
     """The True arrives when this node has been awake for a while."""
     if slept:
         senders.now += 3.0               # no update meanwhile
     else:
         senders.permission = Permission(False, senders.log_queue)
     assert not senders.run(0.5)
-    senders.say('pad', True)
+    senders.send('pad', True)
     senders.at_once(8)                   # pressed 0.8 s ago
     assert not senders.run(3.0) and senders.warned('before this node started, or woke')
 
 
 @pytest.mark.parametrize('late, stopper, counts', [
     (0.0, 'hand', True), (1.5, 'hand', False), (1.5, 'pad', True)])
-def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
+def test_a_false_ends_a_delayed_grant_of_another_sender(
         senders, late, stopper, counts):
     """A False of the same sender came before the True, in order."""
-    senders.hear(stopper, False)
+    senders.receive(stopper, False)
     senders.run(0.01)
-    senders.say('pad', False)
-    senders.say('pad', True)
+    senders.send('pad', False)
+    senders.send('pad', True)
     senders.at_once(round(late / RENEWAL_PERIOD))
     assert senders.run(3.0) is counts
     assert senders.warned('it was taken while the network delayed it') is not counts
 
 
-def test_what_was_taken_before_this_node_lived_is_no_stop():
+def test_a_false_from_before_the_node_keeps_the_grant_at_the_start():
     """The sender's False was older than the start with control."""
     senders = PermissionSenders()
     senders.permission = Permission(True, senders.log_queue)
-    senders.hear('pad', False, Age.OLD, renews=True)
+    senders.receive('pad', False, Age.OLD, renews=True)
     assert senders.run(1.0) and senders.permission.grant_holds
     assert senders.log_queue.pop_all() == []
 
 
 @pytest.mark.parametrize('stands, age', [
     (False, Age.REPEATED), (False, Age.LATCHED), (False, Age.OLD), (True, Age.LATCHED), (True, Age.OLD)])
-def test_a_doubtful_true_gives_nothing_and_a_doubtful_false_stops(senders, stands, age):
+def test_a_doubtful_true_is_ignored_and_a_doubtful_false_stops(senders, stands, age):
     """The message may be old, or the first of a sender that was connected all the time."""
     if stands:
-        senders.say('hand', True)
-    senders.hear('student', True, age)
-    senders.hear('student', True)      # it repeats itself
+        senders.send('hand', True)
+    senders.receive('student', True, age)
+    senders.receive('student', True)      # it repeats itself
     assert senders.run(0.5) is stands
-    senders.hear('student', False, age)
+    senders.receive('student', False, age)
     assert not senders.permission.grant_holds and not senders.run(5.0)
     assert senders.give_anew('student')
 
 
-def test_what_an_earlier_process_said_does_not_bind_one_that_bears_its_name(senders):
+def test_a_restarted_sender_may_give_a_grant_again(senders):
     """A pad that died while it gave is started again, and A is pressed."""
-    senders.say('pad', True)
-    assert senders.run(1.0)
+    senders.send('pad', True)
+    assert senders.run(1.0) and senders.permission.pop_new_grant()
     senders.renewing.clear()
     senders.run(3.0)
-    senders.hear('pad', True, Age.RESTARTED, renews=True)
+    senders.receive('pad', True, Age.RESTARTED, renews=True)
     senders.renewing.add('pad')
-    assert senders.run(0.25) and senders.permission.grant_count == 2
+    assert senders.run(0.25) and senders.permission.pop_new_grant()
 
 
 # How old is a message? ---------------------------------------------------------------------------
@@ -246,7 +247,7 @@ def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, age):
 @pytest.mark.parametrize('stamp, clock, age', [
     (7.0, 9.0, Age.SAME_STAMP), (7.1, 9.0, Age.NEW), (0.0, 9.0, Age.NEW),
     (7.0, 8.0, Age.NEW)])      # two messages within one step of a simulated clock, or while it stands
-def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock, age):
+def test_a_repeated_stamp_shows_a_repeated_message(stamp, clock, age):
     message_ages = MessageAges([], 100.0)
     message_ages.age_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
     message_ages.age_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
@@ -258,7 +259,7 @@ def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock
 
 @pytest.mark.parametrize('gap, slept', [(0.0, 0.0), (1.0, 0.0), (1.25, 1.25), (3600.0, 3600.0),
                                         (-50.0, 0.0)])
-def test_a_gap_beyond_the_limit_is_a_sleep_that_is_found_once(gap, slept):
+def test_a_long_gap_is_found_as_a_sleep_once(gap, slept):
     watch = SleepMonitor()
     watch.update(10.0)
     assert watch.slept_for == 0.0 and watch.as_text() == ''

@@ -1,6 +1,6 @@
-"""A node that wakes from a sleep: what moves the robot, or its frame, is ignored; a stop does.
+"""A waking node ignores each act that moves the robot or its frame, and obeys each stop.
 
-Each topic has a thread of its own: the sensors may be heard before a request that is older.
+Each topic has a thread of its own. So a sample may arrive before an older request.
 """
 from functools import partial
 from pathlib import Path
@@ -29,7 +29,7 @@ STEP = 0.05
 
 
 class SleepingCore:
-    """A core, with a robot that stands."""
+    """A core, and a robot that stands."""
 
     def __init__(self):
         self.now, self.tremble, self.told = 1000.0, 1e-9, ''
@@ -75,7 +75,7 @@ class SleepingCore:
         return self.has_moved
 
     def wakes_with(self, act, slept_for):
-        """Does it move by an act whose message is the first one after a sleep, apart from samples?"""
+        """Does the robot, or its frame, move by an act whose message is the first after a sleep?"""
         self.now += slept_for
         self.live()
         return self.moves_by(act)
@@ -131,7 +131,7 @@ class SleepingController(SleepingCore):
 
 
 class SleepingGamepad(SleepingCore):
-    """gamepad, with a pad that says only what changes."""
+    """gamepad, with a pad that sends only changes."""
 
     def make(self):
         self.state = PadState()
@@ -176,9 +176,9 @@ class SleepingPage(SleepingCore):
             self.tell(str(problem))
 
 
-#: What is held: no line says that it must be let go first.
+#: Inputs that a person holds. No line is logged for them.
 HANDS = [partial(SleepingController.mouse, active=True, y=1.0), partial(SleepingGamepad.hold, forward=1.0)]
-#: What moves the robot, or its frame.
+#: Acts that move the robot, or its frame.
 GIVES = [
     (SleepingMoveToGoal, SleepingMoveToGoal.give), (SleepingMoveToGoal, SleepingMoveToGoal.goal),
     (SleepingMoveToGoal, SleepingMoveToGoal.reset),
@@ -189,7 +189,7 @@ GIVES = [
     (SleepingGamepad, partial(SleepingGamepad.hold, reset=True)), (SleepingGamepad, HANDS[1]),
     (SleepingPage, lambda page: page.ask(partial(page.core.hold, 'page'), 0.0, True)),
     (SleepingPage, lambda page: page.ask(page.core.check, 0.0, 1.0))]    # a turn, a goal, a reset
-#: What stops it, and what moved it before.
+#: (class, act that moves the robot, act that stops the robot).
 STOPS = [
     (SleepingMoveToGoal, SleepingMoveToGoal.goal, lambda core: core.core.on_ctrl_relinq(core.event(False))),
     (SleepingMoveToGoal, SleepingMoveToGoal.goal, lambda core: core.core.on_cancel(core.now)),
@@ -202,9 +202,9 @@ STOPS = [
 
 @pytest.mark.parametrize('slept_for, counts', [(0.9, True), (1.1, False), (7.0, False)])
 @pytest.mark.parametrize('kind, act', GIVES)
-def test_what_moves_the_robot_or_its_frame_does_not_count_as_the_node_wakes(
+def test_a_waking_node_ignores_each_act_that_moves_the_robot_or_its_frame(
         kind, act, slept_for, counts):
-    """If a person asks again, the robot moves."""
+    """If the person repeats the act later, the robot moves."""
     bench = kind()
     assert bench.wakes_with(act, slept_for) is counts
     assert (WHILE_ASLEEP in bench.told) is not (counts or act in HANDS)
@@ -215,7 +215,7 @@ def test_what_moves_the_robot_or_its_frame_does_not_count_as_the_node_wakes(
 
 @pytest.mark.parametrize('slept_for', [1.1, 7.0])
 @pytest.mark.parametrize('kind, act, stop', STOPS)
-def test_a_stop_counts_also_as_the_node_wakes(kind, act, stop, slept_for):
+def test_a_waking_node_obeys_each_stop(kind, act, stop, slept_for):
     bench = kind()
     assert bench.moves_by(act) and bench.is_driven
     bench.wakes_with(stop, slept_for)
@@ -224,7 +224,7 @@ def test_a_stop_counts_also_as_the_node_wakes(kind, act, stop, slept_for):
     assert not bench.has_moved and not bench.is_driven
 
 
-def test_a_turn_that_a_script_repeats_does_not_count_after_a_sleep():
+def test_a_repeated_turn_is_refused_after_a_sleep():
     bench, turn = SleepingController(), lambda core: core.core.on_turn(core.event(90.0), core.now)
     assert not bench.wakes_with(turn, 7.0)
     for _ in range(3):      # once a second

@@ -36,7 +36,7 @@ def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
     assert MISSED in progress.update(0.11 + AWAY_LIMIT, False, DT)
 
 
-def test_a_rest_is_no_stall_but_has_an_end():
+def test_a_robot_may_rest_for_a_limited_time():
     progress = StallMonitor()
     assert after(progress, MAX_REST - DT, 1.0, must_move=False) == ''
     assert UNSETTLED in after(progress, 3 * DT, 1.0, must_move=False)

@@ -1,10 +1,10 @@
-"""Every fault in every state of a drive, and in a turn: time and true place of the stop."""
+"""The time and the true place of the stop for each fault, in each state of a drive and in a turn."""
 import pytest
 from stops import ROBOT, setting, stop_of_a_drive, stop_of_a_turn
 
 from tb3_labs.control.goal_state import DRIVING, GoalState
 from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.supervision.timeouts import FROZEN_TIME
+from tb3_labs.supervision.sensors_and_stalls import FROZEN_TIME
 
 FASTEST, MAX_TURN_RATE = 0.2108, 1.5     # [m/s], [rad/s]
 #: Time from a zero command to rest: its delay, the firmware's period, five times the motors' lag.
@@ -39,7 +39,7 @@ def test_silence(lost):
 
 
 @pytest.mark.parametrize('lost', ['imu', 'odom'])
-def test_the_same_sample_again_and_again(lost):
+def test_a_frozen_sensor(lost):
     for motion, stop in stops(setting(**{lost + '_frozen': True})):
         if motion == 'turn' and lost == 'odom':
             continue

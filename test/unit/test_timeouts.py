@@ -1,8 +1,7 @@
-"""Is a source alive: never heard, exactly at the timeout, a clock that goes back."""
+"""Silent sensors: before the first message, exactly at the timeout, and if the clock goes back."""
 import pytest
 
-from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorMonitor
-from tb3_labs.supervision.timeouts import FROZEN_TIME
+from tb3_labs.supervision.sensors_and_stalls import FROZEN_TIME, Sensor, SensorStatus, SensorMonitor
 
 
 def received_at(time, name='imu'):
@@ -17,7 +16,7 @@ def status_at(watch, now):
     return watch.status
 
 
-def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
+def test_a_sensor_is_fresh_after_two_messages():
     imu = Sensor('imu')
     watch = SensorMonitor(imu)
     assert (watch.status, watch.hold_reason, watch.silent_for) == (SensorStatus.SILENT, '', 0.0)
@@ -27,7 +26,7 @@ def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
     assert status_at(watch, 12.6) is SensorStatus.FRESH
 
 
-def test_complaints_name_each_silent_source_and_how_long():
+def test_the_problem_text_names_each_silent_sensor_and_its_silence():
     imu, odom, joy = received_at(10.0, 'imu'), received_at(8.74, 'odom'), Sensor('joy')
     watch = SensorMonitor(imu, odom, joy)
     assert watch.problem_text(10.0, with_age=True) == 'no odom for 1.3 s, no joy yet'
@@ -41,9 +40,9 @@ def test_complaints_name_each_silent_source_and_how_long():
     (0.21, SensorStatus.FRESH), (0.23, SensorStatus.RECOVERED), (2.0, SensorStatus.RECOVERED),
     (2.1, SensorStatus.TIMED_OUT)])
 @pytest.mark.parametrize('looked_at', [True, False])
-def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
+def test_the_length_of_a_silence_does_not_depend_on_updates(
         silence, sight, looked_at):
-    """A process that slept did not look at the clock."""
+    """A process that sleeps does not look at the clock."""
     imu = received_at(10.0)
     watch = SensorMonitor(imu)
     assert status_at(watch, 10.0) is SensorStatus.FRESH
@@ -54,10 +53,10 @@ def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
     assert status_at(watch, 10.0 + silence) is sight
     if sight is not SensorStatus.FRESH:
         assert watch.silent_for == pytest.approx(silence)
-    assert status_at(watch, 10.0 + silence) is SensorStatus.FRESH    # said once
+    assert status_at(watch, 10.0 + silence) is SensorStatus.FRESH    # found once
 
 
-def test_a_watch_stops_the_robot_also_after_the_clock_went_back():
+def test_a_silence_is_found_after_the_clock_went_back():
     watch = SensorMonitor(received_at(1000.0))
     for now, sight in ((10.0, SensorStatus.FRESH), (10.21, SensorStatus.FRESH), (10.23, SensorStatus.SILENT)):
         assert status_at(watch, now) is sight
@@ -72,7 +71,7 @@ MANY = round(FROZEN_TIME / DT) + 2
 
 @pytest.mark.parametrize('reading, must_change, frozen', [
     (lambda k: 7, True, True), (lambda k: 7, False, False), (lambda k: k % 2, True, False)])
-def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, must_change, frozen):
+def test_a_sensor_that_repeats_a_reading_is_frozen(reading, must_change, frozen):
     imu = Sensor('imu')
     for k in range(MANY):
         imu.received(DT * k, reading(k))

@@ -23,12 +23,12 @@ from collections import deque
 from typing import Deque, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp, difference
-from tb3_labs.localization.sample_timing import TimedSample
+from tb3_labs.localization.sample_timing import SMALL_STEP, TimedSample
 from tb3_labs.robot.samples import REST_ANGULAR, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
-    GYRO_GAP, INTERPOLATED_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP)
+    GYRO_GAP, INTERPOLATED_GAP, MEAN_ONLY_GAP, RESUME_TIME)
 
 #: The gyro may show a turn later than the wheels, by at most this time [s].
 MAX_GYRO_LAG = 0.13

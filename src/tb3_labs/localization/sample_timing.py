@@ -25,9 +25,16 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
-from tb3_labs.supervision.timeouts import (
-    CLOCK_STEP, LONG_SILENCE, MAX_OFF_TIME, NOISE_GAP, SMALL_STEP, WindowMinimum)
+from tb3_labs.supervision.timeouts import GYRO_GAP, WindowMinimum
 
+#: If a clock goes back by less than this, it is being corrected. Otherwise the clock was set [s].
+SMALL_STEP = 0.1
+#: If a stamp is ahead of its arrival by this time, the stamp belongs to a new clock [s].
+CLOCK_STEP = 1.0
+#: If all sources are silent for this long, the next message belongs to a new clock [s].
+LONG_SILENCE = 1.5
+#: Stamps are not a clock if they are off by CLOCK_STEP or more for longer than this [s].
+MAX_OFF_TIME = 1.0
 #: If a stamp is repeated this often, the stamps are not a clock.
 MAX_REPEATS = 3
 #: A new sample has at least this weight in the variance of the noise.
@@ -180,7 +187,7 @@ class YawNoise:
     def learn(self, timed: TimedSample) -> None:
         before, sample = timed.before, timed.sample
         rate, step = sample.yaw_rate, timed.step
-        if before is None or not 0.0 < step < NOISE_GAP:
+        if before is None or not 0.0 < step < GYRO_GAP:
             return
         if abs(rate) > SLOW_TURN_RATE or abs(rate - before.yaw_rate) > EVEN_TURN_CHANGE:
             return

@@ -179,14 +179,13 @@ def stamped_samples(part, message, prefix, start, received):
         if header is not None:
             # first the difference: a float of the seconds since 1970 has steps of 0.2 us
             stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
-        valid = [row for row in found if _is_valid(row)]
-        dropped += len(found) - len(valid)
-        rows += [(arrival, stamp, *row) for row in valid]
-    return samples_type.from_rows(rows), dropped
-
-
-def _is_valid(row):
-    return all(isinstance(value, str) or abs(value) < MAX_NUMBER for value in row)
+        rows += [(arrival, stamp, *row) for row in found]
+    samples = samples_type.from_rows(rows)
+    is_valid = np.ones(len(samples), bool)
+    for column in list(vars(samples).values())[2:]:     # without the two times
+        if column.dtype != object:
+            is_valid &= np.abs(column) < MAX_NUMBER     # False for NaN
+    return samples.take(is_valid), dropped + int((~is_valid).sum())
 
 
 def resets_in(log: LogLines) -> Poses:

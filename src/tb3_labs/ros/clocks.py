@@ -3,7 +3,7 @@
     ros_time()         the age of sensors, all steps of a drive; ROS time may be simulated
     steady_time()      input of people (a pad, a mouse, a renewed permission), the watchdog
     time.monotonic()   deadlines of waits, pauses between warnings
-    time.time()        the wall clock of all computers, which is ROS time unless that is simulated
+    time.time()        the wall clock, which is ROS time if there is no simulated clock
 
 Periodic work has a thread that sleeps by the wall clock, because ``rospy.sleep`` and
 ``rospy.Timer`` stop with a simulated clock.

@@ -1,4 +1,8 @@
-"""The commands of a node to the robot, and the zero at its end."""
+"""The commands of a node to the robot, and the zero at their end.
+
+When a node stops the robot, it publishes exactly one zero and is then silent, so that another node
+may drive. The node also stops the robot when it ends, and when its clock stands still.
+"""
 import math
 
 import rospy
@@ -21,11 +25,6 @@ class CmdVel:
         self._message = Twist()        # reused, since publish() writes the message at once
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         write_at_once(self._publisher)
-
-    @property
-    def has_subscribers(self):
-        """Does any node, such as a robot, listen to `cmd_vel`?"""
-        return self._publisher.get_num_connections() > 0
 
     def send(self, command):
         """Send `command`, a Twist2. A speed below MIN_SPEED is zero. For zero, and while the
@@ -52,7 +51,7 @@ class CmdVel:
         self._closed = True
         self.stop()
 
-    def note_clock(self, runs):
+    def set_clock_runs(self, runs):
         """Store whether ROS time runs. If ROS time has stopped since the last call, stop the robot,
         and return True."""
         has_stopped = self._clock_runs and not runs

@@ -48,7 +48,8 @@ def transform_to_pose2(transform):
 
 def to_odometry_sample(message):
     """Returns the OdometrySample of a nav_msgs/Odometry."""
-    twist, pose = message.twist.twist, to_pose2(message.pose.pose)
+    twist = message.twist.twist
+    pose = to_pose2(message.pose.pose)
     bounded('place', max(abs(pose.x), abs(pose.y)), MAX_ODOMETRY_DISTANCE, 'm')
     return OdometrySample(
         bounded('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's'), pose,

@@ -1,9 +1,5 @@
 """Runs the core of a node: gives messages to the core, and carries out its Outputs in order.
 
-When a node stops the robot, for any reason, the node publishes exactly one zero and is then silent,
-so that another node may drive. The node also sends the zero when it shuts down (after a signal or
-an exception), and when its clock stands still.
-
 A thread that holds a lock takes only locks further down in this list:
     1  the locks of shutdown hooks, dynamic settings, diagnostics and actionlib, which call the
        node. When a node calls one of these parts, it holds no lock.
@@ -27,7 +23,7 @@ from tb3_labs.ros.topics import INVALID_COUNTS
 from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
-#: Time between two reports [s, wall clock].
+#: Time between two messages of the diagnostics [s, wall clock].
 REPORT_PERIOD = 1.0
 
 
@@ -44,9 +40,9 @@ class CoreRunner:
         self._lock = threading.Lock()
         self._waiting = queue.SimpleQueue()    # Outputs for carry_out
         threading.Thread(target=guarded(self._run), name='core runner', daemon=True).start()
-        self.cmd_vel = CmdVel()
+        self._cmd_vel = CmdVel()
         rospy.on_shutdown(self._close)
-        self._watchdog = Watchdog(self.check, self._note_clock)
+        self._watchdog = Watchdog(self.check, self._on_clock)
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
@@ -55,7 +51,7 @@ class CoreRunner:
         with self._lock:
             method(*arguments)
             output = self._decide()
-        self._watchdog.note_message()
+        self._watchdog.message_handled()
         return output
 
     def check(self):
@@ -72,24 +68,24 @@ class CoreRunner:
         """Let the core decide, and send its command. The caller holds the lock."""
         output = self._tick()
         if output.stops_first:
-            self.cmd_vel.stop()
+            self._cmd_vel.stop()
         if output.command is not None:
-            self.cmd_vel.send(output.command)
+            self._cmd_vel.send(output.command)
         self._publish(output)
         self._watchdog.set_awake(output.watched)
         if output.has_more:
             self._waiting.put(output)
         return output
 
-    def _note_clock(self, runs):
+    def _on_clock(self, runs):
         with self._lock:
-            has_stopped = self.cmd_vel.note_clock(runs)
+            has_stopped = self._cmd_vel.set_clock_runs(runs)
         if has_stopped:
             rospy.logwarn('/clock stands still: nothing is driven until it goes on')
 
     def _close(self):
         with self._lock:
-            self.cmd_vel.close()
+            self._cmd_vel.close()
 
     def _run(self):
         while True:
@@ -102,11 +98,11 @@ class CoreRunner:
 
 class Watchdog:
     """Calls `check()` in a separate thread while no message arrives. With a simulated clock the
-    thread also calls `note_clock(runs)`. The first call of :meth:`set_awake` starts the thread. A
+    thread also calls `on_clock(runs)`. The first call of :meth:`set_awake` starts the thread. A
     rospy.Timer would stop together with the simulated clock."""
 
-    def __init__(self, check, note_clock):
-        self._check, self._note_clock = check, note_clock
+    def __init__(self, check, on_clock):
+        self._check, self._on_clock = check, on_clock
         self._awake = threading.Event()
         self._messages = Freshness('message', QUIET_TIME)
         self._clock = Freshness('/clock', STANDSTILL_TIME)
@@ -122,8 +118,8 @@ class Watchdog:
         else:
             self._awake.clear()
 
-    def note_message(self):
-        """Note that a message has arrived and was processed."""
+    def message_handled(self):
+        """Begin a new silence, since a message was handled now."""
         self._messages.received(steady_time())
 
     def _run(self):
@@ -143,7 +139,7 @@ class Watchdog:
             if now != self._last_time:
                 self._last_time = now
                 self._clock.received(steady_time())
-            self._note_clock(self._clock.is_fresh(steady_time()))
+            self._on_clock(self._clock.is_fresh(steady_time()))
 
 
 class Diagnostics:
@@ -171,8 +167,8 @@ class Diagnostics:
         return status
 
 
-def values_of(topic, source, now):
-    """Returns the age of `source`, a Freshness, and the number of dropped messages on `topic`, as
-    {'imu age [s]': '0.004', 'imu dropped': 0}."""
+def values_of(source, now):
+    """Returns the age and the number of dropped messages of `source`, a Freshness with the name of
+    its topic, as {'imu age [s]': '0.004', 'imu dropped': 0}."""
     return {source.name + ' age [s]': f'{source.age(now):.3f}',
-            source.name + ' dropped': INVALID_COUNTS[topic]}
+            source.name + ' dropped': INVALID_COUNTS[source.name]}

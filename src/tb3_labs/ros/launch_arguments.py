@@ -40,7 +40,8 @@ def problem_of(argv, path):
 
     If `argv` does not name `path`, another launch file includes `path`. Then nothing is checked.
     """
-    if not any(_is_file(path, *pair) for pair in zip(['', *argv], argv)):
+    words_before = ['', *argv]
+    if not any(_is_file(path, before, word) for before, word in zip(words_before, argv)):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
@@ -76,8 +77,8 @@ def _problem_of_value(name, value, doc, folder):
         return ('parameters are given in braces, with a blank after each colon, and a point in '
                 f'numbers: {name}:="{example.group(1)}"')
     for start, end in CHOICE_OF_FILES.findall(doc):
-        known = sorted(str(file.relative_to(folder))[len(start):-len(end)]
-                       for file in folder.glob(start + '*' + end))
+        files = [str(file.relative_to(folder)) for file in folder.glob(f'{start}*{end}')]
+        known = sorted(file[len(start):-len(end)] for file in files)
         if value not in known:
             return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(known)}"
     return ''

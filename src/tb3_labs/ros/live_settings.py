@@ -1,7 +1,7 @@
 """The settings of a node that may change while it runs, by dynparam or in rqt_reconfigure.
 
 LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12), which has measured
-defects. test/ros/live_test.py shows that LiveSettings does not have them:
+defects. test/ros/live_test.py shows that LiveSettings does not have these defects:
 - The server silently clips an invalid value to the nearest bound, before a callback could refuse.
 - The server writes each change to the parameter server, so a later start begins with old faults.
 - Its import calls rosdep, which prints a line in every terminal if rosdep was not initialised.
@@ -75,8 +75,9 @@ class LiveSettings:
 
 def encode(values, groups=()):
     """Returns the dynamic_reconfigure/Config of {name: value}."""
-    def all_of(kind, message):
-        return [message(name, value) for name, value in values.items() if type(value) is kind]
+    def all_of(value_type, message):
+        return [message(name, value) for name, value in values.items()
+                if type(value) is value_type]
 
     return Values(all_of(bool, BoolParameter), all_of(int, IntParameter),
                   all_of(str, StrParameter), all_of(float, DoubleParameter), list(groups))

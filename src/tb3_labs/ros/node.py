@@ -22,7 +22,7 @@ import rosgraph
 import rospy
 
 from tb3_labs.ros.rospy_internals import (
-    find_late_publishers, log_without_the_master, note_connections, serve_connections_in_threads)
+    find_late_publishers, log_without_the_master, record_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
 #: Time between two checks of the main thread: does the master answer, or does the node end [s]?
@@ -40,13 +40,12 @@ _received_signals = []
 _shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until the hooks have run
 
 
-def run(name, make_node, interface=None):
+def run(name, make_node, interface):
     """Initialise the node `name`, call ``make_node()``, wait for the end of the node, and exit.
-    --help prints `interface`, by default the docstring of the file that has `make_node`."""
+    --help prints `interface`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
-        text = make_node.__init__.__globals__['__doc__'] if interface is None else interface
-        print(text.strip())
+        print(interface.strip())
         sys.exit(0)
     catch_signals()
     try:
@@ -60,7 +59,7 @@ def run(name, make_node, interface=None):
         log_without_the_master()
         serve_connections_in_threads()
         find_late_publishers()
-        note_connections()
+        record_connections()
         node = make_node()    # noqa: F841 (without a name Python would delete the node)
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
@@ -76,14 +75,13 @@ def run(name, make_node, interface=None):
     exit_process()
 
 
-def exit_process(status=0):
+def exit_process():
     """Wait for the shutdown hooks, and exit. rospy's own end would take 0.6 s more."""
     deadline = time.monotonic() + END_TIMEOUT
     while not rospy.is_shutdown() and time.monotonic() < deadline:
         time.sleep(END_POLL_PERIOD)
     sys.stdout.flush()
-    exit_status = 1 if _failures else status
-    os._exit(exit_status)
+    os._exit(int(bool(_failures)))
 
 
 def guarded(callback):

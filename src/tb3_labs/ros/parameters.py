@@ -9,17 +9,17 @@ from tb3_labs.config import NOT_GIVEN, from_parameters, hint_for
 from tb3_labs.robot.turtlebot3 import model_of_environment, robot_model
 
 
-def read_config(*kinds, of=None, typed=()):
-    """Returns an instance of each Config class in `kinds`, with the node's ``~`` parameters and the
+def read_config(*config_types, of=None, typed=()):
+    """Returns an instance of each Config class. The values are the node's ``~`` parameters, and the
     {name: value} of `typed`. Raises ``ValueError`` for the first unknown or invalid parameter. If
-    `of` names another node, its parameters are read, and unknown ones are ignored."""
+    `of` names another node, its parameters are read, and the unknown ones are ignored."""
     node = rospy.get_name() if of is None else of
     given = rospy.get_param(node, {})
     if not isinstance(given, dict):
         raise ValueError(f'parameter {node} = {given!r} is not valid: the name of the node holds '
                          'its parameters')
     given.update(typed)
-    known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
+    known = {item.name for config_type in config_types for item in fields(config_type)} | {'model'}
     if of is None:
         for word in sys.argv[1:]:
             name, has_value, _ = word.partition(':=')
@@ -30,7 +30,7 @@ def read_config(*kinds, of=None, typed=()):
         for name in sorted(set(given) - known):
             raise ValueError(f'parameter {node}/{name} is unknown; {hint_for(name, known)}')
     try:
-        configs = [from_parameters(kind, given) for kind in kinds]
+        configs = [from_parameters(config_type, given) for config_type in config_types]
     except ValueError as problem:
         raise ValueError(f'parameter {node}/{problem}') from None
     return configs[0] if len(configs) == 1 else configs
@@ -39,4 +39,6 @@ def read_config(*kinds, of=None, typed=()):
 def read_model():
     """Returns the RobotModel of the parameter ``~model``, else of TURTLEBOT3_MODEL."""
     name = rospy.get_param('~model', NOT_GIVEN)
-    return model_of_environment(os.environ) if name == NOT_GIVEN else robot_model(name)
+    if name == NOT_GIVEN:
+        return model_of_environment(os.environ)
+    return robot_model(name)

@@ -21,7 +21,7 @@ from rospy.msg import serialize_message
 def connection_of(message):
     """Returns the header of a message's connection, a dict of strings: 'callerid' is the sender;
     'latching' is '1' if each new connection first gets the sender's last message;
-    :func:`note_connections` adds 'connected_at' and 'process'."""
+    :func:`record_connections` adds 'connected_at' and 'process'."""
     return message._connection_header
 
 
@@ -30,19 +30,19 @@ def sender_of(header):
     return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
 
 
-def note_connections():
+def record_connections():
     """Add 'connected_at', by clocks.steady_time, and the sender's 'process' to the header of each
     connection. Call this function before a node subscribes. Without these fields a repeated True
     would drive the robot after a restart of the node. Parts: `_validate_header` and `endpoint_id`
     of TCPROSTransport; test: test/ros/start_order.test."""
     validate = TCPROSTransport._validate_header
 
-    def validate_and_note(self, header):
+    def validate_and_record(self, header):
         header.update(connected_at=time.clock_gettime(time.CLOCK_BOOTTIME),
                       process=self.endpoint_id)
         validate(self, header)
 
-    TCPROSTransport._validate_header = validate_and_note
+    TCPROSTransport._validate_header = validate_and_record
 
 
 def log_without_the_master():
@@ -64,7 +64,8 @@ def serve_connections_in_threads(server=None):
     serving = threading.Lock()    # keeps the order of closing, connecting anew, and serving
 
     def serve_node(connection, address):
-        length, closed = b'', select.poll()
+        length = b''
+        closed = select.poll()
         closed.register(connection, select.POLLRDHUP)
         with suppress(OSError):
             length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
@@ -86,17 +87,6 @@ def is_wall_time():
     return rospy.rostime.is_wallclock()
 
 
-_ignored_topics = set()    # full names of topics; see ignore_own_messages
-
-
-def ignore_own_messages(topic):
-    """Returns the full name of `topic`. From now on this node does not receive its own messages on
-    `topic`. Call this function before the node subscribes."""
-    name = rospy.resolve_name(topic)
-    _ignored_topics.add(name)
-    return name
-
-
 def find_late_publishers(manager=None):
     """Find publishers that register just after a subscriber. Call this function after init_node().
 
@@ -113,8 +103,6 @@ def find_late_publishers(manager=None):
         with manager.cond:
             joined = set(addresses).union(*(waiting for topic, waiting in manager.updates
                                             if topic == name))
-            if name in _ignored_topics:
-                joined.discard(manager.uri)
             update(name, sorted(joined))
 
     manager.publisher_update = update_joined

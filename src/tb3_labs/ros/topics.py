@@ -20,7 +20,7 @@ from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 RENEWAL_HEADER = {'renewed': '1'}
 #: {topic: number of invalid messages, which were dropped}
 INVALID_COUNTS = Counter()
-#: Time between two warnings of one kind [s, wall clock].
+#: Time between two warnings of one WarningThrottle [s, wall clock].
 WARNING_PERIOD = 1.0
 #: Time before the first reminder of missing topics, and between reminders [s, wall clock].
 FIRST_REMINDER_DELAY = 2.0
@@ -40,7 +40,7 @@ class WarningThrottle:
             rospy.logwarn(text, *arguments)
 
 
-def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
+def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=None):
     """Returns a guarded subscriber. If several messages arrive at once, the subscriber reads only
     the latest `queue_size` messages, or all if it is None. It does not deserialise the rest.
 
@@ -64,22 +64,25 @@ def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
         if is_idle:
             time.sleep(idle_for(ros_time()))
 
-    return rospy.Subscriber(topic, kind, guarded(handle), queue_size=queue_size,
+    return rospy.Subscriber(topic, message_type, guarded(handle), queue_size=queue_size,
                             buff_size=65536, tcp_nodelay=True)
 
 
-def subscribe_events(topic, kind, callback, read=lambda message: message.data):
+def subscribe_events(topic, message_type, callback, read=lambda message: message.data):
     """Returns a guarded subscriber that reads every message. `callback` gets an events.Event, whose
     content is the result of `read`. See :func:`subscribe`."""
     to_age = age_reader(topic)
 
     def to_event(message):
-        at = steady_time()
+        arrived_at = steady_time()
         connection = sender_connection(message)
-        sent = _stamp_of(message) if is_wall_time() else 0.0    # a simulated clock may be faster
-        return Event(read(message), at, connection.sender, to_age(message), connection.renews, sent)
+        sent_at = 0.0    # unknown, since a simulated clock may be faster
+        if is_wall_time():
+            sent_at = _stamp_of(message)
+        return Event(read(message), arrived_at, connection.sender, to_age(message),
+                     renews=connection.renews, sent_at=sent_at)
 
-    return subscribe(topic, kind, callback, to_event, queue_size=None)
+    return subscribe(topic, message_type, callback, to_event, queue_size=None)
 
 
 def age_reader(topic):
@@ -104,14 +107,9 @@ def sender_connection(message):
 
 def require_master():
     """Raises ``ValueError`` if no ROS master answers, or if ROS_MASTER_URI is not an address."""
-    uri = rosgraph.get_master_uri()
-    try:
-        answers = rosgraph.is_master_online()
-    except ValueError:
-        raise ValueError(f'ROS_MASTER_URI {uri} is not an address such as '
-                         'http://192.168.0.5:11311') from None
-    if not answers:
-        raise ValueError(f'no ROS master answers at {uri}: start a launch file first')
+    if not rosgraph.is_master_online():
+        raise ValueError(f'no ROS master answers at {rosgraph.get_master_uri()}: start a launch '
+                         'file first')
 
 
 def publishers_of(topic):
@@ -119,14 +117,14 @@ def publishers_of(topic):
     return {node for name, nodes in published if name == topic for node in nodes}
 
 
-def log_missing_topics(received, hint='is the robot running?'):
-    """Log reminders until /clock and all topics of `received` have a message. `received` is {topic:
-    function that returns whether a message has arrived}. `hint` is the end of the reminder."""
+def log_missing_topics(sources, hint='is the robot running?'):
+    """Log reminders until /clock and all topics have a message. `sources` is {topic: Freshness}.
+    `hint` is the end of the reminder."""
     def run():
         time.sleep(FIRST_REMINDER_DELAY)
         while not rospy.is_shutdown():
-            missing = [rospy.resolve_name(topic) for topic, is_received in received.items()
-                       if not is_received()]
+            missing = [rospy.resolve_name(topic) for topic, source in sources.items()
+                       if source.count == 0]
             if rospy.get_time() == 0.0:
                 rospy.logerr('/use_sim_time is true, but nobody publishes /clock: start a '
                              'simulation, or: rosparam set /use_sim_time false, and start again')

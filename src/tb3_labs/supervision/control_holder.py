@@ -11,7 +11,7 @@ from tb3_labs.supervision.timeouts import RENEWAL_PERIOD
 
 
 class ControlHolder(Enum):
-    """The node that may drive, as one `gamepad` node knows it."""
+    """The node that may drive, by the knowledge of one `gamepad` node."""
 
     NOBODY = 'nobody'
     GAMEPAD = 'gamepad'
@@ -52,7 +52,7 @@ class ControlMessages:
     the robot back. A pad does not send a message before a person has pressed a button."""
 
     def __init__(self) -> None:
-        #: Must this pad renew a permission that it gave to move_to_goal?
+        #: Has this pad given a permission to move_to_goal, so that the pad must renew it?
         self.must_renew = False
         self.waiting: Queue[bool] = Queue()    # messages to publish
         #: Time of the last True that move_to_goal has not answered yet [s].
@@ -62,7 +62,7 @@ class ControlMessages:
         self.stopped_at = -math.inf
 
     def pop_renewal(self, now: float) -> bool:
-        """Is a renewal due? The caller must send it."""
+        """Is a renewal due? The caller must send the renewal."""
         if not self.must_renew or now - self._sent_at < RENEWAL_PERIOD:
             return False
         self._sent_at = now

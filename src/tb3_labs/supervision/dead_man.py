@@ -10,7 +10,7 @@ Units: seconds on a clock that never stands still and never goes back (`now`).
 """
 from typing import Optional
 
-from tb3_labs.supervision.timeouts import PAD_TIMEOUT, Freshness, SleepMonitor
+from tb3_labs.supervision.timeouts import INPUT_TIMEOUT, Freshness, SleepMonitor
 
 
 class DeadMan:
@@ -21,7 +21,7 @@ class DeadMan:
         self.page: Optional[object] = None
         #: The number of stops so far.
         self.stops = 0
-        self._source = Freshness('page', PAD_TIMEOUT)
+        self._source = Freshness('page', INPUT_TIMEOUT)
         self._sleep = SleepMonitor()
 
     def begin(self, now: float) -> None:
@@ -44,13 +44,13 @@ class DeadMan:
         """A person grips `page`: let this page drive. Raises ``ValueError`` if it may not drive.
 
         `lateness` is the delay of the message [s]. Returns False if the delay is more than
-        `PAD_TIMEOUT`. Such a late message is the same as silence. `is_first`: is this the first
+        `INPUT_TIMEOUT`. Such a late message is the same as silence. `is_first`: is this the first
         message of the grip? A grip without its first message is refused, since the robot would move
         too late.
         """
-        if lateness > PAD_TIMEOUT:
+        if lateness > INPUT_TIMEOUT:
             return False
-        self.check(known_stops, now, lateness, PAD_TIMEOUT)
+        self.check(known_stops, now, lateness, INPUT_TIMEOUT)
         if self.page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
         if self.page is None and not is_first:

@@ -3,17 +3,21 @@
 An Event is a message that a person may have caused, such as a True, a False, or a turn. An Event is
 doubtful if it may be older than this node, or older than its connection. Only the first message on
 a connection can be so old, if the sender existed before this node, or had an earlier connection. If
-such a message is not latched, it is doubtful only for the first `REPEATS_WITHIN` of the connection.
+such a message is not latched, it is doubtful only for the first `SENDER_PAUSE` of the connection.
 
-Units: seconds on a clock that never stands still and never goes back (`at`).
+A sender *repeats* a goal or a turn if it sends the same content again within `SENDER_PAUSE`. If a
+repeated request was ended, it stays ended until the sender changes the content, or pauses. If a
+request was sent only once before its end, it may be sent again at once.
+
+Units: seconds on a clock that never stands still and never goes back (`arrived_at`).
 """
 import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import (
-    Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
+    Any, Callable, Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
-from tb3_labs.supervision.timeouts import CROSSING_TIME, REPEATS_WITHIN
+from tb3_labs.supervision.timeouts import CROSSING_TIME, SENDER_PAUSE, SleepMonitor
 
 Content = TypeVar('Content')
 
@@ -40,7 +44,7 @@ class Event(Generic[Content]):
 
     content: Content
     #: Time of arrival [s].
-    at: float
+    arrived_at: float
     sender: str = ''
     age: Age = Age.NEW
     #: Does the sender announce that it will renew its permission?
@@ -99,9 +103,54 @@ class MessageAges:
             return Age.OLD    # a new message of a person would not come so soon
         if connection.latches and not connection.renews:
             return Age.LATCHED
-        if now - connection.since < REPEATS_WITHIN:
+        if now - connection.since < SENDER_PAUSE:
             return Age.REPEATED
         return Age.RESTARTED if is_restarted else Age.NEW
+
+
+@dataclass
+class SenderRequest:
+    """The latest request of one sender, and its repetitions since the last pause."""
+
+    content: object
+    latest_at: float            # time of the latest message [s]
+    is_repeated: bool = False   # was the request sent more than once?
+    is_ended: bool = False      # is a repetition of the request refused?
+    message: Any = None         # the latest message, if the caller sets it
+
+
+class SenderRequests:
+    """The latest request of each sender. A sleep of this process is not a pause of a sender. A
+    delay of `SENDER_PAUSE` on the network looks like a pause."""
+
+    def __init__(self, sleep: SleepMonitor) -> None:
+        self._sleep = sleep
+        self._requests: Dict[str, SenderRequest] = {}    # by sender
+
+    def receive(self, sender: str, content: object, now: float) -> SenderRequest:
+        """Take in a request that arrives. Call this for each request, also for a refused one."""
+        just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
+        self._requests = {name: request for name, request in self._requests.items()
+                          if just_woke or now - request.latest_at <= SENDER_PAUSE}
+        request = self.find(sender, content)
+        if request is None:
+            request = SenderRequest(content, now)
+            self._requests[sender] = request
+        else:
+            request.is_repeated = True
+            request.latest_at = now
+        return request
+
+    def find(self, sender: str, content: object) -> Optional[SenderRequest]:
+        """Returns the latest request of `sender` if it has this content, otherwise None."""
+        request = self._requests.get(sender)
+        return request if request is not None and request.content == content else None
+
+    def end_repetitions(self, is_stopped: Callable[[SenderRequest], bool] = lambda _: True) -> None:
+        """Refuse each repeated request from now on for which ``is_stopped(request)`` is true."""
+        for request in self._requests.values():
+            if request.is_repeated and is_stopped(request):
+                request.is_ended = True
 
 
 class LogLine(NamedTuple):

@@ -1,27 +1,25 @@
 """Is the pose of a request valid? Is a goal accepted, and which goal does a cancel end?
 
-Each goal replaces the previous goal, even a goal of another sender. A sender *repeats* a goal if it
-sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
+Each goal replaces the previous goal, even a goal of another sender. A sender may repeat a goal
+(:mod:`tb3_labs.supervision.events`), perhaps with another stamp. The rules:
 
 * A cancel ends the goal with the cancel's name, or all goals up to the cancel's stamp, or every
   goal.
-* A repeated goal that was canceled or given up stays ended until the sender changes the goal, or
-  pauses. If a goal was sent only once before its end, it is accepted again at once.
+* A repeated goal that was canceled or given up stays ended.
 * A repetition of the present goal changes nothing.
 
-Units: seconds on a clock that never stands still or goes back (`now`). Edge cases: A sleep of this
-process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network looks like a pause.
+Units: seconds on a clock that never stands still or goes back (`now`).
 """
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Dict, NamedTuple, Optional
+from typing import Any, NamedTuple, Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.supervision.events import Queue
-from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepMonitor
+from tb3_labs.supervision.events import Queue, SenderRequest, SenderRequests
+from tb3_labs.supervision.timeouts import SENDER_PAUSE, SleepMonitor
 
 #: A typed coordinate is at most this far from 0, since a larger number may have a wrong unit [m].
 MAX_DISTANCE = 100.0
@@ -67,7 +65,7 @@ class RequestedPose:
 class GoalRequest(NamedTuple):
     """A goal as received."""
 
-    goal: Any             # a pose and its frame
+    goal: Optional[RequestedPose]    # None for the goal of the start
     sender: str = ''
     name: str = ''        # name in the GoalID, or ''
     stamp: int = 0        # stamp in the GoalID [ns, sender's clock], or 0
@@ -100,50 +98,38 @@ class GoalAnswer(NamedTuple):
     text: str
 
 
-class SenderGoal:
-    """The latest goal of one sender, and its repetitions since the last pause."""
-
-    def __init__(self, request: GoalRequest) -> None:
-        self.goal = request.goal
-        self.latest = request
-        self.source = Freshness('goal', SENDER_PAUSE)
-        self.is_repeated = False    # was the goal sent more than once?
-        self.is_ended = False       # does a repetition of the goal stay ended?
-
-    def end(self) -> None:
-        """End the repetitions of a goal that was canceled or given up."""
-        if self.is_repeated:
-            self.is_ended = True
-
-
 class GoalRequests:
     """The present goal, and the latest goal of each sender."""
 
-    def __init__(self, present: GoalRequest, sleep: SleepMonitor) -> None:
-        #: The request of the goal that was accepted last.
-        self.present = present
-        self._sleep = sleep
+    def __init__(self, sleep: SleepMonitor) -> None:
+        #: The request of the goal that was accepted last. The goal of the start has no request, but
+        #: a cancel of all goals up to a stamp also ends it.
+        self.present = GoalRequest(None, stamp=1)
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         #: The answers to the clients of goals, in order.
         self.answers: Queue[GoalAnswer] = Queue()
-        self._sender_goals: Dict[str, SenderGoal] = {}    # by sender
+        self._sleep = sleep
+        self._sender_goals = SenderRequests(sleep)
 
-    def note(self, request: GoalRequest, now: float) -> SenderGoal:
-        """Take in a goal that arrives. Call this for each goal, even if it is then refused."""
-        self._forget(now)
-        sender_goal = self._sender_goal_of(request)
-        if sender_goal is None:
-            sender_goal = SenderGoal(request)
-            self._sender_goals[request.sender] = sender_goal
-        else:
-            sender_goal.is_repeated = True
-            sender_goal.latest = request
-        sender_goal.source.received(now)
+    def receive(self, request: GoalRequest, now: float) -> SenderRequest:
+        """Take in a goal that arrives. Call this for each goal, even for a refused goal."""
+        sender_goal = self._sender_goals.receive(request.sender, request.goal, now)
+        sender_goal.message = request
         return sender_goal
 
-    def repeats_present(self, sender_goal: SenderGoal) -> bool:
+    def pose_of(self, request: GoalRequest, sender_goal: SenderRequest,
+                odom_T_local: Optional[Pose2]) -> Pose2:
+        """Returns the goal in local. Raises ``ValueError`` with the reason of a refusal."""
+        if self._sleep.refusal:
+            raise ValueError(self._sleep.refusal + ': send it again')
+        if sender_goal.is_ended:
+            raise ValueError(STAYS_ENDED)
+        assert request.goal is not None
+        return request.goal.in_local(odom_T_local)
+
+    def repeats_present(self, sender_goal: SenderRequest) -> bool:
         """Does the sender repeat the present goal?"""
-        return sender_goal.is_repeated and sender_goal is self._sender_goal_of(self.present)
+        return sender_goal.is_repeated and self._is_present(sender_goal)
 
     def accept(self, request: GoalRequest) -> None:
         """Make `request` the present goal. Cancel the previous goal."""
@@ -162,31 +148,18 @@ class GoalRequests:
             self.answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None
 
-    def give_up(self, now: float) -> None:
+    def give_up(self) -> None:
         """Give up the present goal. A repetition does not start the drive again."""
-        self._forget(now)
-        sender_goal = self._sender_goal_of(self.present)
-        if sender_goal is not None:
-            sender_goal.end()
+        self._sender_goals.end_repetitions(self._is_present)
 
-    def cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
+    def cancel(self, name: str = '', stamp: int = 0) -> bool:
         """Take in a cancel. Returns True if the cancel ends the present goal."""
-        self._forget(now)
-        for sender_goal in self._sender_goals.values():
-            if sender_goal.latest.is_named_by(name, stamp):
-                sender_goal.end()
+        self._sender_goals.end_repetitions(lambda goal: goal.message.is_named_by(name, stamp))
         if not self.present.is_named_by(name, stamp):
             return False
-        self.give_up(now)
+        self.give_up()
         return True
 
-    def _sender_goal_of(self, request: GoalRequest) -> Optional[SenderGoal]:
-        sender_goal = self._sender_goals.get(request.sender)
-        if sender_goal is None or sender_goal.goal != request.goal:
-            return None
-        return sender_goal
-
-    def _forget(self, now: float) -> None:
-        just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
-        self._sender_goals = {sender: goal for sender, goal in self._sender_goals.items()
-                              if just_woke or goal.source.is_fresh(now)}
+    def _is_present(self, sender_goal: SenderRequest) -> bool:
+        present = self.present
+        return sender_goal is self._sender_goals.find(present.sender, present.goal)

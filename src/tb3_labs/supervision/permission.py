@@ -28,9 +28,11 @@ from typing import Dict, Set
 
 from tb3_labs.supervision.events import Age, Event, LogQueue
 from tb3_labs.supervision.timeouts import (
-    CONFIRMED_AFTER, RENEWAL_PERIOD, RESUME_TIME, ROBOT_START, SUSPEND_AFTER, Freshness,
-    SleepMonitor)
+    RENEWAL_PERIOD, RESUME_TIME, ROBOT_START, SUSPEND_AFTER, Freshness, SleepMonitor)
 
+#: A renewal confirms its grant if it comes later than this after the grant [s]. An earlier renewal
+#: may have been delayed together with the grant.
+CONFIRMED_AFTER = 0.04
 #: A person gives control again in this way.
 REMEDY = 'False, then True, gives it again'
 
@@ -72,8 +74,7 @@ class Permission:
     """The permission that follows from the messages of all senders."""
 
     def __init__(self, granted_at_start: bool, log: LogQueue) -> None:
-        """`log` takes the lines for the user."""
-        self.grant_count = 0    # number of grants so far
+        self._has_new_grant = False    # was a grant given since the last pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START    # time for which a grant waits for the sensors [s]
         # The grants by sender. The grant at the start has the sender ''.
@@ -98,11 +99,11 @@ class Permission:
         """Does a grant exist, perhaps a suspended grant?"""
         return bool(self._grants)
 
-    def begin(self, now: float) -> None:
-        """Start to hear senders. The time before this call is not a sleep."""
-        self.sleep.start(now)
-        if '' in self._grants:
-            self._grants[''] = _Grant(now, renews=False)
+    def pop_new_grant(self) -> bool:
+        """Was a grant given since the last call?"""
+        has_new_grant = self._has_new_grant
+        self._has_new_grant = False
+        return has_new_grant
 
     def set_sensor_problem(self, sensor_problem: str) -> None:
         """Take in the problem of the sensors, or ''. Call this after each :meth:`update`."""
@@ -113,7 +114,7 @@ class Permission:
                 grant.had_sensors = True
 
     def on_message(self, message: 'Event[bool]') -> None:
-        now, sender = message.at, message.sender
+        now, sender = message.arrived_at, message.sender
         self.update(now)
         if message.age is Age.RESTARTED:    # another process had this name before
             self._last_value.pop(sender, None)
@@ -132,14 +133,14 @@ class Permission:
         elif not is_repeated:
             self._grants[sender] = _Grant(now, renews=message.renews)
             self._refused.discard(sender)
-            self.grant_count += 1
+            self._has_new_grant = True
         elif not self.grant_exists:
             self._refuse(sender, 'True was said before')
 
     def _on_stop(self, message: 'Event[bool]') -> None:
         """End all grants. A False that was latched before this node began to listen does not end
         the grant at the start."""
-        now, sender = message.at, message.sender
+        now, sender = message.arrived_at, message.sender
         given_by_senders = set(self._grants) - {''}
         if message.age is Age.OLD and not given_by_senders:
             return
@@ -159,6 +160,8 @@ class Permission:
         self._now = now
         if math.isnan(self._began_at):
             self._began_at = now
+            for grant in self._grants.values():
+                grant.granted_at = now    # the grant at the start
         self.sleep.update(now)
         if self.sleep.slept_for > RESUME_TIME:
             self._began_at = now

@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Any, Optional
 
 from tb3_labs.supervision.timeouts import (
-    FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
+    RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
 #: The text if the robot must not move yet, although its sensors are fresh.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
@@ -19,6 +19,8 @@ UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for 
 SURE_DRIVE_SPEED = 0.02
 #: If a command is faster than this [rad/s], the readings must show a turn.
 SURE_TURN_RATE = 0.1
+#: A sensor is frozen if it repeats a reading for longer than this, while the robot must move [s].
+FROZEN_TIME = 0.6
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
 #: The robot got nearer to its goal if the remaining way is shorter by at least this [m or rad].
@@ -96,8 +98,9 @@ class SensorMonitor:
         self._were_ready = False         # did all sensors send, at the last update?
 
     def request_motion(self) -> None:
-        """Begin to wait for the sensors of a motion that is requested now."""
+        """Begin to wait for the sensors of a motion of a robot at rest, which is requested now."""
         self._silent_since = math.nan
+        self.forget_silences()
 
     def update(self, now: float, is_checked: bool = True) -> None:
         """Find the status. Call this often, also at each step of a drive. `is_checked`: were gyro
@@ -155,10 +158,8 @@ class SensorMonitor:
         if self.are_fresh(now):
             return ''
         lost = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
-        texts = [sensor.silence_text for sensor in lost]
-        if with_age:
-            texts = [sensor.silence_text_with_age(now) for sensor in lost]
-        return ', '.join(texts)
+        shown_time = now if with_age else None
+        return ', '.join([sensor.silence_text(shown_time) for sensor in lost])
 
     def frozen_text(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
@@ -168,6 +169,30 @@ class SensorMonitor:
 
     def are_fresh(self, now: float) -> bool:
         return all(sensor.is_fresh(now) for sensor in self._sensors)
+
+
+class DriveSensors(SensorMonitor):
+    """The two sensors of a drive, whose readings must change while the robot moves."""
+
+    def __init__(self) -> None:
+        self.imu = Sensor('imu')
+        self.odometry = Sensor('odom')
+        super().__init__(self.imu, self.odometry)
+        #: The last command to the robot: forward speed [m/s], and rate of turn [rad/s].
+        self.last_command = (0.0, 0.0)
+
+    def forget_silences(self) -> None:
+        super().forget_silences()
+        self.last_command = (0.0, 0.0)
+
+    def check_repetitions(self, odometry_turned: bool, now: float) -> None:
+        """Find repeated readings that `last_command` must have changed. The odometry takes its yaw
+        from the IMU. So the IMU must also change if the latest odometry shows a turn."""
+        linear, angular = self.last_command
+        drives = abs(linear) > SURE_DRIVE_SPEED
+        turns = abs(angular) > SURE_TURN_RATE
+        self.imu.check_repetition(turns or (drives and odometry_turned), now)
+        self.odometry.check_repetition(drives or turns, now)
 
 
 class StallMonitor:

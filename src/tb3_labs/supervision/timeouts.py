@@ -1,4 +1,4 @@
-"""The limits of silences, delays and sleeps for the nodes that drive.
+"""The limits of silences and sleeps for the nodes that drive.
 
 Freshness finds a silent source by the arrivals of its messages. Lateness finds a delayed message by
 its stamp. SleepMonitor finds a sleep of this process by a long time between two looks at the clock.
@@ -20,18 +20,14 @@ RESUME_TIME = 2.0
 
 #: A sensor is lost if it is silent for longer than this. Meanwhile a fast robot drives 5 cm.
 SENSOR_TIMEOUT = 0.22
-#: A sensor is frozen if it repeats a reading for longer than this, in spite of commands to move.
-FROZEN_TIME = 0.6
 #: A motion waits this long for the first messages of a robot. A board starts in up to 14 s.
 ROBOT_START = 20.0
-#: If a turn is typed before the robot is connected, it waits this long for the robot.
+#: If a person types a turn before the robot is connected, the turn waits this long for the robot.
 ROBOT_WAIT = 5.0
 #: A board that resets is silent for longer than this. The firmware needs 2.6 s.
 RESET_SILENCE = 1.0
-#: A pad, or a page that drives, is lost if it is silent for longer than this.
-PAD_TIMEOUT = 0.25
-#: An active mouse is lost if it is silent for longer than this.
-MOUSE_TIMEOUT = 0.2
+#: A pad, a page that drives, or an active mouse is lost if it is silent for longer than this.
+INPUT_TIMEOUT = 0.25
 #: After a longer silence the odometry may make a longer step, up to this silence.
 MAX_SILENCE = 5.0
 
@@ -45,19 +41,6 @@ MEAN_ONLY_GAP = 0.08
 INTERPOLATED_GAP = 0.3
 #: The odometry bridges a gap of the IMU up to this length. Half a turn takes longer.
 BRIDGED_GAP = 1.0
-#: If the gap between two samples of an IMU is longer than this, they do not show the noise.
-NOISE_GAP = 0.1
-
-# -- the sender's clock
-
-#: If a clock goes back by less than this, it is being corrected. Otherwise the clock was set.
-SMALL_STEP = 0.1
-#: If a stamp is ahead of its arrival by this time, the stamp belongs to a new clock.
-CLOCK_STEP = 1.0
-#: If all sources are silent for this long, the next message belongs to a new clock.
-LONG_SILENCE = 1.5
-#: Stamps are not a clock if they are off by CLOCK_STEP or more for longer than this.
-MAX_OFF_TIME = 1.0
 
 # -- a message is late, or repeats an earlier one
 
@@ -65,13 +48,10 @@ MAX_OFF_TIME = 1.0
 DELAY_WINDOW = 5.0
 #: A sender is heard for the sum of its gaps. A longer gap than this adds only this time.
 MAX_RECEIVED_STEP = 0.1
-#: The usual delay of a pad is known this long after its first message.
-LATENESS_KNOWN_AFTER = 0.3
 #: A sample of this age, or a silence of this length, shows that the network stalls.
 MAX_AGE = 0.1
-#: If a sender repeats an old message to a new connection, the message comes within this time.
-REPEATS_WITHIN = 2.0
-#: A message so soon after a press, a sleep or a node's start may have been sent before that.
+#: A message so soon after a press, a sleep, a node's start or a pad's first message may have been
+#: sent before that moment.
 CROSSING_TIME = 0.3
 #: When a pad takes the robot back, it waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15
@@ -80,14 +60,12 @@ HAND_BACK_TIME = 0.15
 
 #: Time from one renewal of a permission to the next.
 RENEWAL_PERIOD = 0.1
-#: A renewal confirms its grant if it comes later than this after the grant. An earlier renewal may
-#: have been delayed together with the grant.
-CONFIRMED_AFTER = 0.04
 #: If the renewals of a grant stop, the grant is suspended after this silence.
 SUSPEND_AFTER = 0.5
 #: A reset is refused if it was requested longer ago than this, since the robot may have moved.
 MAX_RESET_AGE = 1.0
-#: After this silence a sender of goals or turns has paused, and may send the same request again.
+#: A sender repeats a message within this time. After a longer silence the sender has paused, and
+#: it may send the same request again.
 SENDER_PAUSE = 2.0
 
 # -- this process sleeps, or its clock stands
@@ -96,7 +74,8 @@ SENDER_PAUSE = 2.0
 MIN_SLEEP = 1.0
 #: A simulated clock stands still if it does not change for this long.
 STANDSTILL_TIME = 0.3
-#: If a node may move its robot, it looks at the clock after a silence of half the shortest timeout.
+#: If a node may move its robot, it looks at the clock after this silence, which is at most half of
+#: the shortest timeout.
 QUIET_TIME = 0.1
 #: After QUIET_TIME the node looks at the clock with this period, until the next message.
 CHECK_PERIOD = 0.02
@@ -131,16 +110,12 @@ class Freshness:
         """Is the last message at most `timeout` old?"""
         return self.age(now) <= self.timeout
 
-    @property
-    def silence_text(self) -> str:
-        """The text for a source that is not fresh, such as 'no imu' or 'no imu yet'."""
-        return f'no {self.name} yet' if self._received_at is None else f'no {self.name}'
-
-    def silence_text_with_age(self, now: float) -> str:
-        """Returns `silence_text` with the duration, such as 'no imu for 1.2 s'."""
+    def silence_text(self, now: Optional[float] = None) -> str:
+        """Returns 'no imu yet' before the first message, later 'no imu', with `now` 'no imu for
+        1.2 s'."""
         if self._received_at is None:
-            return self.silence_text
-        return f'{self.silence_text} for {self.age(now):.1f} s'
+            return f'no {self.name} yet'
+        return f'no {self.name}' if now is None else f'no {self.name} for {self.age(now):.1f} s'
 
 
 class SleepMonitor:
@@ -191,7 +166,10 @@ class Lateness:
         self._last = Freshness('the sender')
 
     def received(self, stamp: float, arrival: float) -> float:
-        """Take in a message. Returns its extra delay [s]. `stamp` is on the sender's clock [s]."""
+        """Take in a message. Returns its extra delay [s]; 0 without a stamp. `stamp` is on the
+        sender's clock [s], or 0."""
+        if stamp <= 0.0:
+            return 0.0
         self._received_for += min(self._last.received(arrival), MAX_RECEIVED_STEP)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None

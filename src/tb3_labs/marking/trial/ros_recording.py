@@ -36,7 +36,7 @@ from tb3_labs.marking.trial.observation import MAX_SENTENCE_LENGTH, NOT_FINITE
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import connection_of, note_connections
+from tb3_labs.ros.rospy_internals import connection_of, record_connections
 
 #: Names of topics.
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
@@ -143,7 +143,7 @@ class Recorder:
         self._counts = {}       # kind of message -> the number of messages so far
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
-        note_connections()
+        record_connections()
         rospy.Subscriber(CMD_VEL_TOPIC, Twist, guarded(self._on_command), tcp_nodelay=True)
         # rospy does not unpack an AnyMsg. In one process, all subscribers of a topic must have the
         # same class, and ros_gamepad.py needs a Bool.

@@ -3,7 +3,7 @@
 The package :mod:`tb3_labs.nodes` says how a core is used.
 
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
-back (`steady_now`, and the `at` of an Event); radians, m/s. Turns are requested in degrees.
+back (`steady_now`, and the `arrived_at` of an Event); radians, m/s. Turns are requested in degrees.
 """
 import math
 from typing import Optional
@@ -14,16 +14,13 @@ from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
-    NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, RepeatFilter)
+    NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, accepts_turn)
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump, is_at_rest
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, LogQueue, Output
+from tb3_labs.supervision.events import Event, LogQueue, Output, SenderRequests
 from tb3_labs.supervision.sensors_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
-
-#: The refusals of turns are logged at most once in this time [s].
-REFUSAL_PERIOD = 1.0
 
 
 class ControllerCore:
@@ -41,12 +38,10 @@ class ControllerCore:
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._sleep = SleepMonitor()
         self._turn: Optional[ActiveTurn] = None  # None after its result was logged
-        self.mouse = Mouse()
-        self._repeat_filter = RepeatFilter()        # of turns
-        self._refused_at = -math.inf             # time of the last log line about a refused turn
-        self._mouse_is_due = False               # is a command of the mouse due?
-        self._mouse_loss_logged = False          # was the loss of the mouse logged?
         self._log = LogQueue()
+        self.mouse = Mouse(self._log)
+        self._turn_requests = SenderRequests(self._sleep)
+        self._mouse_is_due = False               # is a command of the mouse due?
 
     # -- inputs
 
@@ -61,65 +56,44 @@ class ControllerCore:
         if self.driver is Driver.TURN:
             return
         self._sensors.update(now, self._gyro.is_checked)
-        if self._turn is not None and is_at_rest(0.0, self._heading.rate):
-            self._log_result(self._turn, now)
+        if is_at_rest(0.0, self._heading.rate):
+            self._log_result(now)
 
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels. Only the check of the gyro uses this sample."""
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
-        self._check_sleep_and_mouse(message.at)
-        active = message.content.active
-        was_active = self.mouse.active
-        deactivated = self.mouse.received(message)
-        if self.mouse.active:
-            if not was_active:
-                self._log.add('The mouse is active: it drives outside the middle of the screen; '
-                              'scroll up to stop')
-            self._mouse_is_due = True
+        self._check_sleep_and_mouse(message.arrived_at)
+        stop_reason = self.mouse.received(message)
+        if stop_reason:
+            self._release_mouse(stop_reason)
+        elif self.mouse.active:
             is_centred = self.mouse.twist == Twist2()
             event = DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED
+            self._mouse_is_due = True
             self._handle(event, 'the mouse took over')
-        elif active and was_active:
-            self._mouse_loss_logged = True
-            self._release_mouse('messages of the mouse are late: move it to the middle of the '
-                                'screen to use it again')
-        elif was_active or deactivated:
-            self._mouse_loss_logged = False
-            self._release_mouse('the mouse was deactivated')
-        elif active and not self._mouse_loss_logged:
-            self._mouse_loss_logged = True
-            self._log.add('The mouse was active before: move it to the middle of the screen to '
-                          'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
         """Turn by the angle [deg] that another node requests. A repetition may be refused, see
-        RepeatFilter."""
-        self._check_sleep_and_mouse(turn.at)
-        if self._repeat_filter.accepts(turn, self._sleep.is_waking):
-            self._request_or_log(turn, now)
+        accepts_turn()."""
+        self._check_sleep_and_mouse(turn.arrived_at)
+        if accepts_turn(self._turn_requests, turn, self._sleep.is_waking):
+            self._request_or_log(turn.content, now)
         else:
-            self._log_refusal(turn.at, 'cannot turn: this turn only repeats an earlier turn; pause '
-                              f'for {SENDER_PAUSE:.0f} s, then ask again')
+            self._log.add('cannot turn: this turn only repeats an earlier turn; pause for '
+                          f'{SENDER_PAUSE:.0f} s, then ask again', warning=True)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
-        self._check_sleep_and_mouse(turn.at)
-        self._refused_at = -math.inf
-        self._request_or_log(turn, now)
+        self._check_sleep_and_mouse(turn.arrived_at)
+        self._request_or_log(turn.content, now)
 
-    def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
-        """Request a turn, or log the reason of a refusal."""
+    def _request_or_log(self, degrees: float, now: float) -> None:
         try:
-            self.request_turn(turn.content, now)
+            self.request_turn(degrees, now)
         except ValueError as refusal:
-            self._log_refusal(turn.at, str(refusal))
-
-    def _log_refusal(self, at: float, text: str) -> None:
-        if at - self._refused_at >= REFUSAL_PERIOD:
-            self._refused_at = at
-            self._log.add(text, warning=True)
+            self._log.add(str(refusal), warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.
@@ -127,7 +101,7 @@ class ControllerCore:
         angle = math.radians(degrees)
         turn = self._turn
         if turn is not None and self.driver is Driver.TURN:
-            self._check_turn(turn.remaining(self._yaw) + angle, now)
+            self._check_turn(turn.remaining(self._heading.yaw) + angle, now)
             self._law.extend(angle)
             turn.extend(angle)
         else:
@@ -140,17 +114,13 @@ class ControllerCore:
         """Give up a turn during which this process slept. Release a mouse that is lost."""
         self._sleep.update(steady_now)
         if self._sleep.slept_for > RESUME_TIME:
-            self._repeat_filter.stop()
+            self._turn_requests.end_repetitions()
             if self.driver is Driver.TURN:
                 self._handle(DriverEvent.TURN_OVER, self._sleep.as_text())
-        was_active = self.mouse.active
-        silence = self.mouse.silence_text(steady_now)
-        if self._sleep.slept_for or silence:
-            self.mouse.lose(steady_now)
-        if was_active and not self.mouse.active:
+        stop_reason = self.mouse.check_silence(steady_now, slept=self._sleep.slept_for > 0.0)
+        if stop_reason:
             self._mouse_is_due = True
-            self._mouse_loss_logged = True
-            self._release_mouse(silence + ': move it to the middle of the screen to use it again')
+            self._release_mouse(stop_reason)
 
     def set_law(self, law: PreciseTurn) -> None:
         """Use another law from now on. A present turn keeps its goal."""
@@ -163,7 +133,6 @@ class ControllerCore:
     # -- outputs
 
     def tick(self, now: float, steady_now: float) -> Output:
-        """Look at both clocks, and decide."""
         self._check_sleep_and_mouse(steady_now)
         step_is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due
@@ -184,16 +153,12 @@ class ControllerCore:
         self._mouse_is_due = False
         if self.driver is Driver.MOUSE:
             return self.mouse.twist
-        if self.driver is Driver.TURN and self._sensors_allow(now):
-            return self._turn_step(now)
+        turn = self._turn
+        if self.driver is Driver.TURN and turn is not None and self._sensors_allow(turn, now):
+            return self._turn_step(turn, now)
         return Twist2()
 
     # -- turns
-
-    @property
-    def _yaw(self) -> float:
-        assert self._heading.yaw is not None    # no turn starts before the IMU is fresh
-        return self._heading.yaw
 
     def _check_turn(self, angle: float, now: float) -> None:
         """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
@@ -214,22 +179,18 @@ class ControllerCore:
             raise ValueError('cannot turn: ' + self._gyro.problem_text())
 
     def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
-        if self._turn is not None:
-            self._log_result(self._turn, now)
+        self._log_result(now)
         self._turn = ActiveTurn(angle, self._heading.steady_yaw, now)
         self._sensors.request_motion()
-        self._sensors.forget_silences()
         self._start_law(self._turn)
         return self._turn
 
     def _start_law(self, turn: ActiveTurn) -> None:
         """Begin a turn at the present heading, or continue the turn after a stop."""
-        self._law.start(self._yaw, turn.remaining(self._yaw))
+        self._law.start(self._heading.yaw, turn.remaining(self._heading.yaw))
         self._pace.restart()
 
-    def _sensors_allow(self, now: float) -> bool:
-        turn = self._turn
-        assert turn is not None
+    def _sensors_allow(self, turn: ActiveTurn, now: float) -> bool:
         self._sensors.update(now, self._gyro.is_checked)
         if self._sensors.status is SensorStatus.SILENT:
             if self._pace.running:
@@ -244,26 +205,28 @@ class ControllerCore:
             self._handle(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
         return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
 
-    def _turn_step(self, now: float) -> Twist2:
-        turn, heading, imu = self._turn, self._heading, self._timing.imu
-        assert turn is not None and imu is not None
+    def _turn_step(self, turn: ActiveTurn, now: float) -> Twist2:
+        heading = self._heading
+        imu = self._timing.imu
+        assert imu is not None
         dt = self._pace.step(now)
-        step = self._law.step(self._yaw, heading.rate, dt, imu.age(now), heading.noise)
+        step = self._law.step(heading.yaw, heading.rate, dt, imu.age(now), heading.noise)
         self.imu.check_repetition(must_change=True, now=now)
         problem = self._sensors.frozen_text() or self._gyro.problem_text()
         if not problem and not step.finished:
+            rests = is_at_rest(0.0, heading.rate)
             problem = turn.stall.update(
-                step.remaining, is_at_rest(0.0, heading.rate), dt,
-                must_move=step.command != Twist2())
+                step.remaining, rests, dt, must_move=step.command != Twist2())
         if problem or step.finished:
             turn.remaining_at_end = step.remaining
             self._handle(DriverEvent.TURN_OVER, problem)
             return Twist2()
         return step.command
 
-    def _log_result(self, turn: ActiveTurn, now: float) -> None:
-        self._log.add(turn.result(now))
-        self._turn = None
+    def _log_result(self, now: float) -> None:
+        if self._turn is not None:
+            self._log.add(self._turn.result(now))
+            self._turn = None
 
     # -- who drives
 
@@ -276,10 +239,10 @@ class ControllerCore:
         before = self.driver
         self.driver = NEXT_DRIVER.get((before, event), before)
         if reason:
-            self._repeat_filter.stop()
+            self._turn_requests.end_repetitions()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
         if is_over and reason and self._turn is not None:
-            left = abs(math.degrees(self._turn.remaining(self._yaw)))
+            left = abs(math.degrees(self._turn.remaining(self._heading.yaw)))
             self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}',
                           warning=True)
             self._turn = None

@@ -1,4 +1,4 @@
-"""Converts positions of the mouse to a velocity of the robot.
+"""Finds the velocity that a mouse asks for, and whether the mouse is active or lost.
 
 Units: positions from -1 to 1, x to the right, y up; speeds in m/s and rad/s, left positive; seconds
 on a clock that never stands still and never goes back (`now`).
@@ -11,8 +11,11 @@ from typing import DefaultDict, NamedTuple, Optional
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.timeouts import CROSSING_TIME, MOUSE_TIMEOUT, Freshness, Lateness
+from tb3_labs.supervision.events import Age, Event, LogQueue
+from tb3_labs.supervision.timeouts import CROSSING_TIME, INPUT_TIMEOUT, Freshness, Lateness
+
+#: A person uses a lost mouse again in this way.
+REMEDY = 'move it to the middle of the screen to use it again'
 
 
 class MouseState(NamedTuple):
@@ -35,7 +38,7 @@ class _MouseSource:
     """The state of one mouse, by its messages."""
 
     def __init__(self) -> None:
-        self.source = Freshness('mouse', MOUSE_TIMEOUT)
+        self.source = Freshness('mouse', INPUT_TIMEOUT)
         #: Was the mouse active in its last message? An active mouse repeats its messages.
         self.reported_active = False
         self.is_lost = True
@@ -48,14 +51,15 @@ class _MouseSource:
 
     def received(self, message: 'Event[MouseState]', rests: bool) -> None:
         """Take in a message. `rests`: does the message ask for a stop?"""
-        active, now, stamp = message.content.active, message.at, message.sent_at
+        active = message.content.active
+        now = message.arrived_at
         is_first = self.source.count == 0
         was_inactive = not is_first and not self.reported_active
         if was_inactive and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
         # only an active mouse must send; before its first message its state is unknown
         must_be_heard = active if is_first else self.reported_active
-        if stamp > 0.0 and self._lateness.received(stamp, now) > MOUSE_TIMEOUT:
+        if self._lateness.received(message.sent_at, now) > INPUT_TIMEOUT:
             self._silence_ended_at = now
             if active:
                 self.is_lost = True
@@ -84,41 +88,68 @@ class Mouse:
     too, since an earlier user may have left them active. The mouse of the latest message drives.
     """
 
-    def __init__(self) -> None:
-        self.source = Freshness('mouse', MOUSE_TIMEOUT)    # all mice together
+    def __init__(self, log: LogQueue) -> None:
+        self._log = log
+        self.source = Freshness('mouse_info', INPUT_TIMEOUT)    # all mice together
         #: The velocity that an active mouse asks for. It is zero in the middle of the screen.
         self.twist = Twist2()
         self._senders: DefaultDict[str, _MouseSource] = defaultdict(_MouseSource)
+        self._loss_is_logged = False    # was the user told how a lost mouse is used again?
 
     @property
     def active(self) -> bool:
         """Is any mouse active, and not lost?"""
         return any(sender.active for sender in self._senders.values())
 
-    def received(self, message: 'Event[MouseState]') -> bool:
-        """Take in a message of a mouse. Returns True if the message deactivates the mouse. This is
-        a stop, even if the mouse was lost."""
+    def received(self, message: 'Event[MouseState]') -> str:
+        """Take in a message of a mouse. Returns the reason if the message stops the robot, or ''. A
+        deactivation is a stop, even if the mouse was lost."""
+        was_active = self.active
+        is_deactivated = self._update(message)
+        if self.active:
+            if not was_active:
+                self._log.add('The mouse is active: it drives outside the middle of the screen; '
+                              'scroll up to stop')
+            return ''
+        if not message.content.active:
+            self._loss_is_logged = False
+            return 'the mouse was deactivated' if was_active or is_deactivated else ''
+        if was_active:
+            self._loss_is_logged = True
+            return 'messages of the mouse are late: ' + REMEDY
+        if not self._loss_is_logged:
+            self._loss_is_logged = True
+            self._log.add('The mouse was active before: ' + REMEDY)
+        return ''
+
+    def _update(self, message: 'Event[MouseState]') -> bool:
+        """Take in a message. Returns True if the message deactivates its mouse."""
         active, x, y = message.content
         sender = self._senders[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
         rests = not active or twist == Twist2()
         was_active = sender.active
-        deactivated = sender.reported_active and not active
-        self.source.received(message.at)
+        is_deactivated = sender.reported_active and not active
+        self.source.received(message.arrived_at)
         sender.received(message, rests)
         was_lost = was_active and not sender.active
-        if deactivated or was_lost:
-            self.lose(message.at, kept=sender)
+        if is_deactivated or was_lost:
+            self.lose(message.arrived_at, kept=sender)
         if sender.active:
             self.twist = twist
-        return deactivated
+        return is_deactivated
 
-    def silence_text(self, now: float) -> str:
-        """Returns 'no mouse for 0.3 s' if an active mouse is silent, otherwise ''."""
-        for sender in self._senders.values():
-            if sender.active and not sender.source.is_fresh(now):
-                return sender.source.silence_text_with_age(now)
-        return ''
+    def check_silence(self, now: float, slept: bool = False) -> str:
+        """Lose all mice if an active mouse is silent, or if this process `slept`. Returns the
+        reason if a mouse was active, or ''."""
+        silent = [mouse.source for mouse in self._senders.values()
+                  if mouse.active and not mouse.source.is_fresh(now)]
+        if slept or silent:
+            self.lose(now)
+        if not silent:
+            return ''
+        self._loss_is_logged = True
+        return f'{silent[0].silence_text(now)}: {REMEDY}'
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
         """Treat all mice but `kept` as lost, since an earlier user may have left them active."""

@@ -51,7 +51,7 @@ class ControllerNode:
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
         Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
-        log_missing_topics({'imu': lambda: core.imu.count})
+        log_missing_topics({'imu': core.imu})
         LiveSettings(config, lambda new: runner.handle(core.set_law, self._law(new)))
         runner.check()
 
@@ -75,14 +75,10 @@ class ControllerNode:
         except ValueError as problem:
             rospy.logwarn('%s', problem)
             return
-        self._wait_for_robot()
+        wait_until(lambda: self._core.imu.is_fresh(ros_time()),
+                   self._robot_wait - time.monotonic())
         turn = Event(degrees, steady_time())
         self._runner.handle(lambda: self._core.on_typed(turn, ros_time()))
-
-    def _wait_for_robot(self):
-        wait_until(
-            lambda: self._runner.cmd_vel.has_subscribers and self._core.imu.is_fresh(ros_time()),
-            self._robot_wait - time.monotonic())
 
     @staticmethod
     def _on_keyboard_end():
@@ -90,12 +86,13 @@ class ControllerNode:
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _diagnose(self):
-        core, now = self._core, ros_time()
-        mouse = 'active' if core.mouse.active else 'not active'
-        return core.problem_text(now), dict(
-            values_of('imu', core.imu, now),
-            **values_of('mouse_info', core.mouse.source, steady_time()),
-            driver=core.driver.value, mouse=mouse)
+        core = self._core
+        now = ros_time()
+        values = values_of(core.imu, now)
+        values.update(values_of(core.mouse.source, steady_time()))
+        values.update(driver=core.driver.value)
+        values.update(mouse='active' if core.mouse.active else 'not active')
+        return core.problem_text(now), values
 
 
 class Keyboard:

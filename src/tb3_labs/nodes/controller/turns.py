@@ -7,7 +7,7 @@ Units: radians, counter-clockwise positive. A turn is requested as an angle, not
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Dict, Optional
+from typing import Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import Estimate
@@ -17,9 +17,8 @@ from tb3_labs.geometry.angles import unwrap
 from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
 from tb3_labs.localization.sample_timing import TimedSample, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.events import Event, SenderRequests
 from tb3_labs.supervision.sensors_and_stalls import StallMonitor
-from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness
 
 #: Between two samples the yaw of a robot at rest drifts by at most this [rad].
 RESTING_YAW_DRIFT = math.radians(0.02)
@@ -62,8 +61,8 @@ class Heading:
     """The heading of a robot from the IMU alone. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
-        #: The yaw, which does not jump at +/-pi [rad]. It is None before the first sample.
-        self.yaw: Optional[float] = None
+        #: The yaw, which does not jump at +/-pi [rad]. It is NaN before the first sample.
+        self.yaw = math.nan
         #: Rate of turn [rad/s].
         self.rate = 0.0
         self._noise = YawNoise()
@@ -71,8 +70,8 @@ class Heading:
 
     def on_imu(self, timed: TimedSample) -> None:
         sample = timed.sample
-        previous = sample.yaw if self.yaw is None else self.yaw
-        self.yaw = unwrap(sample.yaw, previous)
+        is_first = math.isnan(self.yaw)
+        self.yaw = sample.yaw if is_first else unwrap(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate
         self._noise.learn(timed)
         if self.noise:
@@ -106,13 +105,11 @@ class ActiveTurn:
         self._begun_at = now
 
     def extend(self, angle: float) -> None:
-        """Add `angle` to the turn."""
         self.requested += angle
         self.goal += angle
         self.stall = StallMonitor()
 
     def remaining(self, yaw: float) -> float:
-        """Returns the angle from `yaw` to the goal."""
         return self.goal - yaw
 
     def result(self, now: float) -> str:
@@ -154,45 +151,13 @@ NEXT_DRIVER = {
 }
 
 
-class RepeatFilter:
-    """Finds requests that only repeat a doubtful request, or a request from before a stop. A
-    repetition has the same angle and the same sender, and comes within `SENDER_PAUSE`."""
-
-    def __init__(self) -> None:
-        self._requests: Dict[str, _TurnRequest] = {}    # by sender
-
-    def accepts(self, event: Event, is_waking: bool = False) -> bool:
-        """Take in a request. Returns False if the request is a doubtful repetition. While this
-        process `is_waking`, a request may be from before the sleep."""
-        last = self._requests.get(event.sender)
-        if last is not None and last.is_repeated_by(event):
-            last.was_repeated = True
-        else:
-            last = _TurnRequest(event.content)
-            self._requests[event.sender] = last
-        last.source.received(event.at)
-        if event.age.is_doubtful:
-            last.is_doubtful = True
-        is_accepted = not last.is_doubtful
-        if is_waking:    # the core refuses this request itself
-            last.is_doubtful = True
-        return is_accepted
-
-    def stop(self) -> None:
-        """Make each repeated request doubtful, since a stop must also end the repetitions."""
-        for last in self._requests.values():
-            if last.was_repeated:
-                last.is_doubtful = True
-
-
-class _TurnRequest:
-    """The last request of one sender, until the sender changes the request, or pauses."""
-
-    def __init__(self, content: object) -> None:
-        self.content = content
-        self.source = Freshness('turn', SENDER_PAUSE)
-        self.was_repeated = False
-        self.is_doubtful = False
-
-    def is_repeated_by(self, event: Event) -> bool:
-        return self.content == event.content and self.source.is_fresh(event.at)
+def accepts_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) -> bool:
+    """Take in a requested turn. Returns False if the turn is doubtful, or only repeats a turn that
+    was doubtful or ended. While this process `is_waking`, a turn may be from before the sleep."""
+    request = requests.receive(turn.sender, turn.content, turn.arrived_at)
+    if turn.age.is_doubtful:
+        request.is_ended = True
+    is_accepted = not request.is_ended
+    if is_waking:    # the core refuses this turn itself
+        request.is_ended = True
+    return is_accepted

@@ -30,18 +30,14 @@ STICK_WARNING_TIME = 3.0
 class PadOutput(Output):
     """The decision of a GamepadCore."""
 
-    #: The holder of the robot, if it has changed.
-    holder: Optional[ControlHolder] = None
+    #: The holder of the robot.
+    holder: ControlHolder = ControlHolder.NOBODY
     #: The messages for `ctrl_relinq`, in this order.
     control_messages: Sequence[bool] = ()
     #: Must another True follow as a renewal?
     renewal_is_due: bool = False
     #: Was the reset button pressed?
     reset_requested: bool = False
-
-    @property
-    def has_more(self) -> bool:
-        return bool(self.log_lines) or self.holder is not None
 
 
 class GamepadCore:
@@ -51,14 +47,12 @@ class GamepadCore:
         self.holder = ControlHolder.NOBODY
         self._config = config
         self._model = model
-        self._pad = PadListener()
-        self.joy = self._pad.freshness
+        self.pad = PadListener()
         self.messages = ControlMessages()
         self._sleep = SleepMonitor()
         self._zero_until = 0.0    # until this time the pad commands zero [s]
         self._command_is_due = False
         self._reset_requested = False    # was Y pressed since the last tick?
-        self._published_holder: Optional[ControlHolder] = None
         # Time of the warning about a pushed stick [s]. None: no stick is pushed; infinite: logged.
         self._stick_warning_at: Optional[float] = None
         self._log = LogQueue()
@@ -66,11 +60,12 @@ class GamepadCore:
     # -- inputs
 
     def on_joy(self, joy: 'Event[PadState]') -> None:
-        now, state = joy.at, joy.content
+        now = joy.arrived_at
+        state = joy.content
         self._check_clock(now)
-        self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
-        presses = self._pad.presses
-        sent_at = now - self._pad.lateness
+        self.pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
+        presses = self.pad.presses
+        sent_at = now - self.pad.lateness
         self._command_is_due = True
         if presses.regain:
             self.messages.stop(sent_at)
@@ -80,7 +75,7 @@ class GamepadCore:
         is_ready = presses.hold if self._config.has_hold else state.at_rest
         if is_ready and self._is_current(now):
             self._handle(ControlEvent.READY, now)
-        elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
+        elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._handle(ControlEvent.LOST, now)    # this message shows the loss
         elif self._drives() and sent_at < self.messages.stopped_at:
             self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
@@ -89,12 +84,12 @@ class GamepadCore:
 
     def _relinquish(self, now: float) -> None:
         if self._is_accepted('A', RESUME_TIME, now) and not self.messages.must_renew:
-            self.messages.grant(now, self._pad.lateness)
+            self.messages.grant(now, self.pad.lateness)
             self._handle(ControlEvent.RELINQUISH, now)
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """Take in whether move_to_goal has control."""
-        now = has_control.at
+        now = has_control.arrived_at
         if has_control.content:
             self.messages.granted_at = -math.inf    # this is the answer to the last True
             self._handle(ControlEvent.GRANTED, now)
@@ -104,7 +99,7 @@ class GamepadCore:
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         """Take in a True or False of another node. A False also stops the driving by this pad."""
         if not message.content:
-            self._on_control_taken(message.at)
+            self._on_control_taken(message.arrived_at)
 
     def on_leave(self, now: float) -> None:
         """Take back the control that this pad gave, since this node ends."""
@@ -121,26 +116,23 @@ class GamepadCore:
     # -- outputs
 
     def tick(self, now: float) -> PadOutput:
-        """Look at the clock, and decide."""
         self._check_clock(now)
         self._check_rest(now)
         self._check_loss(now)
         command = self._command(now) if self._command_is_due else None
-        holder = None if self.holder is self._published_holder else self.holder
-        waits_for_rest = self._pad.state is not None and self.holder is ControlHolder.NOBODY
+        waits_for_rest = self.pad.state is not None and self.holder is ControlHolder.NOBODY
         watched = self.messages.must_renew or self._drives() or waits_for_rest
         output = PadOutput(
-            command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
+            command, log_lines=self._log.pop_all(), watched=watched, holder=self.holder,
             reset_requested=self._reset_requested,
             control_messages=self.messages.waiting.pop_all(),
             renewal_is_due=self.messages.pop_renewal(now))
         self._reset_requested = False
-        self._published_holder = self.holder
         return output
 
     def _check_rest(self, now: float) -> None:
         """Find whether the pad is ready. If a stick is pushed too long, log a warning."""
-        state = self._pad.state
+        state = self.pad.state
         waits_for_rest = self.holder is ControlHolder.NOBODY and not self._config.has_hold
         if state is None or not waits_for_rest:
             self._stick_warning_at = None
@@ -160,7 +152,7 @@ class GamepadCore:
 
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
-        state = self._pad.state
+        state = self.pad.state
         hands_back = now < self._zero_until
         if state is None or hands_back or not self._drives():
             return Twist2()
@@ -170,7 +162,7 @@ class GamepadCore:
         return saturate(Twist2(linear, angular), model.max_linear, model.max_angular, model)
 
     def _drives(self) -> bool:
-        state = self._pad.state
+        state = self.pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
         is_held = state.hold or not self._config.has_hold
@@ -188,25 +180,22 @@ class GamepadCore:
             self._handle(ControlEvent.LOST, now)
 
     def _is_current(self, now: float) -> bool:
-        return self._pad.is_current(now) and not self._sleep.is_waking
+        return self.pad.is_current(now) and not self._sleep.is_waking
 
-    def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted? If a press may be older than `longest` [s], it is rejected."""
-        refusal = self._refusal_of_press(longest, now)
-        if refusal:
-            self._log.add(f'{button} does not count, {refusal}: press it again', warning=True)
-        return not refusal
-
-    def _refusal_of_press(self, longest: float, now: float) -> str:
-        """Returns the reason why a press is rejected, or ''."""
-        lateness = self._pad.lateness
+    def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
+        """Is a press accepted? Otherwise log the reason. `max_lateness` is in [s]."""
+        lateness = self.pad.lateness
+        was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:
-            return self._sleep.refusal
-        if not self._pad.knows_lateness(now):
-            return 'it was pressed the moment the pad was first heard'
-        if lateness > longest or now - lateness < self.messages.stopped_at:
-            return f'it was pressed {lateness:.1f} s ago, or before something took control'
-        return ''
+            refusal = self._sleep.refusal
+        elif not self.pad.knows_lateness(now):
+            refusal = 'it was pressed the moment the pad was first heard'
+        elif lateness > max_lateness or was_before_stop:
+            refusal = f'it was pressed {lateness:.1f} s ago, or before something took control'
+        else:
+            return True
+        self._log.add(f'{button} does not count, {refusal}: press it again', warning=True)
+        return False
 
     # -- who holds the robot
 
@@ -236,17 +225,17 @@ class GamepadCore:
 
     def _check_loss(self, now: float) -> None:
         needs_pad = self._drives() or self.messages.must_renew
-        if self.joy.is_fresh(now) or not needs_pad:
+        if self.pad.source.is_fresh(now) or not needs_pad:
             return
         hint = ''
-        if self._pad.driver_hangs:
+        if self.pad.driver_hangs:
             hint = '. joy_node repeats one message: start it again'
-        elif not self._pad.has_repeated:
+        elif not self.pad.has_repeated:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
-        silence = self.joy.silence_text_with_age(now).capitalize()
+        silence = self.pad.source.silence_text(now).capitalize()
         self._log.add(f'{silence}: robot stopped; {self._remedy}{hint}', warning=True)
-        self._pad.state = None      # the last state is not valid any more
+        self.pad.state = None      # the last state is not valid any more
         self._command_is_due = True
         self.messages.stop(now)
         self._handle(ControlEvent.LOST, now)

@@ -10,7 +10,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from tb3_labs.config import Config, setting
 from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_ANGULAR_SPEED)
-from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER, PAD_TIMEOUT, Freshness, Lateness
+from tb3_labs.supervision.timeouts import CROSSING_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
 #: The highest index of an axis or button that a parameter may have.
 MAX_INDEX = 31
@@ -69,7 +69,7 @@ class PadListener:
     """
 
     def __init__(self) -> None:
-        self.freshness = Freshness('joy', PAD_TIMEOUT)
+        self.source = Freshness('joy', INPUT_TIMEOUT)
         #: The latest state. It is None before the first message, and after a loss.
         self.state: Optional[PadState] = None
         self.has_repeated = False    # did the pad ever repeat an unchanged state?
@@ -88,17 +88,15 @@ class PadListener:
         if self._last is not None and state.sent == self._last.sent:
             self.has_repeated = True
         self._last = state
-        self.lateness = 0.0
-        if stamp > 0.0:
-            self.lateness = self._lateness.received(stamp, now)
+        self.lateness = self._lateness.received(stamp, now)
         self.driver_hangs = hangs
         # a driver that hangs may repeat several messages
-        is_old = stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT
+        is_old = stamp <= self._newest_stamp and self.lateness > INPUT_TIMEOUT
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = False
         if not hangs and not is_old:
-            self.came_after_loss = self.has_repeated and not self.freshness.is_fresh(now)
-            self.freshness.received(now)
+            self.came_after_loss = self.has_repeated and not self.source.is_fresh(now)
+            self.source.received(now)
         learns_anew = self.came_after_loss and stamp <= 0.0
         if math.isinf(self._received_since) or learns_anew:
             self._received_since = now
@@ -110,13 +108,13 @@ class PadListener:
 
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay known? If not, `lateness` may be wrong."""
-        if self.driver_hangs and not self.freshness.is_fresh(now):
+        if self.driver_hangs and not self.source.is_fresh(now):
             return False    # two messages may have the same stamp
-        return now - self._received_since >= LATENESS_KNOWN_AFTER
+        return now - self._received_since >= CROSSING_TIME
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""
-        return self.knows_lateness(now) and self.lateness <= PAD_TIMEOUT
+        return self.knows_lateness(now) and self.lateness <= INPUT_TIMEOUT
 
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:

@@ -13,7 +13,6 @@ from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_client import call_reset
-from tb3_labs.ros.rospy_internals import ignore_own_messages
 from tb3_labs.ros.topics import RENEWAL_HEADER, log_missing_topics, subscribe_events
 
 
@@ -21,26 +20,30 @@ class GamepadNode:
     """Drives by the messages of a pad, and gives and takes the control of move_to_goal."""
 
     def __init__(self):
-        model, config = read_model(), read_config(PadConfig)
+        model = read_model()
+        config = read_config(PadConfig)
         self._core = GamepadCore(config, model)
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
                                         headers=RENEWAL_HEADER)
+        self._holder = None    # the published holder
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
-        self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output,
-                                  self._carry_out)
+        self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
         rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
         self._runner.check()
         # read every message: if many messages arrive at once, one may have a press
         subscribe_events(
             'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
-        subscribe_events(ignore_own_messages('ctrl_relinq'), Bool,
-                         lambda event: self._runner.handle(self._core.on_ctrl_relinq, event))
+        subscribe_events('ctrl_relinq', Bool, self._on_ctrl_relinq)
         subscribe_events('has_control', Bool,
                          lambda event: self._runner.handle(self._core.on_has_control, event))
         Diagnostics(model.name, lambda: self._runner.query(self._diagnose))
-        log_missing_topics({'joy': lambda: self._core.joy.count}, 'is joy_node running (Debian '
-                           'has none)? The page of web:=true is a pad, too')
+        log_missing_topics({'joy': self._core.pad.source}, 'is joy_node running (Debian has '
+                           'none)? The page of web:=true is a pad, too')
+
+    def _on_ctrl_relinq(self, event):
+        if event.sender != rospy.get_name():    # this node also receives its own messages
+            self._runner.handle(self._core.on_ctrl_relinq, event)
 
     def _publish_output(self, output):
         """Publish a stop twice, since a node may treat a connection's first message as latched."""
@@ -52,15 +55,15 @@ class GamepadNode:
             self._control.publish(True)
         if output.reset_requested:    # move_to_goal may answer late
             threading.Thread(target=guarded(_reset), daemon=True).start()
-
-    def _carry_out(self, output):
-        if output.holder is not None:
+        if output.holder is not self._holder:
+            self._holder = output.holder
             self._holders.publish(output.holder.value)
 
     def _diagnose(self):
-        joy, holder = self._core.joy, self._core.holder.value
-        problem = '' if joy.count else 'no joy yet'
-        return problem, dict(values_of('joy', joy, steady_time()), holder=holder)
+        joy = self._core.pad.source
+        problem = '' if joy.count else joy.silence_text()
+        values = values_of(joy, steady_time())
+        return problem, dict(values, holder=self._core.holder.value)
 
 
 def _reset():

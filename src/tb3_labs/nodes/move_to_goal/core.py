@@ -7,17 +7,14 @@ reached. A grant or a goal is void if the sensors stay silent.
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
 back (`steady_now`); metres, radians. Poses are in the local frame.
 """
-import math
-from dataclasses import dataclass
-from typing import Dict, Optional
+from typing import Optional
 
-from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import MAX_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
+from tb3_labs.handout import PRINTED_REACHED
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.localizer import Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderMonitor
@@ -25,34 +22,10 @@ from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.move_to_goal.status import Announcer, DriveOutput, DriveStatus
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, LogQueue
-from tb3_labs.supervision.goal_requests import (
-    MAX_DISTANCE, MAX_YAW_DEG, STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, SenderGoal,
-    TypedPose)
+from tb3_labs.supervision.events import Event, LogQueue, SenderRequest
+from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, GoalRequests
 from tb3_labs.supervision.permission import Permission
-from tb3_labs.supervision.sensors_and_stalls import (
-    SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorMonitor)
-
-#: If another node commands motions for this time while this node drives, a warning names it [s].
-RIVAL_TIME = 0.3
-
-
-@dataclass(frozen=True)
-class MoveToGoalConfig(Config):
-    """The settings with which `move_to_goal` starts."""
-
-    goal_x: float = setting(float(GOAL_X), 'first goal, in the local frame', 'm',
-                            -MAX_DISTANCE, MAX_DISTANCE)
-    goal_y: float = setting(float(GOAL_Y), 'first goal, in the local frame', 'm',
-                            -MAX_DISTANCE, MAX_DISTANCE)
-    goal_yaw_deg: float = setting(float(GOAL_YAW_DEG), 'heading at the first goal', 'deg',
-                                  -MAX_YAW_DEG, MAX_YAW_DEG)
-    has_control: bool = setting(False, 'may drive from the start; typed, not in a file')
-
-    @property
-    def goal(self) -> Pose2:
-        """The first goal as a Pose2 in local."""
-        return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
+from tb3_labs.supervision.sensors_and_stalls import DriveSensors, SensorStatus
 
 
 class MoveToGoalCore:
@@ -64,38 +37,31 @@ class MoveToGoalCore:
         """`response` has the delays of this robot, which `law` and this node improve."""
         self._response = response or MotorResponse()
         self._timing = SampleTiming()
-        self.imu = Sensor('imu')
-        self.odometry = Sensor('odom')
+        self.sensors = DriveSensors()
         self._localizer = Localizer(self._timing)
         self._machine = GoalMachine(law)
         self._log = LogQueue()
         self._permission = Permission(has_control, self._log)
-        self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
+        self._requests = GoalRequests(self._permission.sleep)
         #: May this node drive? The value at the last tick.
-        self.has_control = has_control
-        self._known_grant_count = 0        # number of grants at the last update
+        self.may_drive = has_control
         self._pace = Pace(law.period)
-        self._sensors = SensorMonitor(self.imu, self.odometry)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
-        self._last_command = Twist2()
-        self._last_ended_attempt = 0    # number of the last drive whose end was answered
-        #: {another node that commands motions: the time of its first command [s]}
-        self._rivals_since: Dict[str, float] = {}
         self._announcer = Announcer(self._log)
 
     # -- inputs
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.imu.received(now, sample[1:])
+        self.sensors.imu.received(now, sample[1:])
         self._gyro.on_imu(timed, sends_wheels)
         self._localizer.on_imu(timed)
         self._check_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         timed = self._timing.on_odometry(sample, now)
-        self.odometry.received(now, sample[1:])
+        self.sensors.odometry.received(now, sample[1:])
         self._encoders.on_odometry(sample)
         self._localizer.on_odometry(timed)
         self._check_localizer()
@@ -105,18 +71,10 @@ class MoveToGoalCore:
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
-    def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Take in a command of another node, which may move the robot. If both nodes drive, a
-        warning names the other node after `RIVAL_TIME`."""
-        if not (linear or angular):
-            return
-        self._localizer.driven_at = now
-        if self._last_command == Twist2():
-            self._rivals_since.clear()
-        elif now - self._rivals_since.setdefault(sender, now) > RIVAL_TIME:
-            self._rivals_since[sender] = math.inf    # no second line
-            self._log.add(f'{sender or "another program"} drives the robot, too: stop one of the '
-                          'two (False on ctrl_relinq stops this one)', warning=True)
+    def on_command(self, command: Twist2, now: float) -> None:
+        """Take in a command of any node, which may move the robot."""
+        if command != Twist2():
+            self._localizer.driven_at = now
 
     def set_law(self, law: DriveLaw) -> None:
         """Use another law from now on. A present drive begins again."""
@@ -130,36 +88,30 @@ class MoveToGoalCore:
         self._restart()
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
-        """Drive to a goal, unless it is refused, or only repeats the present goal."""
-        sender_goal = self.note_goal(request, steady_now)
-        requests, machine = self._requests, self._machine
-        sleep_refusal = self._permission.sleep.refusal
-        if sleep_refusal:
-            requests.refuse(request, sleep_refusal + ': send it again')
-            return
-        if sender_goal.is_ended:
-            requests.refuse(request, STAYS_ENDED)
-            return
+        """Drive to a goal, unless the goal is refused, or only repeats the present goal."""
+        sender_goal = self.register_goal(request, steady_now)
+        requests = self._requests
+        machine = self._machine
         try:
-            goal = request.goal.in_local(self.odom_T_local)
-        except ValueError as problem:
-            requests.refuse(request, str(problem))
+            goal = requests.pose_of(request, sender_goal, self.odom_T_local)
+        except ValueError as refusal:
+            requests.refuse(request, str(refusal))
             return
         is_present = machine.active and machine.goal == goal
         if not is_present or not requests.repeats_present(sender_goal):
             self.set_goal(goal)
         requests.accept(request)
 
-    def note_goal(self, request: GoalRequest, steady_now: float) -> SenderGoal:
-        """Note a goal that arrives. If the goal has a known GoalID, this is all that happens."""
+    def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
+        """Remember a goal that arrives. For a goal with a known GoalID, nothing else happens."""
         self._update_control(steady_now)    # the goal may be older than a sleep
-        self._check_end(steady_now)
-        return self._requests.note(request, steady_now)
+        self._check_end()
+        return self._requests.receive(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
-        """Cancel goals by their name or stamp, see GoalRequest."""
+        """Cancel the goals that GoalRequest.is_named_by() finds."""
         self._update_control(steady_now)    # finds a sleep, which is not a pause of a sender
-        if self._requests.cancel(steady_now, name, stamp):
+        if self._requests.cancel(name, stamp):
             self._machine.cancel()
             self._pause()
 
@@ -168,17 +120,13 @@ class MoveToGoalCore:
         older than a sleep. `reset.is_over` becomes True when the reset has ended."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
-        problem = self._sensors.problem_text(now, with_age=True)
+        problem = self.sensors.problem_text(now, with_age=True)
         if sleep_refusal:
             reset.problem = sleep_refusal + ': ask again'
         elif problem:
             reset.problem = f'{problem}: is the robot running?'
         else:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
-
-    def begin_control(self, steady_now: float) -> None:
-        """Begin to hear senders of control."""
-        self._permission.begin(steady_now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         self._permission.on_message(message)
@@ -187,35 +135,32 @@ class MoveToGoalCore:
         """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
-        before = self.has_control
-        self.has_control = permission.grant_holds
-        is_new_grant = permission.grant_count > self._known_grant_count
-        self._known_grant_count = permission.grant_count
-        if is_new_grant and (machine.failure or not before):
+        before = self.may_drive
+        self.may_drive = permission.grant_holds
+        if permission.pop_new_grant() and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
             self._restart()
-        elif self.has_control and not before:
+        elif self.may_drive and not before:
             machine.interrupt()
-        elif before and not self.has_control:
+        elif before and not self.may_drive:
             self._pause()
 
     # -- outputs
 
     def tick(self, now: float, steady_now: float) -> DriveOutput:
-        """Look at both clocks, and decide."""
         self._update_control(steady_now)
         # a command is due at the rate of the law, and also if a sensor is lost
-        is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
+        is_due = self._pace.due(now) or not self.sensors.are_fresh(now)
         command = self._command(now) if is_due else None
-        self._check_end(steady_now)
+        self._check_end()
         keeps_command = self._drives and not is_due
         return DriveOutput(
             command, stops_first=command is None and not keeps_command,
             status=self._new_status(now), log_lines=self._log.pop_all(),
             watched=self._permission.grant_exists and self._machine.active,
-            grant_exists=self._permission.grant_exists, answers=self._requests.answers.pop_all(),
+            has_control=self._permission.grant_exists, answers=self._requests.answers.pop_all(),
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
@@ -226,7 +171,7 @@ class MoveToGoalCore:
         elif refusal:
             self._machine.give_up(refusal)
             self._pause()
-        elif self._sensors.status not in (SensorStatus.SILENT, SensorStatus.TIMED_OUT):
+        elif self.sensors.status not in (SensorStatus.SILENT, SensorStatus.TIMED_OUT):
             motion = self._localizer.motion(now)
             if motion is not None:
                 return self._step(motion, now)
@@ -238,20 +183,18 @@ class MoveToGoalCore:
         dt = self._pace.step(now)
         self._check_readings(now)
         command = self._machine.step(motion, dt)
-        self._last_command = command or Twist2()
-        if self._last_command != Twist2():
-            self._localizer.driven_at = now
+        self.sensors.last_command = command or Twist2()
+        if command is not None:
+            self.on_command(command, now)
         return command
 
-    def _check_end(self, steady_now: float) -> None:
-        """Answer the client of a drive that has ended, once."""
+    def _check_end(self) -> None:
+        """Answer the client of a drive that has ended. Later calls have no effect."""
         machine = self._machine
-        was_answered = machine.attempt == self._last_ended_attempt
-        if machine.goal is None or machine.active or was_answered:
+        if machine.goal is None or machine.active:
             return
-        self._last_ended_attempt = machine.attempt
         if machine.failure:
-            self._requests.give_up(steady_now)
+            self._requests.give_up()
             outcome = GoalOutcome.CANCELED if machine.cancelled else GoalOutcome.GIVEN_UP
             self._requests.end(outcome, machine.failure)
         else:
@@ -268,7 +211,7 @@ class MoveToGoalCore:
 
     @property
     def _drives(self) -> bool:
-        return self.has_control and self._machine.active
+        return self.may_drive and self._machine.active
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
@@ -281,8 +224,8 @@ class MoveToGoalCore:
         return DriveStatus(
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
             attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
-            failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
-            sensor_problem=self._sensors.problem_text(now) or self._sensor_conflict())
+            failure=failure, hold_reason=self.sensors.hold_reason, may_drive=self.may_drive,
+            sensor_problem=self.sensors.problem_text(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
@@ -295,42 +238,38 @@ class MoveToGoalCore:
         return self._gyro.problem_text() or self._encoders.problem_text()
 
     def _check_sensors(self, now: float) -> None:
-        sensors = self._sensors
+        sensors = self.sensors
         sensors.update(now, self._gyro.is_checked)
         self._permission.set_sensor_problem(sensors.problem_text(now))
-        may_drive = self._permission.grant_exists and self._machine.active
+        awaits_sensors = self._permission.grant_exists and self._machine.active
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
         if sensors.status is SensorStatus.RECOVERED:
             self._machine.interrupt()
-        elif sensors.status is SensorStatus.TIMED_OUT and may_drive:
+        elif sensors.status is SensorStatus.TIMED_OUT and awaits_sensors:
             reason = sensors.hold_reason or 'sensors were silent'
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
     def _check_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
-        drives = abs(self._last_command.linear) > SURE_DRIVE_SPEED
-        turns = abs(self._last_command.angular) > SURE_TURN_RATE
         odometry = self._timing.odometry
         assert odometry is not None
-        before, after = odometry.before, odometry.sample
-        # The odometry takes its yaw from the IMU. So both must change their yaw together.
-        turned = before is None or before.pose.yaw != after.pose.yaw
-        self.imu.check_repetition(turns or (drives and turned), now)
-        self.odometry.check_repetition(drives or turns, now)
-        if self._sensors.frozen_text():
-            self._machine.give_up(self._sensors.frozen_text())
+        before = odometry.before
+        turned = before is None or before.pose.yaw != odometry.sample.pose.yaw
+        self.sensors.check_repetitions(turned, now)
+        frozen_text = self.sensors.frozen_text()
+        if frozen_text:
+            self._machine.give_up(frozen_text)
 
     def _pause(self) -> None:
         """Treat the next command as the first, since the robot rests or another node drives."""
         self._pace.restart()
-        self._sensors.forget_silences()
-        self._last_command = Twist2()
+        self.sensors.forget_silences()
 
     def _restart(self) -> None:
         """Start a requested motion of a robot at rest."""
-        self._pause()
-        self._sensors.request_motion()
+        self._pace.restart()
+        self.sensors.request_motion()
 
     def _check_localizer(self) -> None:
         """Give up the drive after a jump of a sensor. Start the drive again after a reset."""

@@ -5,7 +5,7 @@ from collections import deque
 
 import rospy
 import tf2_ros
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, ColorRGBA, String
@@ -17,8 +17,10 @@ from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
-from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig, MoveToGoalCore
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
+from tb3_labs.nodes.move_to_goal.status import MoveToGoalConfig
+from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.conversions import (
     frame, to_odometry_sample, to_pose_stamped, to_transform)
@@ -26,7 +28,6 @@ from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.rospy_internals import connection_of, ignore_own_messages, sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
@@ -47,7 +48,7 @@ MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
-_permissions = [False]    # each value of _has_control:=; only the last value is used
+_typed = {'has_control': False}    # the value of _has_control:= on the command line
 
 
 def pop_permission():
@@ -59,18 +60,19 @@ def pop_permission():
         if name == '_has_control':
             sys.argv.remove(word)
             # read_config() refuses another text
-            _permissions.append(values.get(value.lower(), value))
+            _typed['has_control'] = values.get(value.lower(), value)
 
 
 def _permission():
     """Returns the permission of this start. A node that roslaunch restarts has no permission."""
-    launch, given_by = roslaunch_of_this(), rospy.get_name() + '_given_by'
-    if launch and _permissions[-1] is True:
+    launch = roslaunch_of_this()
+    given_by = rospy.get_name() + '_given_by'    # a parameter: the launch that gave control last
+    if launch and _typed['has_control'] is True:
         if rospy.get_param(given_by, 0) == launch:
             rospy.logwarn('This launch gave control before: False, then True, gives it again')
             return False
         rospy.set_param(given_by, launch)
-    return _permissions[-1]
+    return _typed['has_control']
 
 
 class MoveToGoalNode:
@@ -93,10 +95,9 @@ class MoveToGoalNode:
         self._runner = runner
         self._goals = GoalServer(runner, core)
         self._goals.offer()
-        Resets(runner, core).offer()
-        subscribe(ignore_own_messages('cmd_vel'), Twist, self._on_command_of_others)
+        Resets(runner, core)
+        subscribe('cmd_vel', Twist, self._on_command)
         LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
-        runner.check()
         subscribe_events('ctrl_relinq', Bool,
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
@@ -106,16 +107,16 @@ class MoveToGoalNode:
         subscribe('odom', Odometry,
                   lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
-        core.begin_control(steady_time())    # a slow start is not a sleep
+        runner.check()    # the first look at the clock, since a slow start is not a sleep
         Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
-        log_missing_topics({'imu': lambda: core.imu.count, 'odom': lambda: core.odometry.count})
+        log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
     def _law(self, drive):
         return DriveLaw(drive, self._model, self._response)
 
-    def _on_command_of_others(self, message):
-        self._runner.query(lambda: self._core.on_command(
-            sender_of(connection_of(message)), message.linear.x, message.angular.z, ros_time()))
+    def _on_command(self, message):
+        command = Twist2(message.linear.x, message.angular.z)
+        self._runner.query(lambda: self._core.on_command(command, ros_time()))
 
     def _on_imu(self, sample):
         output = self._runner.handle(lambda: self._core.on_imu(
@@ -125,9 +126,9 @@ class MoveToGoalNode:
             self._goals.feedback(output.fix)
 
     def _publish_output(self, output):
-        if output.grant_exists is not self._has_control:
-            self._has_control = output.grant_exists
-            self._control.publish(output.grant_exists)
+        if output.has_control is not self._has_control:
+            self._has_control = output.has_control
+            self._control.publish(output.has_control)
 
     def _carry_out(self, output):
         self._goals.answer(output.answers)
@@ -135,12 +136,14 @@ class MoveToGoalNode:
             self._display.show_status(output.status)
 
     def _diagnose(self):
-        core, now = self._core, ros_time()
+        core = self._core
+        now = ros_time()
         status = core.status(now)
-        control = 'granted' if status.has_control else 'not granted'
-        return status.failure or status.sensor_problem, dict(
-            values_of('imu', core.imu, now), **values_of('odom', core.odometry, now),
-            state=status.text or 'about to begin', control=control, goal=status.goal)
+        values = values_of(core.sensors.imu, now)
+        values.update(values_of(core.sensors.odometry, now))
+        values.update(control='granted' if status.may_drive else 'not granted', goal=status.goal,
+                      state=status.text or 'about to begin')
+        return status.failure or status.sensor_problem, values
 
 
 class LocalPath:
@@ -148,7 +151,8 @@ class LocalPath:
 
     def __init__(self, frame_id):
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
-        self._frame_id, self._frame_number = frame_id, 0
+        self._frame_id = frame_id
+        self._frame_number = 0
         self._last = None              # the pose of the latest point
         self._points = deque(maxlen=PATH_POINTS)    # messages
         self._sent_at = -math.inf      # stamp
@@ -192,7 +196,8 @@ class Display:
         self._present_goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
         self._marker = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
         self._markers = MarkerArray()
-        self._shown = -math.inf, None            # stamp and odom_T_local of the last transform
+        self._transform_sent_at = -math.inf      # stamp
+        self._sent_odom_T_local = None           # the last transform
         self._markers_sent_at = -math.inf        # stamp
         self._path = LocalPath(self._local)
 
@@ -200,10 +205,11 @@ class Display:
         """Publish a localizer.Fix as pose, path and frame."""
         if self._pose.get_num_connections():
             self._pose.publish(to_pose_stamped(fix.local_T_base, self._local, fix.stamp))
-        shown_at, declared = self._shown
-        if abs(fix.stamp - shown_at) < DISPLAY_PERIOD and odom_T_local == declared:
+        is_early = abs(fix.stamp - self._transform_sent_at) < DISPLAY_PERIOD
+        if is_early and odom_T_local == self._sent_odom_T_local:
             return
-        self._shown = fix.stamp, odom_T_local
+        self._transform_sent_at = fix.stamp
+        self._sent_odom_T_local = odom_T_local
         if self._tf.pub_tf.get_num_connections():
             self._tf.sendTransform(to_transform(odom_T_local, self._odom, self._local, fix.stamp))
         if abs(fix.stamp - self._markers_sent_at) >= REPEAT_PERIOD:
@@ -217,22 +223,21 @@ class Display:
         goal = status.goal
         self._state.publish(status.text)
         self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))
-        arrow = _marker('goal', 0, self._local, goal, Marker.ARROW, MARKER_ORANGE,
-                        (0.20, 0.03, 0.03))
-        disc = _marker('goal', 1, self._local, goal, Marker.CYLINDER, PALE_YELLOW,
-                       (2.0 * status.tolerance, 2.0 * status.tolerance, 0.005))
-        text = _marker('words', 2, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
-                       (0.0, 0.0, 0.1))
-        disc.pose.position.z, text.pose.position.z = 0.02, 0.3
+        arrow = _marker(goal, self._local, ns='goal', id=0, type=Marker.ARROW, color=MARKER_ORANGE,
+                        scale=Vector3(0.20, 0.03, 0.03))
+        diameter = 2.0 * status.tolerance
+        disc = _marker(goal, self._local, ns='goal', id=1, type=Marker.CYLINDER, color=PALE_YELLOW,
+                       scale=Vector3(diameter, diameter, 0.005))
+        disc.pose.position.z = 0.02
+        text = _marker(Pose2(), frame('base_footprint'), ns='words', id=2, color=WHITE,
+                       type=Marker.TEXT_VIEW_FACING, scale=Vector3(0.0, 0.0, 0.1))
+        text.pose.position.z = 0.3
         text.text = status.text + '\n\n\n\n'    # empty lines lift the centred text off the robot
         self._markers = MarkerArray(markers=[arrow, disc, text])
         self._marker.publish(self._markers)
 
 
-def _marker(namespace, number, frame_id, pose, kind, color, scale):
-    marker = Marker(type=kind, action=Marker.ADD, ns=namespace, id=number, color=color,
-                    frame_locked=True)
+def _marker(pose, frame_id, **fields):
     stamped = to_pose_stamped(pose, frame_id, 0.0)
-    marker.header, marker.pose = stamped.header, stamped.pose
-    marker.scale.x, marker.scale.y, marker.scale.z = scale
-    return marker
+    return Marker(header=stamped.header, pose=stamped.pose, action=Marker.ADD, frame_locked=True,
+                  **fields)

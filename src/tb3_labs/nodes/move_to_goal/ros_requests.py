@@ -33,7 +33,6 @@ STATUS_PERIOD = 0.5
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
-REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal that ends: the method of actionlib that answers the client}
 END_METHODS = {GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
                GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
@@ -127,7 +126,7 @@ class GoalServer(ActionServer):
                 if handle:
                     self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
-            take_in = self._core.on_goal if handle else self._core.note_goal
+            take_in = self._core.on_goal if handle else self._core.register_goal
             self._runner.handle(lambda: take_in(request, steady_time()))
 
     def _on_cancel(self, goal_id):
@@ -144,9 +143,6 @@ class Resets:
     def __init__(self, runner, core):
         self._runner, self._core = runner, core
         self._warnings = WarningThrottle()
-
-    def offer(self):
-        """Take resets from now on."""
         rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
         rospy.Service(SET_POSE_SERVICE, SetInitialPose, guarded(self._on_set_pose))
         subscribe('initialpose', PoseWithCovarianceStamped,
@@ -183,7 +179,7 @@ class Resets:
         return None
 
     def _refused(self, problem):
-        self._warnings.warn(REFUSED, problem)
+        self._warnings.warn('Reset refused, the old frame stays: %s', problem)
         return str(problem)
 
     def _reset(self, requested):

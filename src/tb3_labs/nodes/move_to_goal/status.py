@@ -1,16 +1,36 @@
-"""The output of move_to_goal: status of a drive, text on `goal_state`, and lines about changes."""
+"""The settings with which move_to_goal starts, the status of its drive, and lines about changes."""
 import math
 from dataclasses import dataclass
 from typing import Callable, NamedTuple, Optional, Sequence, Tuple
 
-from tb3_labs import handout
+from tb3_labs.config import Config, setting
 from tb3_labs.control.goal_state import (
     DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, errors, is_stopped, to_go)
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
 from tb3_labs.localization.localizer import Fix
 from tb3_labs.robot.samples import Motion
 from tb3_labs.supervision.events import LogQueue, Output
-from tb3_labs.supervision.goal_requests import GoalAnswer
+from tb3_labs.supervision.goal_requests import (
+    MAX_DISTANCE, MAX_YAW_DEG, GoalAnswer, TypedPose)
+
+
+@dataclass(frozen=True)
+class MoveToGoalConfig(Config):
+    """The settings with which `move_to_goal` starts."""
+
+    goal_x: float = setting(float(GOAL_X), 'first goal, in the local frame', 'm',
+                            -MAX_DISTANCE, MAX_DISTANCE)
+    goal_y: float = setting(float(GOAL_Y), 'first goal, in the local frame', 'm',
+                            -MAX_DISTANCE, MAX_DISTANCE)
+    goal_yaw_deg: float = setting(float(GOAL_YAW_DEG), 'heading at the first goal', 'deg',
+                                  -MAX_YAW_DEG, MAX_YAW_DEG)
+    has_control: bool = setting(False, 'may drive from the start; typed, not in a file')
+
+    @property
+    def goal(self) -> Pose2:
+        """The first goal as a Pose2 in local."""
+        return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
 
 
 class DriveStatus(NamedTuple):
@@ -24,7 +44,7 @@ class DriveStatus(NamedTuple):
     active: bool                  # does the drive still go on?
     failure: str                  # the reason why the drive was given up, or ''
     hold_reason: str              # why the robot must wait during the drive, or ''
-    has_control: bool             # may the node drive?
+    may_drive: bool               # may the node drive?
     sensor_problem: str           # a text about lost or contradicting sensors, or ''
 
     def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:
@@ -40,7 +60,7 @@ class DriveStatus(NamedTuple):
             return f'{GAVE_UP}: {self.failure}'
         if not self.active:
             return self.state.name
-        if not self.has_control:
+        if not self.may_drive:
             return WAITING_FOR_CONTROL
         if not self.begun:
             return f'{WAITING}: {self.sensor_problem}' if self.sensor_problem else ''
@@ -52,7 +72,7 @@ class DriveOutput(Output):
     """The decision of a MoveToGoalCore."""
 
     #: Was control given, and not taken back? This stays true if the sender is silent for a moment.
-    grant_exists: bool = False
+    has_control: bool = False
     #: The answers to clients of goals, in order.
     answers: Sequence[GoalAnswer] = ()
     #: The status of the drive, if it is new.
@@ -92,7 +112,7 @@ class Announcer:
             self._log.add(f'Goal ({status.goal}) given up: {status.failure}', warning=True)
         elif not status.active:
             distance, angle = status.remaining(motion())
-            self._log.add(f'{handout.PRINTED_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
+            self._log.add(f'{PRINTED_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
                           f'after {now - self._begun_at:.1f} s')
         elif status.text in DRIVING:
             if begins:
