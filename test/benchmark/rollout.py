@@ -30,8 +30,9 @@ POLL_PERIOD = 0.02
 TURN_POLL_PERIOD = 0.005
 #: A robot that has not moved for this long [s] stays at rest.
 SETTLED_TIME = 0.5
-#: A robot below these speeds [m/s], [rad/s] moves on by less than 0.3 mm and 0.1 deg.
-AT_REST = REST_LINEAR, REST_ANGULAR
+#: A drive ends at rest if the robot's mean speed in this time is at most REST_LINEAR [m/s] and
+#: REST_ANGULAR [rad/s], so that it moves on by less than 0.3 mm and 0.1 deg [s].
+REST_PERIOD = 0.001
 #: A robot whose true speeds are below this stands still [m/s], [rad/s].
 STILL_LINEAR = 0.001
 STILL_ANGULAR = 0.01
@@ -60,7 +61,7 @@ class Drive:
     max_angular: float      # fastest command [rad/s]
     max_wheel: float        # fastest wheel that was commanded [m/s]
     overrun: float          # largest distance beyond the goal along its line [m]
-    rested: bool            # was it slower than AT_REST when the core ended the drive?
+    rested: bool            # did it rest when the core ended the drive?
 
 
 def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig = DriveConfig(),
@@ -82,13 +83,18 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
     while navigator.status(robot.now).active and robot.now - begun < 180.0:
         commands += _navigate(robot, navigator, POLL_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
-    rested = all(abs(speed) <= rest for speed, rest in zip(robot.true_velocity, AT_REST))
-    while _moves(robot):
+    before = robot.truth
+    robot.step(REST_PERIOD)
+    rested = not moved(before, robot.truth, REST_PERIOD, REST_LINEAR, REST_ANGULAR)
+    is_moving = True
+    while is_moving:
+        before, end = robot.truth, robot.now
         robot.step(POLL_PERIOD)
+        is_moving = moved(before, robot.truth, POLL_PERIOD)
     here = local_T_world @ robot.truth
     status = navigator.status(robot.now)
     return Drive(
-        reached=status.state is GoalState.GOAL_REACHED, failure=status.failure, time=robot.now - begun,
+        reached=status.state is GoalState.GOAL_REACHED, failure=status.failure, time=end - begun,
         distance_error=here.distance_to(goal), angle_error=difference(here.yaw, goal.yaw),
         max_linear=max(abs(linear) for linear, _ in commands),
         max_angular=max(abs(angular) for _, angular in commands),
@@ -123,18 +129,21 @@ def _turn(robot: Simulator, controller: ControllerCore, degrees: float) -> SpotT
     overshoot = 0.0
     controller.request_turn(degrees, robot.now)
     while controller.driver is Driver.TURN or robot.now - resting_since < SETTLED_TIME:
+        before = robot.truth
         commands += _control(robot, controller, TURN_POLL_PERIOD)
         yaw = unwrap(robot.truth.yaw, yaw)
         overshoot = max(overshoot, sign * (yaw - start - goal))
-        if _moves(robot):
+        if moved(before, robot.truth, TURN_POLL_PERIOD):
             resting_since = robot.now
     return SpotTurn(turned=yaw - start, time=resting_since - begun, overshoot=overshoot,
                     fastest=max(abs(angular) for _, angular in commands))
 
 
-def _moves(robot: Simulator) -> bool:
-    linear, angular = robot.true_velocity
-    return abs(linear) > STILL_LINEAR or abs(angular) > STILL_ANGULAR
+def moved(before: Pose2, after: Pose2, seconds: float, linear: float = STILL_LINEAR,
+          angular: float = STILL_ANGULAR) -> bool:
+    """Was the mean speed between two true poses above `linear` [m/s] or `angular` [rad/s]?"""
+    turned = abs(difference(after.yaw, before.yaw))
+    return before.distance_to(after) > linear * seconds or turned > angular * seconds
 
 
 def _navigate(robot: Simulator, navigator: MoveToGoalCore, seconds: float) -> List[Twist2]:

@@ -8,7 +8,7 @@ Units: seconds, metres, radians.
 import math
 from dataclasses import dataclass, replace
 
-from rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
+from rollout import control, moved, navigation, run
 
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
@@ -96,13 +96,12 @@ def _stop(robot, driver, hear, fault, reason, log_lines=None):
             zero_at = robot.now
             zero_reason = reason()
         here = robot.truth
-        way += last.distance_to(here)
         now_yaw = unwrap(here.yaw, yaw)
+        if moved(last, here, STEP):
+            moved_at = robot.now
+        way += last.distance_to(here)
         turn += abs(now_yaw - yaw)
         last, yaw = here, now_yaw
-        linear, angular = robot.true_velocity
-        if abs(linear) > STILL_LINEAR or abs(angular) > STILL_ANGULAR:
-            moved_at = robot.now
     if zero_at is None:
         zero_at = math.inf
     return Stop(reason=zero_reason or reason(), to_zero=zero_at - begun,

@@ -30,13 +30,13 @@ BAR = 0.9
 
 
 def read_table():
-    """[row of the table, its lab among its keys]"""
+    """Returns the rows of the table, each with its lab."""
     table = yaml.safe_load(TABLE.read_text(encoding='utf-8'))
     return [dict(row, lab=lab) for lab, rows in table.items() for row in rows]
 
 
 def changed(row):
-    """The text of the lab's plain node with the row's changes, each of a text that is there."""
+    """Returns the text of the lab's plain node with the changes of a row."""
     text = (ROOT / 'scripts' / NODES[row['lab']]).read_text(encoding='utf-8')
     for old, new in row['changes']:
         assert old in text, (row['lab'], row['name'], old)
@@ -45,12 +45,12 @@ def changed(row):
 
 
 def is_named(row, said):
-    """Are the words and the place of a wrong node in its line?"""
+    """Are the words and the place of a wrong node in these sentences?"""
     return bool(re.search(row['words'], said, re.DOTALL)) and row['place'] in said
 
 
-def observe(folder, rows, jobs):
-    """Mark these nodes; the recordings are in `folder`."""
+def observe(folder, rows):
+    """Mark the nodes of these rows, and write the recordings into `folder`."""
     for lab in NODES:
         mine = [row for row in rows if row['lab'] == lab]
         for row in mine:
@@ -60,12 +60,12 @@ def observe(folder, rows, jobs):
         if mine:
             subprocess.run(
                 ['rosrun', 'tb3_labs', 'mark.py', str(folder / lab / 'submissions'), '--lab', lab,
-                 '-o', str(folder / lab / 'marks'), '--jobs', str(jobs)],
+                 '-o', str(folder / lab / 'marks'), '--jobs', '2'],
                 check=True, stdout=sys.stderr)
 
 
 def record_of(folder, row):
-    """The bag of a row's trial."""
+    """Returns the path of the bag of a row's trial."""
     return folder / row['lab'] / 'marks' / 'logs' / (row['name'] + '.bag')
 
 
@@ -81,7 +81,7 @@ def sentences_of(seen, lab):
 
 
 def reported(seen):
-    """The report's sentence on the recording, which does not have the letters."""
+    """Returns the sentences of the report on the recording without its letters."""
     from tb3_labs.report.page.moments import broken_links, printed_faults
     from tb3_labs.recording.run_data import Numbers
     run = seen.recording
@@ -93,14 +93,13 @@ def main():
     from tb3_labs.marking.trial.from_bag import read_trial
     parser = argparse.ArgumentParser(description='How many mistakes are named?')
     parser.add_argument('words', nargs='*', help='only nodes with one of these words in lab or name')
-    parser.add_argument('--jobs', type=int, default=2, help='nodes at a time (2)')
     parser.add_argument('--again', type=Path, help='a folder of recordings')
     given = parser.parse_args()
     rows = [row for row in read_table() if not given.words or any(
         word in row['lab'] + ' ' + row['name'] for word in given.words)]
     folder = given.again or Path(tempfile.mkdtemp(prefix='wrong_nodes_'))
     if not given.again:
-        observe(folder, rows, given.jobs)
+        observe(folder, rows)
     counts = Counter()      # {(is the node wrong?, is it judged as it should be?): number of nodes}
     for row in rows:
         if not record_of(folder, row).exists():

@@ -240,6 +240,17 @@ class StopsTest(WithThumb, DriveCase):
         self.cancels.publish(GoalID())
         self.is_stopped(asked)
 
+    def test_two_nodes_that_drive_at_one_time_are_named(self):
+        """Two move_to_goal drive to one goal."""
+        first = self.move_to_goal()
+        second = self.start('move2goal_tf.py', '_goal_x:=90', '__name:=second')
+        self.observer.wait_until(lambda: self.control.get_num_connections() == 2, STARTING, 'both')
+        self.wait_until_hears('second', 'odom')
+        self.let_pass(1.5)        # in which the second compares gyro and wheels at rest
+        self.let_it_drive(self.give_control)
+        first.wait_for('/second drives the robot, too: stop one of the two')
+        second.wait_for('/move_to_goal drives the robot, too: stop one of the two')
+
     # -- sleep
 
     def test_nodes_that_slept_wait_for_a_new_request(self):

@@ -189,6 +189,16 @@ def test_an_invalid_angle_is_refused(good, bad):
     assert bool(desk.run(0.5)) is bool(good)
 
 
+def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
+    core = ControllerCore(GivenTurnLaw())
+    for k in range(300):
+        core.on_turn(Event(90.0, 10.0 + 0.01 * k, 'script'), 10.0 + 0.01 * k)
+    assert [line.warning for line in core.tick(13.0, 13.0).log_lines] == 3 * [True]
+    for _ in range(3):         # typed: each is answered
+        core.on_typed(Event(90.0, 13.0), 13.0)
+    assert len(core.tick(13.0, 13.0).log_lines) == 3
+
+
 NEW, OLD, STOP = Age.NEW, Age.REPEATED, (0.0, None, Age.NEW)
 LONG = SENDER_PAUSE + 0.1
 

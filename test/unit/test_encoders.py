@@ -19,7 +19,6 @@ def test_a_drive_is_given_up_within_2_s_when_the_battery_is_cut(settings, way):
     watched.run(0.5)
     drives.set_goal(Pose2(1.0, 0.0, 0.0))
     watched.run(12.0, until=lambda: watched.robot.truth.x > way)
-    assert watched.robot.true_velocity[0] > 0.02
     watched.set(battery_cut=True)
     for goal in 1.0, 2.0:
         watched.run(2.0)

@@ -55,7 +55,6 @@ def train(left=0.0, right=0.0, start=Pose2(), **physics):
 def test_the_wheels_carry_the_robot_as_far_as_their_own_size_says(goals):
     drivetrain = train(*goals, mismatch=0.2, slip=0.5)
     left, right = RADIUS * 0.5 * goals[0], RADIUS * 0.5 * 0.8 * goals[1]     # over the floor [m/s]
-    assert drivetrain.velocity == pytest.approx(((left + right) / 2.0, (right - left) / TRACK))
     drivetrain.advance(2.0)
     turned = 2.0 * (right - left) / TRACK
     radius = TRACK / 2.0 * (right + left) / (right - left)

@@ -40,9 +40,9 @@ def printed_run(number, late=0):
     (lambda yaw, roll: math.radians(yaw), 0, 'follows the yaw in radians'),
     (lambda yaw, roll: roll, 0, 'follows the roll in degrees'),
     (lambda yaw, roll: abs(yaw), 0, 'follows the yaw in degrees, without its sign'),
-    (lambda yaw, roll: (yaw - 37.0) % 360.0, 0, 'follows the heading -37.0 degrees, which was 37.0 at'),
+    (lambda yaw, roll: (yaw - 37.0) % 360.0, 0, 'follows the heading (at first 37.0 degrees) -37.0 degrees, in degr'),
     (lambda yaw, roll: yaw % 360.0, 150, 'follows the heading, from 0 to 360 degrees, up to 1.5 s late'),
-    (lambda yaw, roll: 12.0, 0, 'the printed number stays at 12.000000')])
-def test_the_quantity_that_is_printed_is_named(number, late, said):
+    (lambda yaw, roll: 12.0, 0, 'the printed number stays at 12')])
+def test_the_printed_quantity_is_named(number, late, said):
     found = told(printed_run(number, late))
     assert found is None if said is None else said in found

@@ -43,7 +43,7 @@ def same(samples, others):
 @given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=20), st.integers(0, 1000),
        st.sampled_from([{'sensor_latency': 0.02}, NETWORKS['good'], NETWORKS['bad'],
                         {'stalls_per_min': 120.0}]))
-def test_how_time_is_cut_changes_nothing(cuts, seed, network):
+def test_small_steps_give_the_samples_of_large_steps(cuts, seed, network):
     config = SimulatorConfig(seed=seed, **network)
     fine, coarse = Simulator(config), Simulator(config)
     for robot in fine, coarse:
@@ -73,14 +73,18 @@ def test_how_time_is_cut_changes_nothing(cuts, seed, network):
 @pytest.mark.parametrize('name', sorted(
     {item.name for item in fields(SimulatorConfig)} - set(FIXED_FIELDS)
     - {'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'network_cut'}))
-def test_physics_may_change_while_it_drives(name):
+def test_physics_may_change_while_the_robot_drives(name):
     """A change of settings keeps the motion so far: no pose jumps."""
     robot = Simulator(QUIET)
     drive(robot, 1.0, 0.1, 0.5)
     robot.step(0.013)   # between two ticks of the board
     truth = robot.truth
     value = getattr(robot.config, name)
-    changed = (not value) if isinstance(value, bool) else 0.3 + value / 2.0 if value < 1 else 20.0
+    changed = 20.0
+    if isinstance(value, bool):
+        changed = not value
+    elif value < 1.0:
+        changed = 0.3 + value / 2.0
     changed = {'reset_pause': 1.0, 'stamp_step': 0.1}.get(name, changed)
     switch(robot, **{name: changed})
     assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
@@ -109,7 +113,7 @@ def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     assert close(robot.sensors.world_T_odom @ sample.pose, robot.truth, metres=3 * TICK)
 
 
-def test_a_change_of_what_is_no_fault_leaves_a_frozen_sensor_alone():
+def test_another_setting_does_not_thaw_a_frozen_sensor():
     robot, yaws = Simulator(SimulatorConfig(imu_rate=60.0, imu_frozen=True)), set()
     for k in range(20):
         switch(robot, motor_lag=0.001 * k)

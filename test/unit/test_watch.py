@@ -53,7 +53,7 @@ class DiagnosticArray:
 class DiagnosticStatus:
     def __init__(self, name): self.name, self.values = name, []
 class KeyValue:
-    def __init__(self, key): self.key, self.value = key, ''
+    def __init__(self, key, value): self.key, self.value = key, value
 '''}
 
 
@@ -97,8 +97,8 @@ class Controller:
         self.callback = print
 node, goals = Controller(), [1, 2.5, True]
 def convert(): pass''', {'curr_yaw': '359.5', 'turning': 'False', 'state': 'TURN', 'goal': 'None', 'K_HDG': '0.1',
-                         'goal_yaw': '7', 'goals[0]': '1', 'goals[1]': '2.5', 'goals[2]': 'True'},
-        {'callback', 'node', 'math', 'convert', 'rospy', '__name__'}),
+                         'goal_yaw': '7'},
+        {'goals', 'callback', 'node', 'math', 'convert', 'rospy', '__name__'}),
     'an object that no name holds': ('''
 class Controller:
     def __init__(self): self.curr_yaw = 1; callbacks.append(self.callback)
@@ -115,11 +115,8 @@ class Pose: x: float = 1.0
 class Node:
     def __init__(self):
         self.pose, self.state = Pose(), State.TURN
-        self.place, self.yaw, self.is_near = np.array([1.0, 2.0]), np.float64(0.25), np.bool_(True)
-        self.image, self.words = np.zeros((480, 640)), np.array(['a'])
-node = Node()''', {'pose.x': '1.0', 'state': 'TURN', 'place[0]': '1.0', 'place[1]': '2.0', 'yaw': '0.25',
-                   'is_near': 'True'},
-        {'x', 'image', 'image[0]', 'words[0]'}),
+        self.image, self.yaw, self.is_near = np.zeros((480, 640)), np.float64(0.25), np.bool_(True)
+node = Node()''', {'pose.x': '1.0', 'state': 'TURN', 'yaw': '0.25', 'is_near': 'True'}, {'x', 'image'}),
     'an object with slots hides no other one': ('''
 class Point:
     __slots__ = 'x'
@@ -149,9 +146,9 @@ class Strange(metaclass=Odd):
     __module__ = property(lambda self: 1 / 0)
 class Node:
     def __init__(self):
-        self.__dict__[3], self.huge, self.odd, self.letters = 4, [10 ** 6000], '\\ud800', 'x' * 500
+        self.__dict__[3], self.huge, self.odd, self.letters = 4, 10 ** 6000, '\\ud800', 'x' * 500
         self.me, self.error, self.strange, self.yaw = self, ValueError('no'), Strange(), 1
-node = Node()''', {'yaw': '1', 'odd': '?', 'letters': 'x' * 200}, {'huge[0]', '3', 'error'}),
+node = Node()''', {'yaw': '1', 'odd': '?', 'letters': 'x' * 200}, {'huge', '3', 'error'}),
     'the node beside many small objects': ('''
 class Node:
     def __init__(self): self.yaw, self.cloud = 1, [Particle(k) for k in range(100)]
@@ -224,7 +221,7 @@ def test_the_probe_shows_nothing_of_its_own_in_a_node_of_its_package(start, tmp_
     assert json.loads(output) == {'yaw': '1'}
 
 
-def test_what_the_node_drops_is_gone(start):
+def test_an_object_that_the_node_drops_is_not_kept(start):
     process = start('''
 import sys
 class Node:

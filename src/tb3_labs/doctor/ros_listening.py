@@ -73,8 +73,8 @@ def listen(namespace, address):
     received = []
 
     def on_message(message, name):
-        sender = sender_of(connection_of(message))
-        received.append(ReceivedMessage(name, time.time(), sender, message))
+        received.append(ReceivedMessage(
+            name, time.time(), sender_of(connection_of(message)), message))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,

@@ -18,7 +18,7 @@ from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 #: Longest arc while the speed changes [s].
 MAX_ARC_TIME = 1.0 / 60.0
-#: A motor has reached its goal if its speed is off by less than this [rad/s].
+#: A motor has reached its goal speed if its speed differs by less than this [rad/s].
 STEADY_SPEED = 1e-6
 
 
@@ -71,13 +71,6 @@ class Drivetrain:
         return Pose2(self._x, self._y, wrap(self._yaw))
 
     @property
-    def velocity(self) -> Tuple[float, float]:
-        """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
-        left = self._left_radius * self._left_speed
-        right = self._right_radius * self._right_speed
-        return (left + right) / 2.0, (right - left) / self._model.wheel_separation
-
-    @property
     def angles(self) -> Tuple[float, float]:
         """(left, right) angle of the motors since the start [rad]."""
         return self._left_angle, self._right_angle
@@ -88,7 +81,7 @@ class Drivetrain:
             if self._left_goal or self._right_goal:
                 self._roll(self._left_goal * dt, self._right_goal * dt)
             return
-        arcs = math.ceil(dt / MAX_ARC_TIME - 1e-9) or 1
+        arcs = max(1, math.ceil(dt / MAX_ARC_TIME - 1e-9))
         dt /= arcs
         decay = math.exp(-dt / self._lag)
         excess_time = self._lag * (1.0 - decay)
@@ -123,7 +116,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
-        # (start [s], drivetrain) of each motion that is still needed for readings of the wheels
+        # the motions that the readings of the wheels still need, each (start [s], drivetrain)
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
@@ -139,11 +132,11 @@ class Body:
             self._moved_until = stamp
             self.imu.begin_motion(stamp, self.drivetrain.turn_curve)
 
-    def drivetrain_at(self, now: float) -> Drivetrain:
-        """Returns the drivetrain at `now`, which is not before the last :meth:`advance_to`."""
+    def pose_at(self, now: float) -> Pose2:
+        """Returns the robot's pose at `now`, which is not before the last :meth:`advance_to`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)
-        return later
+        return later.pose
 
     def motion_changed(self) -> None:
         """Begin a new motion, after a change of goal speeds, physics or settings of the IMU."""

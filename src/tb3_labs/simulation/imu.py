@@ -17,7 +17,7 @@ import numpy as np
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.robot.samples import ImuSample
 
-#: Bias of a gyro that is not calibrated, measured on one robot [rad/s].
+#: A gyro that is not calibrated has this bias [rad/s]. It was measured on one robot.
 UNCALIBRATED_BIAS = math.radians(0.71)
 #: The resolution of the gyro [rad/s]. 16 bits cover the range of +/-2000 deg/s.
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
@@ -43,12 +43,12 @@ class ImuModel:
         #: Yaw of the IMU minus true yaw, without noise [rad].
         self.yaw_error = offset
         self._noise = _pairs_of_normal_numbers(seed)
-        #: Error of the gyro's rate after the last calibration [rad/s].
+        #: The last calibration left the gyro with this bias [rad/s].
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._error_until = 0.0    # `yaw_error` includes drift and bias up to this time [s]
-        #: (start [s], turn of the IMU after the start) of each motion whose end is not measured
-        #: yet, oldest first.
+        #: The motions whose end is not measured yet, oldest first. Each is (start [s], turn of the
+        #: IMU after the start).
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
         self.begin_motion(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 

@@ -18,7 +18,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The last number of a mystery robot. The first number is 1.
 LAST_NUMBER = 9999
-#: Time from the end of an intermittent fault to its next beginning [s].
+#: An intermittent fault pauses for this time [s].
 BETWEEN_FAULTS = 12.0
 
 

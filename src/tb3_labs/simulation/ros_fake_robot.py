@@ -36,7 +36,7 @@ MAX_CATCH_UP = 0.5
 #: sensors as silent.
 MAX_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
-#: The tilt of the board of a recorded robot [rad].
+#: The board of a recorded robot was tilted by these angles [rad].
 ROLL = math.radians(0.7)
 PITCH = math.radians(0.4)
 
@@ -186,17 +186,23 @@ class SensorTopics:
         """The samples of a `burst` arrive at one moment. Publish them by one write per topic. For
         `time_zero` see FakeRobot.tick. `wheels` is Sensors.wheel_readings, from which rows that are
         older than the burst are removed."""
-        imu = [sample for sample in burst if isinstance(sample, ImuSample)]
-        odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
-        link, odom, base, body = (self.frames[name] for name in (
-            'imu_link', 'odom', 'base_footprint', 'base_link'))
-        _send(self._imu, imu, lambda sample: imu_message(sample, time_zero + sample.stamp, link))
-        _send(self._tf, odometry, lambda sample: TFMessage([
-            to_transform(sample.pose, odom, base, time_zero + sample.stamp)]))
-        _send(self._odom, odometry, lambda sample: odometry_message(
-            sample, time_zero + sample.stamp, odom, base))
-        _send(self._joints, odometry, lambda sample: joint_message(
-            *_wheels_at(wheels, sample.stamp), time_zero + sample.stamp, body))
+        imu, tf, odometry, joints = [], [], [], []
+        frames = self.frames
+        for sample in burst[-MAX_SAMPLES:]:
+            stamp = time_zero + sample.stamp
+            if isinstance(sample, ImuSample):
+                imu.append(imu_message(sample, stamp, frames['imu_link']))
+                continue
+            tf.append(TFMessage([to_transform(
+                sample.pose, frames['odom'], frames['base_footprint'], stamp)]))
+            odometry.append(odometry_message(
+                sample, stamp, frames['odom'], frames['base_footprint']))
+            angles, speeds = _wheels_at(wheels, sample.stamp)
+            joints.append(joint_message(angles, speeds, stamp, frames['base_link']))
+        for publisher, messages in ((self._imu, imu), (self._tf, tf), (self._odom, odometry),
+                                    (self._joints, joints)):
+            if messages and publisher.get_num_connections():
+                publish_together(publisher, messages)
 
 
 def _wheels_at(wheels, stamp):
@@ -204,11 +210,6 @@ def _wheels_at(wheels, stamp):
     while wheels[0][0] < stamp and len(wheels) > 1:
         wheels.popleft()
     return wheels[0][1:]
-
-
-def _send(publisher, samples, message_of):
-    if samples and publisher.get_num_connections():
-        publish_together(publisher, [message_of(sample) for sample in samples[-MAX_SAMPLES:]])
 
 
 def make_publisher(topic, kind, **options):
@@ -220,10 +221,13 @@ def make_publisher(topic, kind, **options):
 
 def imu_message(sample, stamp, frame_id):
     """Returns the sensor_msgs/Imu of a robot on a level floor."""
-    return Imu(_header(stamp, frame_id), to_quaternion(sample.yaw, ROLL, PITCH),
-               ORIENTATION_COVARIANCE,
-               Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
-               Vector3(*ACCELERATION_AT_REST), LINEAR_ACCELERATION_COVARIANCE)
+    return Imu(header=_header(stamp, frame_id),
+               orientation=to_quaternion(sample.yaw, ROLL, PITCH),
+               orientation_covariance=ORIENTATION_COVARIANCE,
+               angular_velocity=Vector3(0.0, 0.0, sample.yaw_rate),
+               angular_velocity_covariance=ANGULAR_VELOCITY_COVARIANCE,
+               linear_acceleration=Vector3(*ACCELERATION_AT_REST),
+               linear_acceleration_covariance=LINEAR_ACCELERATION_COVARIANCE)
 
 
 def odometry_message(sample, stamp, frame_id, child_frame_id):
@@ -238,7 +242,8 @@ def odometry_message(sample, stamp, frame_id, child_frame_id):
 
 def joint_message(angles, speeds, stamp, frame_id):
     """Returns the sensor_msgs/JointState of the two wheels, the left wheel first."""
-    return JointState(_header(stamp, frame_id), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
+    return JointState(header=_header(stamp, frame_id), name=WHEEL_JOINTS, position=angles,
+                      velocity=speeds, effort=[0.0, 0.0])
 
 
 def _header(stamp, frame_id):

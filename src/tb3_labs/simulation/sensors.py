@@ -49,12 +49,9 @@ class Rhythm:
 
     def pop_until(self, end: float) -> List[float]:
         """Returns all moments before `end` [s]. The next call may return `end` itself."""
-        moments, due, count = [], self.due, self._count
-        while due < end:
-            moments.append(due)
-            count += 1
-            due = self._base + count / self._rate
-        self.due, self._count = due, count
+        moments = []
+        while self.due < end:
+            moments.append(self.pop())
         return moments
 
 
@@ -99,8 +96,8 @@ class Sensors:
         self.resetting = False
         #: The frame odom in the world. After a reset it is computed anew from the true pose.
         self.world_T_odom = Pose2()
-        #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, even if the
-        #: sample was not sent.
+        #: The wheels at each odometry sample, even if the sample was not sent. Each row is (stamp,
+        #: angles [rad], speeds [rad/s]).
         self.wheel_readings: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MAX_SAMPLES)
         # {'imu' or 'odom': sample that the frozen sensor repeats}
         self._frozen: Dict[str, Sample] = {}

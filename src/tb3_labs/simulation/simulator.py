@@ -16,7 +16,7 @@ import math
 from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
-from typing import List, Tuple
+from typing import List
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -56,12 +56,7 @@ class Simulator:
     @property
     def truth(self) -> Pose2:
         """The robot's true pose, world_T_base."""
-        return self._body.drivetrain_at(self.now).pose
-
-    @property
-    def true_velocity(self) -> Tuple[float, float]:
-        """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
-        return self._body.drivetrain_at(self.now).velocity
+        return self._body.pose_at(self.now)
 
     def configure(self, config: SimulatorConfig) -> None:
         """Use the settings of `config` from now on, except the settings in FIXED_FIELDS."""
@@ -94,13 +89,13 @@ class Simulator:
         self._read(self.now)
 
     def step(self, dt: float) -> List[Sample]:
-        """Let `dt` seconds pass. Returns the samples that arrive in that time, in order. Raises
-        ``ValueError`` if `dt` is negative or not finite."""
+        """Let `dt` seconds pass; `dt` >= 0. Returns the samples that arrive in that time, in
+        order."""
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
-        """Let `dt` seconds pass. Returns one list of samples for each moment at which samples
-        arrive. After a stall several samples arrive at one moment."""
+        """Let `dt` seconds pass; `dt` >= 0. Returns one list of samples for each moment at which
+        samples arrive. After a stall several samples arrive at one moment."""
         self._advance(dt)
         sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
@@ -108,8 +103,6 @@ class Simulator:
         return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
 
     def _advance(self, dt: float) -> None:
-        if dt < 0.0 or not math.isfinite(dt):
-            raise ValueError(f'a step of {dt} s')
         self.now += dt
         horizon = self.now + TIME_ROUNDING
         board, sensors, control = self._board, self.sensors, self._control_rhythm

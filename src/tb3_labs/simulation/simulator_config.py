@@ -27,8 +27,8 @@ class SimulatorConfig(Config):
     imu_noise_deg: float = setting(
         0.005, 'white noise of the yaw, standard deviation', 'deg', 0.0, 10.0)
     gyro_noise: float = setting(
-        0.001, 'white noise of the rate of turn, standard deviation; at rest only if it is larger '
-        'than 0.00106', 'rad/s', 0.0, 1.0)
+        0.001, 'white noise of the rate of turn, standard deviation; up to 0.00106 a robot at rest '
+        'has no noise', 'rad/s', 0.0, 1.0)
     imu_drift_deg_per_min: float = setting(
         0.0, 'drift of the yaw, and bias of the gyro', 'deg/min', -600.0, 600.0)
     gyro_bias_deg: float = setting(

@@ -1,4 +1,5 @@
-"""A broken link of the chain sensor -> belief -> goal -> error -> command -> stop.
+"""A node is a chain: sensor -> belief -> goal -> error -> command -> stop. A broken link is a wrong
+number in this chain.
 
 A link compares a number of the node with the correct number. The handout computes the correct
 number from the node's *own* numbers in the previous links of the chain. Therefore the consequence
@@ -9,11 +10,12 @@ from typing import Any, Callable, Iterator, Mapping, NamedTuple, Optional, Seque
 
 import numpy as np
 
-from tb3_labs.watch.variables import Quantity, Series, bare_name, variables_of
+from tb3_labs.watch.variables import (
+    Quantity, Series, bare_name, shortened_value, variables_of)
 
-#: A node whose variables were not read for longer than this may have ended [s].
+#: If the variables of a node were not read for this time [s], the node may have ended.
 MAX_READING_GAP = 0.4
-#: A longer pause between commands is a mistake [s].
+#: A pause between commands is a mistake if it is longer than this [s].
 MAX_COMMAND_GAP = 0.45
 #: A variable with at most this many values is not called constant.
 MIN_READINGS = 10
@@ -60,8 +62,8 @@ class NodeRun:
     @cached_property
     def reading_times(self) -> np.ndarray:
         """The times at which any variable was read [s]."""
-        return np.unique(np.concatenate([np.empty(0)] + [
-            series.time for series in self.variables.values()]))
+        times = [series.time for series in self.variables.values()]
+        return np.unique(np.concatenate([np.empty(0), *times]))
 
     def runs_at(self, time: float) -> bool:
         """Was a variable read at most MAX_READING_GAP before this time?"""
@@ -77,8 +79,8 @@ class NodeRun:
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
-    """Returns the sentence on a broken link. `assigned` has for each variable the lines of the
-    node's file that assign it."""
+    """Returns the sentence on a broken link. `assigned` is {variable: numbers of the lines in which
+    the node's file assigns this variable}."""
     name, message = broken.variable, broken.message
     lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
     place = ''
@@ -112,7 +114,7 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
     should = correct.at(series.time)
     worst = worst_index(series, should)
     name = correct.name.partition(',')[0]
-    values = f'it was {series.value[worst]:.4g} when {name} was {should[worst]:.4g}'
+    values = f'it was {shortened_value(series.text[worst])} when {name} was {should[worst]:.4g}'
     return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
 
 
@@ -128,7 +130,7 @@ def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 
-#: The command fields that move no wheel, each (name in Commands, name in the message).
+#: The command fields that move no wheel: the name in Commands, and the name in the message.
 UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
                  ('pitching', 'angular.y'))
 
@@ -147,4 +149,4 @@ def other_field_text(node_run: NodeRun) -> str:
     """Returns a clause on the first field that is not 0, apart from angular.z; '' if there is no
     such field."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
-    return clause and '; ' + clause
+    return f'; {clause}' if clause else ''

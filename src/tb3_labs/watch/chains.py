@@ -7,8 +7,8 @@ from tb3_labs.watch.variables import bare_name
 
 
 class SheetStep(NamedTuple):
-    """A numbered step of a section of a lab sheet, or the whole section if `step` is 0. The section
-    is found by its heading."""
+    """A place in a lab sheet: the section with this `heading`, or one numbered `step` of it. For
+    the whole section `step` is 0."""
 
     sheet: str
     heading: str
@@ -25,12 +25,13 @@ class SheetStep(NamedTuple):
 class Link(NamedTuple):
     """A link of a chain. A student can answer the `question` by looking at the node. The `check`
     finds mistakes. The `place` in a lab sheet explains the link. `parts` are the parts of the lab
-    that use the link."""
+    that use the link. If `is_remarked`, a mistake is also remarked on if it costs no points."""
 
     question: str
     check: Check
     place: SheetStep
     parts: Tuple[str, ...]
+    is_remarked: bool = False
 
 
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
@@ -45,8 +46,8 @@ TURN_STEP, DRIVE_STEP, CONTROL_STEP = (
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
-#: For each lab with a chain, the links of the chain, in order. The gamepad and the mouse have no
-#: chain. Their criteria move one input at a time, so that the criterion itself names the mistake.
+#: {lab: links of its chain, in order}. The gamepad and the mouse have no chain. Their criteria move
+#: one input at a time, so that the criterion itself names the mistake.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -58,14 +59,13 @@ CHAINS: Dict[str, Sequence[Link]] = {
         Link('Look at goal_yaw: which one does each letter give, at which curr_yaw?',
              turn_links.wrong_goal, TURN_STEP, TURN_PARTS),
         Link('rostopic hz /cmd_vel: how often does a command come, and who sends it?',
-             turn_links.too_seldom, TURN_STEP, TURN_PARTS),
+             turn_links.too_seldom, TURN_STEP, TURN_PARTS, is_remarked=True),
         Link('Look at turning: when does it become True, and when False?', turn_links.not_turning,
              TURN_STEP, TURN_PARTS),
         Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
              TURN_STEP, TURN_PARTS),
-        *(Link('At which error does a turn end, and by which command?', check, TURN_STEP,
-               TURN_PARTS)
-          for check in (turn_links.wrong_stop, turn_links.turning_stayed_true))),
+        Link('At which error does a turn end, and by which command?', turn_links.wrong_stop,
+             TURN_STEP, TURN_PARTS)),
     'move2goal': (
         Link('Look at has_control: when does it become True, and when False?',
              drive_links.wrong_control, CONTROL_STEP, CONTROL_PARTS),
@@ -80,7 +80,7 @@ CHAINS: Dict[str, Sequence[Link]] = {
         Link('rostopic echo /cmd_vel: which message is the last one at the goal, and after False?',
              drive_links.not_silent, CONTROL_STEP, CONTROL_PARTS),
         Link('rostopic hz /cmd_vel: how often does a command come?', drive_links.too_seldom,
-             DRIVE_STEP, DRIVE_PARTS))}
+             DRIVE_STEP, DRIVE_PARTS, is_remarked=True))}
 #: A node with these variables belongs to the lab. The handout gives the variables' names.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
@@ -99,20 +99,24 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
 
 
 def remarks(run: Any, lab: str) -> List[str]:
-    """Returns a sentence on commands that come too seldom. This mistake costs no points."""
-    broken = next(turn_links.too_seldom(NodeRun(run)), None) if lab == 'turn' else None
-    return [] if broken is None else [f'{sentence(broken)} See {TURN_STEP}.']
+    """Returns a sentence on a mistake that costs no points; [] without such a mistake."""
+    links = [link for link in CHAINS.get(lab, ()) if link.is_remarked]
+    first = first_broken(NodeRun(run), links)
+    if first is None:
+        return []
+    link, broken = first
+    return [f'{sentence(broken)} See {link.place}.']
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
     """Returns (node, Link, BrokenLink) for each node that belongs to a known lab and has a broken
     link."""
-    found = []
+    rows = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)
         names = {bare_name(name) for name in node_run.variables}
-        labs = [lab for lab, known in VARIABLES_OF_LAB.items() if known <= names]
-        broken = first_broken(node_run, CHAINS[labs[0]]) if labs else None
-        if broken:
-            found.append((node, *broken))
-    return found
+        for lab, known_names in VARIABLES_OF_LAB.items():
+            first = first_broken(node_run, CHAINS[lab]) if known_names <= names else None
+            if first is not None:
+                rows.append((node, *first))
+    return rows

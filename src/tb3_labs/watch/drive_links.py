@@ -17,9 +17,11 @@ from tb3_labs.watch.drive_states import (
     control_intervals, local_frames, own_pose, state_intervals)
 from tb3_labs.watch.variables import shortened_value
 
-#: The tolerance of each state [rad or m].
+#: The tolerance of each state, an angle [rad] or a distance [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}
+#: At a larger heading error, near half a turn, both signs of a command are correct [rad].
+MAX_CLEAR_ERROR = 3.0
 #: The gain of each rotation [1/s].
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
 
@@ -45,17 +47,16 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
     if series is None:
         return
     for frame in node_run.cached(local_frames):
+        state = series.text_at(frame.begin - SHORT_LAG)
+        soon = series.between(frame.begin, frame.begin + MAX_PROBE_LAG).text
         part = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
-        soon = series.between(frame.begin - SHORT_LAG, frame.begin + MAX_PROBE_LAG).text
-        if not frame.is_reset or not len(part.text) or ROTATE_TO_GOAL in soon:
+        is_kept = state in STATES[1:] and state in part.text[:1] and ROTATE_TO_GOAL not in soon
+        if not frame.is_reset or not is_kept:
             continue
-        stayed = series.text_at(frame.begin - SHORT_LAG) == part.text[0]
         error = own_pose(node_run, part.time[:1]).error(ROTATE_TO_GOAL)[0]
-        must_rotate = error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE
-        if must_rotate and stayed and part.text[0] in STATES[1:]:
-            yield BrokenLink(
-                should_be(f'{frame.clause}{series.name} stayed {part.text[0]}', ROTATE_TO_GOAL),
-                frame.begin, series.name)
+        if error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE:
+            yield BrokenLink(should_be(f'{frame.clause}{series.name} stayed {state}',
+                                       ROTATE_TO_GOAL), frame.begin, series.name)
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -65,12 +66,12 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         return      # without a trial, another node may have sent the goals
     for name, requested in zip(HANDOUT_GOAL, (goals.x[0], goals.y[0], goals.yaw[0])):
         series = node_run.variable(name)
-        accepted = [requested]
-        if 'yaw' in name:       # the node may have its goal_yaw in degrees
-            accepted.append(np.degrees(requested))
         if series is None or not is_constant(series):
             continue
-        if np.abs(series.value[-1] - np.array(accepted)).min() > 1e-3:
+        error = abs(series.value[-1] - requested)
+        if 'yaw' in name:       # the node may have its goal_yaw in degrees
+            error = min(error, abs(series.value[-1] - np.degrees(requested)))
+        if error > 1e-3:
             message = should_be(f'{series.name} is {shortened_value(series.text[-1])}',
                                 f'{requested:g}')
             yield BrokenLink(message, series.time[0], series.name)
@@ -85,7 +86,7 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
         targets.reverse()
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
     yaw, imu = part.pose.yaw, node_run.run.imu
-    latest = last_before(imu.arrival, part.time).clip(0)
+    latest = last_before(imu.arrival, part.commands.arrival).clip(0)
     yaws = [('local_yaw', yaw), ('the yaw of the IMU', imu.yaw[latest]), ('0', np.zeros_like(yaw))]
     for (target, angle), (heading, turned) in product(targets, yaws):
         yield f'{target} - {heading}', wrap_all(angle - turned)
@@ -95,112 +96,113 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
 def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
     """Returns (formula, gain) of the heading error that the commands of a rotation follow. An error
     with the handout's gain is preferred. `formula` is '' if the commands follow no error."""
-    requested, found = GAINS[part.state], []
+    requested = GAINS[part.state]
+    angular = part.commands.angular
+    another = '', requested
     for formula, error in heading_errors(node_run, part):
-        # near an error of half a turn, both signs of a command are correct
-        is_clear = (np.abs(error) < 3.0) | ('not normalized' in formula)
-        is_used = (part.angular != 0.0) & (error != 0.0) & is_clear
-        command, error = part.angular[is_used], error[is_used]
+        is_clear = (np.abs(error) < MAX_CLEAR_ERROR) | ('not normalized' in formula)
+        is_used = (angular != 0.0) & (error != 0.0) & is_clear
+        command, error = angular[is_used], error[is_used]
         if len(error) < 5:
             continue
         gain = float(np.median(command / error))
         has_handouts_gain = abs(abs(gain) / requested - 1.0) < 0.05
         if has_handouts_gain:
             gain = float(np.copysign(requested, gain))
-        # a constant command would follow any constant angle, with some gain
-        is_constant_command = np.ptp(command) < 0.1
         is_near = np.abs(command - gain * error) < 0.01 + 0.03 * np.abs(gain * error)
-        if is_near.mean() >= RIGHT_SHARE and (has_handouts_gain or not is_constant_command):
-            found.append((formula, gain))
-    with_handouts_gain = [(formula, gain) for formula, gain in found if abs(gain) == requested]
-    if with_handouts_gain:
-        return with_handouts_gain[0]
-    return found[0] if found else ('', requested)
+        if is_near.mean() < RIGHT_SHARE:
+            continue
+        if has_handouts_gain:
+            return formula, gain
+        # a constant command would follow any constant angle, with some gain
+        if not another[0] and np.ptp(command) >= 0.1:
+            another = formula, gain
+    return another
 
 
 def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields the wrong commands and the wrong end of each state."""
     for part in node_run.cached(state_intervals):
-        yield from wrong_command(node_run, part)
-        yield from wrong_end(node_run, part)
+        if part.state not in TOLERANCES:
+            yield from unknown_state(part)
+            continue
+        if part.end - part.begin >= 1.0:
+            yield from wrong_command(node_run, part)
+        yield from early_end(node_run, part)
+        if not part.next_state:
+            yield from missing_end(node_run, part)
+
+
+def unknown_state(part: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a state that the handout does not have, if the node does not leave it."""
+    is_left = part.next_state in STATES or part.end - part.begin < 1.0
+    if part.state not in STATES and not is_left:
+        yield BrokenLink(f"state became {part.state}, which is none of {', '.join(STATES)}",
+                         part.begin, 'state')
 
 
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     """Yields the wrong commands of a state, or the lack of commands."""
-    if part.state not in TOLERANCES or part.end - part.begin < 1.0:
-        return
-    if not len(part.time):
+    if not len(part.commands):
         # after a reset, a node may wait for both sensors
-        first = [min(samples.between(part.begin, part.end).arrival, default=np.inf)
-                 for samples in (node_run.run.imu, node_run.run.odometry)]
-        if part.end - max(first) >= 1.0:
+        first = max(min(samples.between(part.begin, part.end).arrival, default=np.inf)
+                    for samples in (node_run.run.imu, node_run.run.odometry))
+        if part.end - first >= 1.0:
             yield BrokenLink(f'in {part.state} no command came for {part.end - part.begin:.1f} s',
                              part.begin)
-        return
-    if part.state == MOVE_FORWARD:
-        yield from wrong_speed(part)
+    elif part.state == MOVE_FORWARD:
+        speed = np.median(part.commands.linear)
+        if speed <= 0.0 or speed > MAX_LINEAR_SPEED + 0.01:
+            yield BrokenLink(f'in {part.state} linear.x was {speed:.2f}, by the handout it is '
+                             f'{DRIVE_SPEED:g}', part.begin, 'linear.x')
     else:
         yield from wrong_rotation(node_run, part)
-
-
-def wrong_speed(part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a forward speed that is zero, backward or too fast."""
-    speed = np.median(part.linear)
-    is_too_fast = speed > MAX_LINEAR_SPEED + 0.01
-    if speed <= 0.0 or is_too_fast:
-        yield BrokenLink(f'in {part.state} linear.x was {speed:.2f}, by the handout it is '
-                         f'{DRIVE_SPEED:g}', part.begin, 'linear.x')
 
 
 def wrong_rotation(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     """Yields turning commands that follow a wrong error, or have a wrong sign, or are zero."""
     formula, gain = fitted_formula(node_run, part)
     correct, error = next(heading_errors(node_run, part))
+    angular = part.commands.angular
     text = f'in {part.state} angular.z was '
     if formula and (formula != correct or gain < 0.0):
         yield BrokenLink(f'{text}{gain:.2g} x ({formula}); by the handout it is '
                          f'{GAINS[part.state]:g} x ({correct})', part.begin, 'angular.z')
-    is_wrong = part.angular * error < 0.0
-    if not part.angular.any():
-        is_wrong = part.angular == 0.0
-    # near an error of half a turn, both signs of a command are correct
-    is_clear = (np.abs(error) > 2.0 * TOLERANCES[part.state]) & (np.abs(error) < 3.0)
-    wrong = np.flatnonzero(is_wrong & is_clear)
+    is_wrong = angular * error < 0.0
+    if not angular.any():
+        is_wrong[:] = True
+    is_large = np.abs(error) > 2.0 * TOLERANCES[part.state]
+    is_clear = np.abs(error) < MAX_CLEAR_ERROR
+    wrong = np.flatnonzero(is_wrong & is_large & is_clear)
     if len(wrong) > 2:
         k = wrong[0]
-        yield BrokenLink(f'{text}{part.angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
-                         part.time[k], 'angular.z')
+        yield BrokenLink(f'{text}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
+                         part.commands.arrival[k], 'angular.z')
 
 
-def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a state that ends too early or too late. Also yields a state that the handout does not
-    have, if it does not end."""
-    if part.state not in TOLERANCES:
-        # an additional state is not a mistake if the node leaves it
-        is_left = part.next_state in STATES or part.end - part.begin < 1.0
-        if part.state not in STATES and not is_left:
-            yield BrokenLink(f"state became {part.state}, which is none of {', '.join(STATES)}",
-                             part.begin, 'state')
-        return
-    # between two readings, the pose may jump
-    times = node_run.reading_times
-    times = times[(times >= part.begin) & (times <= part.end)]
-    pose = own_pose(node_run, times)
+def early_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a state that the node leaves, or skips, with an error outside the tolerance."""
     passed: Sequence[str] = ()
     if part.next_state in STATES:
         passed = STATES[STATES.index(part.state):STATES.index(part.next_state)]
     for state in passed:
-        last_error = pose.error(state)[-1]
-        if last_error > TOLERANCES[state] + POSE_TOLERANCE:
+        error = own_pose(node_run, np.array([part.end])).error(state)[0]
+        if error > TOLERANCES[state] + POSE_TOLERANCE:
             yield BrokenLink(f'state went from {part.state} to {part.next_state} at '
-                             + error_text(state, last_error), part.end, 'state')
-    error, tolerance = pose.error(part.state), TOLERANCES[part.state]
+                             + error_text(state, error), part.end, 'state')
+
+
+def missing_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a state that the node does not leave within a second at the goal of the state."""
+    times = node_run.reading_times
+    times = times[(times >= part.begin) & (times <= part.end)]
+    error, tolerance = own_pose(node_run, times).error(part.state), TOLERANCES[part.state]
     near = np.flatnonzero(error < tolerance)
-    is_near_long = len(near) > 0 and part.end - times[near[0]] > 1.0
-    if part.next_state or not is_near_long:
+    if not len(near) or part.end - times[near[0]] <= 1.0:
         return
-    is_left = error[near[0]:].max() > tolerance + POSE_TOLERANCE
-    if is_left or not part.angular[part.time > times[near[0]] + MAX_PROBE_LAG].any():
+    is_passed = error[near[0]:].max() > tolerance + POSE_TOLERANCE
+    later = part.commands.arrival > times[near[0]] + MAX_PROBE_LAG
+    if is_passed or not part.commands.angular[later].any():
         yield BrokenLink(
             f'state stayed {part.state} at ' + error_text(part.state, error[near[-1]]),
             times[near[-1]], 'state')
@@ -217,22 +219,21 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
     yields the last command before such a moment if it is not zero."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
-    ends = [(part.begin, part.end, 'state became ' + GOAL_REACHED)
-            for part in node_run.cached(state_intervals) if part.state == GOAL_REACHED]
-    ends += [(begin, end, 'ctrl_relinq became False')
-             for begin, end, value in control_intervals(node_run)
-             if not value and node_run.runs_at(begin)]
-    for begin, end, event in sorted(ends):
+    # without control, a node may send zeros
+    ends = [(begin, end, 'ctrl_relinq became False', is_moving)
+            for begin, end, value in control_intervals(node_run)
+            if not value and node_run.runs_at(begin)]
+    ends += [(part.begin, part.end, 'state became ' + GOAL_REACHED, np.ones(len(sent), bool))
+             for part in node_run.cached(state_intervals) if part.state == GOAL_REACHED]
+    for begin, end, event, is_wrong in sorted(ends, key=lambda each: each[0]):
         seen = begin + MAX_PROBE_LAG
         if end <= seen:
             continue
-        last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < seen))[-1:]
-        late = np.flatnonzero((sent.arrival > seen) & (sent.arrival < end))
-        if GOAL_REACHED not in event:       # without control, a node may send zeros
-            late = late[is_moving[late]]
+        late = np.flatnonzero(is_wrong & (sent.arrival > seen) & (sent.arrival < end))
         if len(late) > 3:
             yield BrokenLink(f'{event}, and {len(late)} commands came later: '
                              + command_text(sent, late[0]), sent.arrival[late[0]])
+        last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < seen))[-1:]
         if is_moving[last].any():
             yield BrokenLink(f'{event}, and the last command was {command_text(sent, last[0])}: '
                              'no zero followed', begin)
@@ -245,5 +246,5 @@ def command_text(sent: Any, k: int) -> str:
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that come too seldom."""
     for part in node_run.cached(state_intervals):
-        if len(part.time) > 3 and part.state in TOLERANCES:
-            yield from slow_commands(part.time, part.begin)
+        if len(part.commands) > 3 and part.state in TOLERANCES:
+            yield from slow_commands(part.commands.arrival, part.begin)

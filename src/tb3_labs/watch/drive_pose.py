@@ -11,19 +11,17 @@ from typing import Any, Iterator, List
 import numpy as np
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.arrays import euler
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, should_be, worst_index
 from tb3_labs.watch.drive_states import (
     MAX_PROBE_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, index_from,
     local_frames, part_with_control, unit_of)
+from tb3_labs.watch.headings import angles_of
 from tb3_labs.watch.variables import (
     SAME_SHARE, Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
 #: A variable with fewer values in a frame is not judged.
 MIN_VALUES = 10
-#: Longer delays between a quantity and a variable are not found [s].
-MAX_DELAY = 60.0
-#: The scale of all quantities here. Two places or angles are equal up to POSE_TOLERANCE.
+#: All quantities here have this scale, so that two places or angles are equal up to POSE_TOLERANCE.
 SCALE = POSE_TOLERANCE / SAME_SHARE
 
 
@@ -51,35 +49,29 @@ def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
 
 def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
     """Returns the angles that a node may read for the yaw of the IMU. The first is correct."""
-    w, x, y, z = imu.w, imu.x, imu.y, imu.z
-    roll, pitch, _ = euler(w, x, y, z)
-    _, _, misread_yaw = euler(x, y, z, w)
-    return [Quantity(name, samples.arrival, value, SCALE) for name, samples, value in (
-        ('the yaw of the IMU', imu, imu.yaw), ('the yaw of the odometry', odometry, odometry.yaw),
-        ('the yaw, mirrored', imu, -imu.yaw), ('the yaw in degrees', imu, np.degrees(imu.yaw)),
-        ('the roll', imu, roll), ('the pitch', imu, pitch),
-        ('the yaw of the quaternion read in the order x, y, z, w', imu, misread_yaw),
-        ('the z of the quaternion', imu, z))]
+    readings = [('the yaw of the IMU', imu, imu.yaw),
+                ('the yaw of the odometry', odometry, odometry.yaw),
+                ('the yaw, mirrored', imu, -imu.yaw),
+                ('the z of the quaternion', imu, imu.z)]
+    readings += [(f'the {name}', imu, angle) for name, angle in angles_of(imu).items()
+                 if name != 'yaw']
+    return [Quantity(name, samples.arrival, value, SCALE) for name, samples, value in readings]
 
 
 def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quantity]:
     """Yields the quantities that a node may take for its local yaw in `frame`. The first two are
     correct."""
-    declared, readings = frame.declared_yaw, yaw_readings(imu, odometry)
-    yaw = readings[0]
-    yield derived(yaw, ' since the reset', yaw.value - frame.imu_yaw + declared)
-    yield derived(yaw, ' since the reset, without the declared pose', yaw.value - frame.imu_yaw)
-    yield derived(yaw, ', not from the reset on', yaw.value)
-    for each in readings[1:]:
+    yaw, *others = yaw_readings(imu, odometry)
+    degrees = yaw._replace(name='the yaw in degrees', value=np.degrees(yaw.value))
+    rows = [(yaw, ' since the reset', frame.declared_yaw - frame.imu_yaw),
+            (yaw, ' since the reset, without the declared pose', -frame.imu_yaw),
+            (yaw, ', not from the reset on', 0.0)]
+    for each in (degrees, *others):
         at_reset = each.value[index_from(each.time, frame.begin)]
-        yield derived(each, ' since the reset', each.value - at_reset + declared)
-        if 'degrees' in each.name:
-            yield derived(each, ', minus the radians at the reset', each.value - frame.imu_yaw)
-
-
-def derived(reading: Quantity, clause: str, value: np.ndarray) -> Quantity:
-    """Returns the quantity that a node computes from a reading."""
-    return reading._replace(name=reading.name + clause, value=value)
+        rows.append((each, ' since the reset', frame.declared_yaw - at_reset))
+    rows.append((degrees, ', minus the radians at the reset', -frame.imu_yaw))
+    for each, clause, offset in rows:
+        yield each._replace(name=each.name + clause, value=each.value + offset)
 
 
 def pose_quantities(node_run: NodeRun, frame: Frame, name: str) -> List[Quantity]:
@@ -131,23 +123,24 @@ def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Brok
     part = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
     if len(set(part.text)) != 1:
         return
+    text = shortened_value(part.text[0])
     error = part.value[0] - correct
     if 'yaw' in name:
         error = wrap(error)
     if abs(error) <= POSE_TOLERANCE:
         return
-    text, behaviours = part.text[0], []
-    if frame.is_reset and series.text_at(frame.begin - SHORT_LAG) == text:
-        behaviours.append('stayed ' + shortened_value(text))
-    if 'yaw' in name:
+    behaviours = []
+    if frame.is_reset and series.text_at(frame.begin - SHORT_LAG) == part.text[0]:
+        behaviours.append('stayed ' + text)
+    elif 'yaw' in name:
         behaviours += [
             f'followed {each.name} at the reset' for each in yaw_readings(run.imu, run.odometry)
             if abs(wrap(part.value[0] - each.at(frame.begin))) <= POSE_TOLERANCE]
     if behaviours:
-        message = should_be(f'{frame.clause}{series.name} {behaviours[0]}',
-                            sensor + ' at the reset')
-        yield BrokenLink(f'{message}: it was {shortened_value(text)} when this was {correct:.3g}',
-                         part.time[0], series.name)
+        observation = f'{frame.clause}{series.name} {behaviours[0]}'
+        message = should_be(observation, sensor + ' at the reset')
+        yield BrokenLink(f'{message}: it was {text} when this was {correct:.3g}', part.time[0],
+                         series.name)
 
 
 def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
@@ -157,12 +150,12 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
         return
     correct = quantities[0]
     # the node receives its first message shortly after the frame's start
-    first = correct.time[correct.time >= frame.begin][:1]
-    if not len(first):
+    received = correct.time[correct.time >= frame.begin]
+    if not len(received):
         return
-    comparable_series = replace(series, value=comparable(name, series.value * unit_of(series)))
+    part = series.between(received[0] + MAX_PROBE_LAG, frame.end)
     part = part_with_control(
-        node_run, comparable_series.between(first[0] + MAX_PROBE_LAG, frame.end))
+        node_run, replace(part, value=comparable(name, part.value * unit_of(series))))
     is_known = np.isfinite(part.value).sum() >= MIN_VALUES
     if not is_known or matching_quantities(part, quantities[:2], RIGHT_SHARE):
         return
@@ -182,8 +175,8 @@ def behaviour_text(part: Series, correct: Quantity, others: List[Quantity]) -> s
     if len(set(part.text)) == 1:
         return 'stayed ' + shortened_value(part.text[0])
     moved = np.nan_to_num(np.abs(part.value - part.value[0])).max()
-    found = matching_quantities(part, others, RIGHT_SHARE)
-    if found and moved > 2.0 * POSE_TOLERANCE:
-        return 'followed ' + ', or '.join(each.name for each in found[:2])
-    delay = longest_delay(part, correct._replace(scale=1.0), MAX_DELAY, RIGHT_SHARE)
-    return f'came up to {delay:.1f} s late' if delay < np.inf else 'did not follow it'
+    followed = matching_quantities(part, others, RIGHT_SHARE)
+    if followed and moved > 2.0 * POSE_TOLERANCE:
+        return 'followed ' + followed[0].name
+    delay = longest_delay(part, correct._replace(scale=1.0))
+    return f'came up to {delay:.1f} s late' if delay < np.inf else 'followed no known quantity'

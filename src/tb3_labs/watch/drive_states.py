@@ -4,7 +4,7 @@ Transformation lab, from the node's own variables.
 A local frame starts at each start of the node and at each reset. Here, places are complex numbers,
 x + iy, so that a rotation is a product.
 """
-from typing import List, NamedTuple, Tuple
+from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -55,21 +55,21 @@ def local_frames(node_run: NodeRun) -> List[Frame]:
     if not len(read) or not len(run.odometry) or not len(run.imu):
         return []
     begun = [Frame(min(read[index_from(read, start)], start + REST_TIME)) for start in run.starts]
-    resets = run.resets
-    begun += [Frame(time, complex(x, y), yaw, is_reset=True) for time, x, y, yaw in zip(
-        resets.arrival, resets.x, resets.y, resets.yaw) if time > read[0]]
+    for time, x, y, yaw in zip(
+            run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw):
+        if time > read[0]:
+            begun.append(Frame(time, complex(x, y), yaw, is_reset=True))
     begun.sort(key=lambda frame: frame.begin)
     ends = [frame.begin for frame in begun[1:]] + [run.duration + 1.0]
-    found = []
+    frames = []
     for frame, end in zip(begun, ends):
         if not run.starts:      # after a gap in the readings, the node may have started again
             end = min(end, node_run.end_after(frame.begin))
-        odometry, imu = (samples.take(index_from(samples.arrival, frame.begin))
-                         for samples in (run.odometry, run.imu))
-        if np.isfinite([odometry.x, odometry.y, odometry.yaw, imu.yaw]).all():
-            found.append(frame._replace(end=end, place=complex(odometry.x, odometry.y),
-                                        odometry_yaw=odometry.yaw, imu_yaw=imu.yaw))
-    return found
+        odometry = run.odometry.pose(index_from(run.odometry.arrival, frame.begin))
+        imu_yaw = run.imu.yaw[index_from(run.imu.arrival, frame.begin)]
+        frames.append(frame._replace(end=end, place=complex(odometry.x, odometry.y),
+                                     odometry_yaw=odometry.yaw, imu_yaw=imu_yaw))
+    return frames
 
 
 def index_from(times: np.ndarray, time: float) -> int:
@@ -98,16 +98,17 @@ class Pose(NamedTuple):
 def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
     """Returns the Pose at these times. In a trial, the handout's goal replaces a missing goal."""
     default = HANDOUT_GOAL if node_run.run.starts else {}
-    value, unit = {}, {}
+    values, units = {}, {}
     for name in (*REFERENCES_OF, *HANDOUT_GOAL):
         series = node_run.variable(name)
-        if series is None:
-            value[name], unit[name] = np.full(len(times), default.get(name, np.nan)), 1.0
-        else:
-            value[name], unit[name] = np.interp(times, series.time, series.value), unit_of(series)
-    to_goal = value['goal_x'] - value['local_x'] + 1j * (value['goal_y'] - value['local_y'])
-    return Pose(to_goal, value['local_yaw'] * unit['local_yaw'],
-                value['goal_yaw'] * min(unit['local_yaw'], unit['goal_yaw']))
+        values[name] = np.full(len(times), default.get(name, np.nan))
+        units[name] = 1.0
+        if series is not None:
+            values[name] = np.interp(times, series.time, series.value)
+            units[name] = unit_of(series)
+    to_goal = values['goal_x'] - values['local_x'] + 1j * (values['goal_y'] - values['local_y'])
+    return Pose(to_goal, values['local_yaw'] * units['local_yaw'],
+                values['goal_yaw'] * min(units['local_yaw'], units['goal_yaw']))
 
 
 def unit_of(series: Series) -> float:
@@ -139,16 +140,14 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 
 class StateInterval(NamedTuple):
     """A time in which the node is in one state and has control. `begin` and `end` are the times of
-    the first and the last reading in it [s]. `next_state` is '' if it is not known. The arrays have
-    the `time`, linear.x and angular.z of each command, and `pose` is the Pose at these times."""
+    the first and the last reading in it [s]. `next_state` is '' if it is not known. `pose` is the
+    Pose at the times of the `commands`."""
 
     state: str
     begin: float
     end: float
     next_state: str
-    time: np.ndarray
-    linear: np.ndarray
-    angular: np.ndarray
+    commands: Any
     pose: Pose
 
 
@@ -162,17 +161,17 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
     cuts = [*(each.begin for each in node_run.cached(local_frames)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
-    found = []
+    intervals = []
     for begin, end in zip(edges[:-1], edges[1:]):
         part = part_with_control(node_run, series.between(begin, end), 0.0)
         errors = own_pose(node_run, part.time).error(ROTATE_TO_GOAL)
         if np.isnan(errors).all():
             continue
         is_cut = end in gaps or (np.abs(np.subtract(cuts, end)) <= SHORT_LAG).any()
-        next_state = '' if is_cut or end not in series.changes else series.text_at(end)
+        next_state = series.text_at(end) if end in series.changes and not is_cut else ''
         first, last = part.time[0], part.time[-1]
         commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))
-        found.append(StateInterval(
-            str(part.text[-1]), first, last, next_state, commands.arrival, commands.linear,
-            commands.angular, own_pose(node_run, commands.arrival)))
-    return found
+        intervals.append(StateInterval(
+            state=str(part.text[-1]), begin=first, end=last, next_state=next_state,
+            commands=commands, pose=own_pose(node_run, commands.arrival)))
+    return intervals

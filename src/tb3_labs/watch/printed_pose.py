@@ -22,12 +22,12 @@ RESET_LINE = re.compile(
 def declared_by(line: str) -> Optional[Pose2]:
     """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
     line."""
-    found = RESET_LINE.search(line)
-    if found is None:
+    match = RESET_LINE.search(line)
+    if match is None:
         return None
-    x, y, yaw = (float(word) for word in found.groups()[:3])
+    x, y, yaw = (float(word) for word in match.groups()[:3])
     if not math.isfinite(x + y + yaw):      # a number like 1e999
         return None
-    if found.group(4) is not None or abs(yaw) > WHOLE_TURN:
+    if match.group(4) is not None or abs(yaw) > WHOLE_TURN:
         yaw = math.radians(yaw)
     return Pose2(x, y, wrap(yaw))

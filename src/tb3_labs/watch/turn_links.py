@@ -1,20 +1,25 @@
 """The links of the turns in the IMU lab: curr_yaw -> goal_yaw -> turning -> command -> stop."""
-from typing import Iterator, Optional
+from typing import Iterator
 
 import numpy as np
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
-    MAX_COMMAND_GAP, BrokenLink, NodeRun, other_field_text, should_be, slow_commands)
+    BrokenLink, NodeRun, other_field_text, should_be, slow_commands)
+from tb3_labs.watch.headings import broken_heading, heading_candidates
 from tb3_labs.watch.typed_turns import (
-    CLEAR_ERROR_DEG, MAX_EXCESS_DEG, READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn,
-    letter_turns, own_heading)
+    READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw, letter_turns,
+    own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
 #: A goal_yaw is correct if it differs by at most this from the correct angle [deg]. A node that
 #: turns by itself or by the mouse may read the letter some degrees later.
 GOAL_TOLERANCE_DEG = 10.0
+#: The side of an error is clear if the error is farther than this from 0 and from 180 [deg].
+CLEAR_ERROR_DEG = 20.0
+#: The error at the end of a turn may exceed the handout's tolerance by this [deg].
+MAX_EXCESS_DEG = 4.0
 #: A node sends the first command of a turn within this time after the letter [s].
 FIRST_COMMAND_TIME = 0.4
 #: A node ends its turn within this time after the error is half the handout's tolerance [s].
@@ -25,56 +30,40 @@ FINE_STOP_TIME = 2.5
 
 def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a curr_yaw that is not a usable heading."""
-    broken = node_run.cached(own_heading).broken
-    if broken is not None:
-        yield broken
+    series = node_run.variable('curr_yaw')
+    if series is not None and own_heading(node_run) is None:
+        correct = node_run.cached(heading_candidates)[0]
+        yield broken_heading(series, correct, node_run.cached(followed_by_curr_yaw))
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields goal_yaw if a letter did not set it to curr_yaw plus or minus 90 degrees, or if it
-    changed during a turn."""
-    series, quantity, _ = node_run.cached(own_heading)
+    """Yields goal_yaw if a letter did not set it to curr_yaw plus or minus 90 degrees."""
+    series, heading = node_run.variable('curr_yaw'), own_heading(node_run)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
-    correct: Optional[NodeTurn] = None
-    if series is None or quantity is None or goal is None:
+    if series is None or heading is None or goal is None:
         return
-    unit = quantity.per_degree
+    unit = heading.per_degree
+    correct_turn = None
     for turn in node_run.cached(letter_turns):
         if turning is not None and turning.at(turn.begin) == 1.0:
             continue        # the node is still in the previous turn, and has not read the letter
-        after = to_number(turn.goal_after)
-        change_deg = float(wrap_all((after - turn.begin_yaw) / unit, 360.0))
+        change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
+        change_deg = float(wrap_all(change, 360.0))
         asked_deg = TURNS_DEG.get(turn.letter, float(np.copysign(TURN_DEG, change_deg)))
         if abs(wrap_all(change_deg - asked_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
-            correct = correct or turn
-            goals = turn.goal[turn.moving_indices]
-            changed_often = len(set(goals)) > 5
-            if changed_often and abs(goals[-1] - after) > GOAL_TOLERANCE_DEG * unit:
-                yield BrokenLink(
-                    f'{goal.name} went on from {after:.4g} to {goals[-1]:.4g} in the turn after '
-                    f'{turn.letter}; it should stay', turn.begin, goal.name)
+            correct_turn = correct_turn or turn
             continue
-        change = 'stayed' if turn.goal_before == turn.goal_after else 'became'
+        behaviour = 'stayed' if turn.goal_before == turn.goal_after else 'became'
         correct_goal = f'{TURN_DEG * unit:g} more or less'
         if turn.letter != UNKNOWN_LETTER:
             correct_goal = f'{(turn.begin_yaw + asked_deg * unit) % (360.0 * unit):.4g}'
         message = should_be(
-            f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} {change} '
-            f'{shortened_value(turn.goal_after)}', correct_goal)
-        yield BrokenLink(message + goal_remark(node_run, turn, correct), turn.begin, goal.name)
-
-
-def goal_remark(node_run: NodeRun, turn: NodeTurn, correct: Optional[NodeTurn]) -> str:
-    """Returns a clause that helps to explain a wrong goal, or ''. `correct` is a turn with a
-    correct goal, or None."""
-    starts, printed = node_run.run.starts, node_run.run.printed.arrival
-    start = max([time for time in starts if time < turn.begin], default=turn.begin)
-    is_asked = ((start < printed) & (printed < turn.begin)).any()
-    if turn.goal_before == turn.goal_after and start < turn.begin and not is_asked:
-        return f'. It had asked for nothing, {turn.begin - start:.1f} s after its start'
-    if correct is None:
-        return ''
-    return f'; after {correct.letter} with {correct.begin_yaw:.4g} it was right'
+            f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
+            f'{behaviour} {shortened_value(turn.goal_after)}', correct_goal)
+        if correct_turn is not None:
+            message += (f'; after {correct_turn.letter} with {correct_turn.begin_yaw:.4g} '
+                        'it was right')
+        yield BrokenLink(message, turn.begin, goal.name)
 
 
 def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -84,7 +73,8 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
         return
     for turn in node_run.cached(letter_turns):
         part = turning.between(turn.begin + FIRST_COMMAND_TIME, min(turn.end, turn.begin + 1.0))
-        if len(part.value) > 4 and not part.value.any() and not len(turn.moving_indices):
+        stays_false = len(part.value) > 4 and not part.value.any()
+        if stays_false and not len(turn.moving_indices):
             is_known = np.isfinite(turn.error[:1]).any()
             error = f', at an error of {turn.error[0]:+.0f} degrees' if is_known else ''
             value = part.text[-1]
@@ -96,23 +86,20 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that come too seldom. Also yields zeros that another callback sends during a
     turn."""
     for turn in node_run.cached(letter_turns):
-        moving, letter = turn.moving_indices, turn.letter
-        if not len(moving):
-            continue
-        ends_moving = moving[-1] == len(turn.time) - 1
-        then_silent = turn.end - turn.time[-1] > MAX_COMMAND_GAP
-        if len(moving) < 3:
-            if ends_moving and then_silent:
-                often = 'once' if len(moving) == 1 else 'twice'
-                yield BrokenLink(f'after {letter} the command {turn.command[-1]:+.2f} rad/s came '
-                                 f'{often}, and then none', turn.begin)
-            continue
-        span = slice(moving[0], moving[-1] + 1)
-        is_zero = turn.command[span] == 0.0
-        yield from slow_commands(turn.time[span], turn.begin)
-        if (np.diff(is_zero.astype(int)) > 0).sum() >= 3:
-            yield BrokenLink(f'{is_zero.sum()} of {len(is_zero)} commands in the turn after '
-                             f'{letter} were zero: another callback publishes, too', turn.begin)
+        moving = turn.moving_indices
+        if len(moving) >= 3:
+            span = slice(moving[0], moving[-1] + 1)
+            is_zero = turn.command[span] == 0.0
+            yield from slow_commands(turn.time[span], turn.begin)
+            becomes_zero = is_zero[1:] & ~is_zero[:-1]
+            if becomes_zero.sum() >= 3:
+                yield BrokenLink(
+                    f'{is_zero.sum()} of {len(is_zero)} commands in the turn after {turn.letter} '
+                    'were zero: another callback publishes, too', turn.begin)
+        elif turn.lacks_zero:
+            often = 'once' if len(moving) == 1 else 'twice'
+            yield BrokenLink(f'after {turn.letter} the command {turn.command[-1]:+.2f} rad/s came '
+                             f'{often}, and then none', turn.begin)
 
 
 def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -129,61 +116,77 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that turn away from the goal."""
-    wrong = [(turn, k) for turn in node_run.cached(letter_turns) for k in turn.clear_indices
-             if turn.command[k] * turn.error[k] < 0.0]
-    if len(wrong) < 2:
-        return
-    turn, k = wrong[0]
-    yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
+    wrong = []
+    for turn in node_run.cached(letter_turns):
+        size = np.abs(turn.error)
+        is_clear = (size > CLEAR_ERROR_DEG) & (size < 180.0 - CLEAR_ERROR_DEG)
+        turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > 0.02)
+        wrong += [(turn, k) for k in np.flatnonzero(is_clear & turns_away)]
+    if len(wrong) >= 2:
+        turn, k = wrong[0]
+        yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
 
 
 def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a turn that is too fast, or has a forward speed."""
     sent = node_run.commands
     for turn in node_run.cached(letter_turns):
-        if len(turn.moving_indices) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
-            k = int(np.argmax(np.abs(turn.command)))
-            yield BrokenLink(
-                f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for', turn.time[k],
-                'angular.z')
-        ahead = sent.linear[np.isin(sent.arrival, turn.time[turn.moving_indices])]
-        if (np.abs(ahead) > 0.01).sum() > 2:
-            yield BrokenLink(f'in the turn after {turn.letter} linear.x was '
-                             f'{ahead[np.argmax(np.abs(ahead))]:.2g}',
+        moving = turn.moving_indices
+        if not len(moving):
+            continue
+        k = int(np.argmax(np.abs(turn.command)))
+        if abs(turn.command[k]) > MAX_ANG_Z + 0.01:
+            yield BrokenLink(f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for',
+                             turn.time[k], 'angular.z')
+        forward = sent.linear[np.isin(sent.arrival, turn.time[moving])]
+        if (np.abs(forward) > 0.01).sum() > 2:
+            fastest = forward[np.argmax(np.abs(forward))]
+            yield BrokenLink(f'in the turn after {turn.letter} linear.x was {fastest:.2g}',
                              turn.begin, 'linear.x')
 
 
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a turn that ends outside the tolerance, too late, or without a zero command."""
-    turning, limit = node_run.boolean_variable('turning'), HDG_TOL + MAX_EXCESS_DEG
-    own_tolerance = own_tolerance_text(node_run)
+    """Yields a turn that ends outside the tolerance, too late, or without a zero command. Then
+    yields a variable `turning` that stays True."""
     for turn in node_run.cached(letter_turns):
-        if not len(turn.moving_indices):
-            continue
-        last = int(turn.moving_indices[-1])
-        is_ended = last + 1 < len(turn.time)
-        if is_ended and abs(turn.error[last + 1]) > limit:
+        if len(turn.moving_indices):
+            yield from wrong_last_command(node_run, turn)
+            yield from late_stop(node_run, turn)
+    yield from turning_stayed_true(node_run)
+
+
+def wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
+    """Yields the zero that ends a turn outside the tolerance, or the lack of a zero."""
+    last = turn.moving_indices[-1]
+    if turn.is_ended:
+        error = turn.error[last + 1]
+        if abs(error) > HDG_TOL + MAX_EXCESS_DEG:
             yield BrokenLink(
-                f'the turn after {turn.letter} was ended at an error of {turn.error[last + 1]:+.0f}'
-                f' degrees; {HDG_TOL:g} are the tolerance'
-                + (own_tolerance or same_time_text(node_run)), turn.time[last + 1], 'turning')
-        if not is_ended and turn.end - turn.time[last] > MAX_COMMAND_GAP:
-            yield BrokenLink(f'no zero followed the last command of the turn after {turn.letter}: '
-                             + turn.command_text(last), turn.time[last], 'angular.z')
-        inner = np.flatnonzero(np.abs(turn.error[:last + 1]) < HDG_TOL / 2.0)
-        if not len(inner):
-            continue
-        first = inner[0]
-        begin = turn.time[first]
-        time_inside = turn.time[last] - begin
-        # a node with a finer tolerance comes nearer to the goal before it ends the turn
-        stayed_inside = np.abs(turn.error[first:last + 1]).max() < HDG_TOL
-        is_fine_stop = (is_ended or turn.is_cut) and time_inside < FINE_STOP_TIME
-        if time_inside > MAX_STOP_TIME and not (is_fine_stop and stayed_inside):
-            is_on = turning is not None and turning.at(begin + 0.3) == 1.0
-            clause = ', with turning still True' if is_on else ''
-            yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
-                             f'{clause}{own_tolerance}', begin, 'turning')
+                f'the turn after {turn.letter} was ended at an error of {error:+.0f} degrees; '
+                f'{HDG_TOL:g} are the tolerance{own_tolerance_text(node_run)}',
+                turn.time[last + 1], 'turning')
+    elif turn.lacks_zero:
+        yield BrokenLink(f'no zero followed the last command of the turn after {turn.letter}: '
+                         + turn.command_text(last), turn.time[last], 'angular.z')
+
+
+def late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
+    """Yields a turn that goes on although its error is small."""
+    last = turn.moving_indices[-1]
+    size = np.abs(turn.error[:last + 1])
+    inner = np.flatnonzero(size < HDG_TOL / 2.0)
+    if not len(inner):
+        return
+    first = inner[0]
+    begin = turn.time[first]
+    time_inside = turn.time[last] - begin
+    # a node with a finer tolerance comes nearer to the goal before it ends the turn
+    stays_inside = size[first:].max() < HDG_TOL
+    is_over = turn.is_ended or turn.is_cut
+    is_fine_stop = is_over and stays_inside and time_inside < FINE_STOP_TIME
+    if time_inside > MAX_STOP_TIME and not is_fine_stop:
+        yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
+                         + own_tolerance_text(node_run), begin, 'turning')
 
 
 def own_tolerance_text(node_run: NodeRun) -> str:
@@ -194,22 +197,14 @@ def own_tolerance_text(node_run: NodeRun) -> str:
     return f'; its HDG_TOL is {shortened_value(series.text[-1])}, the handout has {HDG_TOL:g}'
 
 
-def same_time_text(node_run: NodeRun) -> str:
-    """Returns a clause on the time of a turn; '' if the turns took different times."""
-    durations = [np.ptp(turn.time[turn.moving_indices]) for turn in node_run.cached(letter_turns)
-                 if len(turn.moving_indices)]
-    if len(durations) < 3 or np.ptp(durations) >= 0.15:
-        return ''
-    return f'; each turn took {np.mean(durations):.1f} s, at whatever error it ended'
-
-
 def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields the variable `turning` if it is still True when the next letter is typed."""
-    turning, found = node_run.boolean_variable('turning'), node_run.cached(letter_turns)
+    turning, turns = node_run.boolean_variable('turning'), node_run.cached(letter_turns)
     if turning is None or not len(node_run.run.letters):
         return
-    for previous, turn in zip([None, *found], found):
-        was_cut = previous is not None and previous.is_cut
+    was_cut = False
+    for turn in turns:
         if turning.at(turn.begin - READING_PERIOD) == 1.0 and not was_cut:
             yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
                              'not become False at the goal before', turn.begin, turning.name)
+        was_cut = turn.is_cut

@@ -1,24 +1,19 @@
 """The turns of a node, from its own variables. A turn has a letter, a goal, commands and errors."""
 from dataclasses import dataclass
-from typing import Any, List, NamedTuple, Optional
+from typing import Any, List, Optional
 
 import numpy as np
 
 from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun
-from tb3_labs.watch.headings import (
-    followed_heading, heading_candidates, heading_from_another_zero)
-from tb3_labs.watch.variables import Quantity, Series
+from tb3_labs.watch.broken_link import MAX_COMMAND_GAP, NodeRun
+from tb3_labs.watch.headings import followed_quantity, heading_candidates
+from tb3_labs.watch.variables import Quantity
 
 #: A node reads a typed letter within this time [s].
 LETTER_DELAY = 3.0
 #: The probe reads the variables of a node about once in this time [s].
 READING_PERIOD = 0.06
-#: The side of an error is clear if the error is farther than this from 0 and from 180 [deg].
-CLEAR_ERROR_DEG = 20.0
-#: The error at the end of a turn may exceed the handout's tolerance by this [deg].
-MAX_EXCESS_DEG = 4.0
 #: The letter of a turn whose letter was not recorded.
 UNKNOWN_LETTER = 'a letter'
 #: The letter of each value in RunData.letters, and the requested angle of each letter [deg].
@@ -62,11 +57,15 @@ class NodeTurn:
         return np.flatnonzero(self.command)
 
     @property
-    def clear_indices(self) -> np.ndarray:
-        """The indices of the commands that turn while the side of the error is clear."""
-        size = np.abs(self.error)
-        is_clear = (size > CLEAR_ERROR_DEG) & (size < 180.0 - CLEAR_ERROR_DEG)
-        return np.flatnonzero(is_clear & (np.abs(self.command) > 0.02))
+    def is_ended(self) -> bool:
+        """Does a zero follow the last command that turns?"""
+        return len(self.moving_indices) > 0 and not self.command[-1]
+
+    @property
+    def lacks_zero(self) -> bool:
+        """Does the node still turn, and send no more commands?"""
+        is_moving = len(self.moving_indices) > 0 and not self.is_ended
+        return is_moving and self.end - self.time[-1] > MAX_COMMAND_GAP
 
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. If the difference is more than half a
@@ -78,44 +77,35 @@ class NodeTurn:
         return f'{clause} the command was {self.command[k]:+.2f} rad/s'
 
 
-class OwnHeading(NamedTuple):
-    """`series` is the node's variable for the heading, or None. `quantity` is the usable heading
-    that this variable follows. If it follows no usable heading, `broken` is the BrokenLink."""
-
-    series: Optional[Series] = None
-    quantity: Optional[Quantity] = None
-    broken: Optional[BrokenLink] = None
-
-
-def own_heading(node_run: NodeRun) -> OwnHeading:
-    series, quantities = node_run.variable('curr_yaw'), node_run.cached(heading_candidates)
+def followed_by_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
+    """Returns the quantity that curr_yaw follows, or None."""
+    series = node_run.variable('curr_yaw')
     if series is None:
-        return OwnHeading()
-    quantity, broken = followed_heading(series, quantities)
-    if broken is not None and 'does not follow' in broken.message:
-        # a node can turn correctly by a heading that is 0 in any direction
-        for unit in (1.0, np.pi / 180.0):
-            another = heading_from_another_zero(series, quantities[0], unit)
-            if another is not None:
-                return OwnHeading(series, another)
-    return OwnHeading(series, quantity, broken)
+        return None
+    return followed_quantity(series, node_run.cached(heading_candidates))
+
+
+def own_heading(node_run: NodeRun) -> Optional[Quantity]:
+    """Returns the usable heading that curr_yaw follows, or None."""
+    followed = node_run.cached(followed_by_curr_yaw)
+    return followed if followed is not None and followed.per_degree else None
 
 
 def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
     """Returns the NodeTurn of each letter l or r of a run. If the recording has no letters,
     `turning` shows when the letters were typed."""
     run = node_run.run
-    letters = [(time, LETTER_OF_SIDE.get(side, '')) for time, side in zip(
-        run.letters.arrival, run.letters.value)]
-    if not letters:
-        letters = [(time, UNKNOWN_LETTER) for time in unrecorded_letters(node_run)]
-    ends = [time for time, _ in letters[1:]] + [run.duration]
-    found = []
-    for (begin, letter), end in zip(letters, ends):
+    times = run.letters.arrival
+    letters = [LETTER_OF_SIDE.get(side, '') for side in run.letters.value]
+    if not len(times):
+        times = unrecorded_letters(node_run)
+        letters = [UNKNOWN_LETTER] * len(times)
+    turns = []
+    for begin, letter, end in zip(times, letters, [*times[1:], run.duration]):
         cut = min(mouse_moved_at(run.mouse, begin), node_run.end_after(begin), end)
         if letter and cut > begin:
-            found.append(turn_of(node_run, begin, cut, cut < end, letter))
-    return found
+            turns.append(turn_of(node_run, begin, cut, letter, is_cut=cut < end))
+    return turns
 
 
 def mouse_moved_at(mouse: Any, begin: float) -> float:
@@ -142,14 +132,16 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     return becomes_true - 2.0 * READING_PERIOD
 
 
-def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: str) -> NodeTurn:
+def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bool) -> NodeTurn:
     """Returns the NodeTurn of a letter. If the node has no usable heading, the correct heading and
     the correct goal are used instead."""
-    series, heading, _ = node_run.cached(own_heading)
     goal = node_run.variable('goal_yaw')
-    if series is None or heading is None:
-        series, heading, goal = None, node_run.cached(heading_candidates)[0], None
-    begin_yaw = float((series or heading).at(begin))
+    heading: Any = own_heading(node_run)
+    curr_yaw: Any = node_run.variable('curr_yaw')
+    if heading is None:
+        heading = curr_yaw = node_run.cached(heading_candidates)[0]
+        goal = None
+    begin_yaw = float(curr_yaw.at(begin))
     read_at = begin
     goal_before = goal_after = ''
     if goal is not None:
@@ -168,5 +160,7 @@ def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: s
         last_moment = np.nextafter(end, 0.0)
         goals = np.array([goal.at(min(max(time, read_at) + READING_PERIOD, last_moment))
                           for time in times])
-    return NodeTurn(begin, end, is_cut, letter, begin_yaw, goal_before, goal_after, times,
-                    commands.angular, goals, yaws, (goals - yaws) / heading.per_degree)
+    return NodeTurn(
+        begin=begin, end=end, is_cut=is_cut, letter=letter, begin_yaw=begin_yaw,
+        goal_before=goal_before, goal_after=goal_after, time=times, command=commands.angular,
+        goal=goals, heading=yaws, difference=(goals - yaws) / heading.per_degree)

@@ -8,7 +8,6 @@ In this folder a `run` is a RunData (:mod:`tb3_labs.recording.run_data`). All ti
 the recorder [s].
 """
 import math
-from collections import Counter
 from dataclasses import dataclass
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple
 
@@ -20,6 +19,9 @@ from tb3_labs.geometry.arrays import last_before, last_until
 SAME_SHARE = 3e-4
 #: A variable follows a quantity if at least this share of its values comes from recent samples.
 FOLLOWING_SHARE = 0.98
+#: A variable follows a quantity with a delay if at least this share of its values comes at most
+#: MAX_DELAY [s] late.
+DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
 #: A sample stays recent until this time after the arrival of the next sample [s]. The last sample
 #: always stays recent.
 RECENT_TIME = 0.5
@@ -92,13 +94,10 @@ def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
 
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     """Returns {name: Series} of `node`, by default of the node with the most readings."""
-    rows = run.variables
-    if not len(rows):
-        return {}
-    (most, _), *_ = Counter(rows.node.tolist()).most_common()
-    chosen = node or most
-    is_own = np.array([name == chosen for name in rows.node], dtype=bool)
-    return variables_by_node(rows.take(is_own)).get(chosen, {})
+    nodes = variables_by_node(run.variables)
+    if node is None:
+        node = max(nodes, default='', key=lambda name: np.sum(run.variables.node == name))
+    return nodes.get(node, {})
 
 
 def bare_name(name: str) -> str:
@@ -132,7 +131,8 @@ def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
-    most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
+    recent_samples = int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2
+    most = min(len(times), recent_samples)
     # in each array a row is a reading, and a column is a sample, newest first
     newest = last_before(times, readings + ARRIVAL_LEAD)
     sample = newest[:, None] - np.arange(most)
@@ -164,9 +164,8 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
             if np.isfinite(sample_ages(values, quantity)).mean() >= share - 1e-9]
 
 
-def longest_delay(series: Series, quantity: Quantity, longest: float,
-                  share: float = FOLLOWING_SHARE) -> float:
-    """Returns the delay with which at least this share of a variable's values follows a quantity
-    [s]; inf if the delay exceeds `longest`, or the variable does not follow the quantity."""
-    ages = np.sort(sample_ages(subsampled(series), quantity, longest))
-    return float(ages[int(share * (len(ages) - 1))]) if len(ages) else math.inf
+def longest_delay(series: Series, quantity: Quantity) -> float:
+    """Returns the delay with which the DELAYED_SHARE of a variable's values follows a quantity [s];
+    inf if the delay exceeds MAX_DELAY, or the variable does not follow the quantity."""
+    ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
+    return float(ages[int(DELAYED_SHARE * (len(ages) - 1))]) if len(ages) else math.inf

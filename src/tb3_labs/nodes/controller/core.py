@@ -22,6 +22,9 @@ from tb3_labs.supervision.sensors_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
 
+#: Refused turns are logged at most once in this time [s].
+REFUSAL_PERIOD = 1.0
+
 
 class ControllerCore:
     """Turns one robot by its IMU, and drives the robot by the mouse."""
@@ -41,6 +44,7 @@ class ControllerCore:
         self._log = LogQueue()
         self.mouse = Mouse(self._log)
         self._turn_requests = SenderRequests(self._sleep)
+        self._refused_at = -math.inf             # time of the last log line about a refused turn
         self._mouse_is_due = False               # is a command of the mouse due?
 
     # -- inputs
@@ -79,21 +83,27 @@ class ControllerCore:
         accepts_turn()."""
         self._check_sleep_and_mouse(turn.arrived_at)
         if accepts_turn(self._turn_requests, turn, self._sleep.is_waking):
-            self._request_or_log(turn.content, now)
+            self._request_or_log(turn, now)
         else:
-            self._log.add('cannot turn: this turn only repeats an earlier turn; pause for '
-                          f'{SENDER_PAUSE:.0f} s, then ask again', warning=True)
+            self._log_refusal('cannot turn: this turn only repeats an earlier turn; pause for '
+                              f'{SENDER_PAUSE:.0f} s, then ask again', turn.arrived_at)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
         self._check_sleep_and_mouse(turn.arrived_at)
-        self._request_or_log(turn.content, now)
+        self._refused_at = -math.inf
+        self._request_or_log(turn, now)
 
-    def _request_or_log(self, degrees: float, now: float) -> None:
+    def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
         try:
-            self.request_turn(degrees, now)
+            self.request_turn(turn.content, now)
         except ValueError as refusal:
-            self._log.add(str(refusal), warning=True)
+            self._log_refusal(str(refusal), turn.arrived_at)
+
+    def _log_refusal(self, text: str, steady_now: float) -> None:
+        if steady_now - self._refused_at >= REFUSAL_PERIOD:
+            self._refused_at = steady_now
+            self._log.add(text, warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.

@@ -7,7 +7,8 @@ reached. A grant or a goal is void if the sensors stay silent.
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
 back (`steady_now`); metres, radians. Poses are in the local frame.
 """
-from typing import Optional
+import math
+from typing import Dict, Optional
 
 from tb3_labs.control.commands import MAX_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
@@ -26,6 +27,9 @@ from tb3_labs.supervision.events import Event, LogQueue, SenderRequest
 from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, GoalRequests
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import DriveSensors, SensorStatus
+
+#: If another node commands motions for this time while this node drives, a warning names it [s].
+RIVAL_TIME = 0.3
 
 
 class MoveToGoalCore:
@@ -48,6 +52,8 @@ class MoveToGoalCore:
         self._pace = Pace(law.period)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
+        #: {another node that commands motions: the time of its first command [s]}
+        self._rivals_since: Dict[str, float] = {}
         self._announcer = Announcer(self._log)
 
     # -- inputs
@@ -71,10 +77,18 @@ class MoveToGoalCore:
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
-    def on_command(self, command: Twist2, now: float) -> None:
-        """Take in a command of any node, which may move the robot."""
-        if command != Twist2():
-            self._localizer.driven_at = now
+    def on_command(self, command: Twist2, now: float, rival: str = '') -> None:
+        """Take in a command, which may move the robot. `rival` is the other node that sent it. If
+        both nodes drive, a warning names the other node after `RIVAL_TIME`."""
+        if command == Twist2():
+            return
+        self._localizer.driven_at = now
+        if self.sensors.last_command == Twist2():
+            self._rivals_since.clear()
+        elif rival and now - self._rivals_since.setdefault(rival, now) > RIVAL_TIME:
+            self._rivals_since[rival] = math.inf    # no second line
+            self._log.add(f'{rival} drives the robot, too: stop one of the two (False on '
+                          'ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: DriveLaw) -> None:
         """Use another law from now on. A present drive begins again."""

@@ -28,6 +28,7 @@ from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
@@ -116,7 +117,9 @@ class MoveToGoalNode:
 
     def _on_command(self, message):
         command = Twist2(message.linear.x, message.angular.z)
-        self._runner.query(lambda: self._core.on_command(command, ros_time()))
+        sender = sender_of(connection_of(message))
+        rival = '' if sender == rospy.get_name() else sender or 'another program'
+        self._runner.query(lambda: self._core.on_command(command, ros_time(), rival))
 
     def _on_imu(self, sample):
         output = self._runner.handle(lambda: self._core.on_imu(

@@ -5,7 +5,7 @@ the node. The probe removes the folder again, so that the node has its usual pat
 probe waits until the node calls rospy.init_node(). From then on, the thread reads the node's
 variables 20 times a second. If the topic has a subscriber, the thread publishes
 
-    variables    diagnostic_msgs/DiagnosticArray, with the node's name, its file, its variables
+    variables    diagnostic_msgs/DiagnosticArray, with the node's name and its variables
 
 The variables are those of the node's objects, of its script, and of its running functions. The
 probe calls no function of the node and changes nothing, and no error of the probe reaches the node.
@@ -22,18 +22,18 @@ from contextlib import suppress
 from enum import Enum
 from types import FunctionType, ModuleType
 
-#: The pause between two readings, and the longest pause between two searches for objects [s].
-READ_PAUSE, MAX_PAUSE = 0.05, 16.0
+#: The pause between two readings, and the shortest pause between two searches for objects [s].
+READ_PAUSE, SEARCH_PAUSE = 0.05, 0.25
 #: The searches for objects take at most this share of the time.
 SEARCH_SHARE = 0.003
-#: The largest numbers of variables, objects, and objects of one class that are shown.
+#: At most this many variables, objects, and objects of one class are shown.
 MAX_SHOWN, MAX_OBJECTS, MAX_OF_A_CLASS = 40, 20, 3
-#: A longer text is cut [characters]. A longer list or array is not shown.
-MAX_VALUE_LENGTH, MAX_NUMBERS = 200, 9
+#: A longer text is cut [characters].
+MAX_VALUE_LENGTH = 200
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
-#: The parts of an object, and their parts, are shown down to this depth.
+#: The parts of an object, and the parts of these parts, are shown down to this depth.
 MAX_NESTED = 3
 
 
@@ -44,7 +44,8 @@ def leave_the_path():
     folders = os.environ.get('PYTHONPATH', '').split(os.pathsep)
     left = os.pathsep.join(folder for folder in folders if folder != own)
     os.environ.pop('PYTHONPATH', None)
-    os.environ.update({'PYTHONPATH': left} if left else {})
+    if left:
+        os.environ['PYTHONPATH'] = left
     this = sys.modules.pop(__name__)
     try:
         import sitecustomize    # noqa: F401
@@ -58,7 +59,8 @@ def leave_the_path():
 # -- the node's script and its objects
 
 def script_frames():
-    """The stack frames of the node's script, first the main program; [] before the program runs."""
+    """Returns the stack frames of the node's script, the main program first. Returns [] before the
+    program runs."""
     frame, frames = sys._current_frames().get(threading.main_thread().ident), []
     while frame is not None:
         frames.insert(0, frame)
@@ -80,12 +82,13 @@ class WatchedNode:
 
     def __init__(self, script):
         """`script` is the globals of the node's main program."""
-        self._script, self.file = script, str(script.get('__file__', ''))
-        self._folder = self._package = os.path.dirname(os.path.abspath(self.file))
+        self._script = script
+        self._folder = os.path.dirname(os.path.abspath(str(script.get('__file__', ''))))
+        self._package = self._folder
         while self._package != '/' and not os.path.isfile(self._package + '/package.xml'):
             self._package = os.path.dirname(self._package)
         self._is_own, self._objects = {WatchedNode: False}, []
-        self._pause, self._next = 0.25, 0.0
+        self._next_search = 0.0
 
     def is_own(self, kind):
         """Is this class from the script, from a module beside it, or from its package's src?"""
@@ -104,74 +107,69 @@ class WatchedNode:
             type(value), (type, Enum, tuple, BaseException))
 
     def variables(self, frames):
-        """{name: text of the value} of at most MAX_SHOWN variables."""
-        if time.monotonic() > self._next:
+        """Returns {name: text of the value} of at most MAX_SHOWN variables."""
+        if time.monotonic() > self._next_search:
             self._search()
         objects = [reference() for reference in self._objects]
         objects = [each for each in objects if each is not None]
         held = {id(each): attributes(each) for each in objects}
         inner = {id(part) for each in held.values() for part in each.values()}
-        found, known = {}, set()
+        shown, known = {}, set()
         # if a name is shown already, the next one has its class or function in front
         for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
-                self._add(found, held[id(each)], type(each).__name__, known)
+                self._add(shown, held[id(each)], type(each).__name__, known)
         for frame in frames[1:]:
-            self._add(found, dict(frame.f_locals), frame.f_code.co_name, known)
-        self._add(found, dict(self._script), 'globals', known)
+            self._add(shown, dict(frame.f_locals), frame.f_code.co_name, known)
+        self._add(shown, dict(self._script), 'globals', known)
         for each in objects:
             for kind in filter(self.is_own, type(each).__mro__):
-                self._add(found, {name: value for name, value in list(vars(kind).items())
+                self._add(shown, {name: value for name, value in list(vars(kind).items())
                                   if name not in held[id(each)]}, kind.__name__, known)
-        return found
+        return shown
 
     def _search(self):
         """Find the node's objects again, because the node may have created new ones."""
+        self._next_search = time.monotonic() + SEARCH_PAUSE
         begin = time.thread_time()
         counts, self._objects = Counter(), []
-        self._next = time.monotonic() + self._pause
         for each in gc.get_objects():
             if self.is_object(each):
                 counts[type(each)] += 1
                 if counts[type(each)] <= MAX_OF_A_CLASS and len(self._objects) < MAX_OBJECTS:
                     with suppress(TypeError):   # a class with __slots__ has no weak references
                         self._objects.append(weakref.ref(each))
-        self._next = time.monotonic() + max(
-            self._pause, (time.thread_time() - begin) / SEARCH_SHARE)
-        self._pause = min(MAX_PAUSE, 4.0 * self._pause)
+        duration = time.thread_time() - begin
+        self._next_search += duration / SEARCH_SHARE
 
-    def _add(self, found, held, owner, known):
+    def _add(self, shown, held, owner, known):
         for name, value in held.items():
-            if len(found) >= MAX_SHOWN:
+            if len(shown) >= MAX_SHOWN:
                 return
-            try:
+            with suppress(Exception):       # the other values are shown if one cannot be read
                 if type(value) in HIDDEN_TYPES or name.startswith('__'):
                     continue
                 # the private name _Class__name is shown as __name
                 name = name.replace(f"_{owner.lstrip('_')}__", '__')
                 for path, text in self._texts(name, value, known):
-                    path = path if path not in found else f'{owner}.{path}'
-                    if len(found) < MAX_SHOWN:
-                        found.setdefault(sendable(path), text)
-            except Exception:       # the other values are shown if one cannot be read
-                pass
+                    if path in shown:
+                        path = f'{owner}.{path}'
+                    if len(shown) < MAX_SHOWN:
+                        shown.setdefault(sendable(path), text)
 
     def _texts(self, name, value, known, depth=0):
-        """Yields (name, text) of a simple value, or of each part of another value."""
+        """Yields (name, text) of a simple value, or of each part of a message or an object."""
         text = simple_text(value)
         if text is not None:
             yield name, text
             return
-        for k, each in enumerate(elements(value)):
-            if type(each) in (bool, int, float):
-                yield from self._texts(f'{name}[{k}]', each, known)
         if depth < MAX_NESTED:
             for part, each in self._parts(value, known).items():
                 yield from self._texts(f'{name}.{part}', each, known, depth + 1)
 
     def _parts(self, value, known):
-        """{name: value} of the parts of a message, or of an object of the node."""
+        """Returns {name: value} of the parts of a message, or of an object of the node."""
         kind = type(value)
         if module_of(kind).startswith('geometry_msgs.msg'):
             return {part: getattr(value, part, None) for part in kind.__slots__}
@@ -182,7 +180,7 @@ class WatchedNode:
 
 
 def simple_text(value):
-    """The text of a simple value, None for any other value."""
+    """Returns the text of a simple value; None for any other value."""
     kind = type(value)
     if kind in SIMPLE_TYPES or (kind is int and value.bit_length() <= 3 * MAX_VALUE_LENGTH):
         return repr(value)
@@ -195,31 +193,20 @@ def simple_text(value):
     return None
 
 
-def elements(value):
-    """The elements of a short list, tuple or array of numpy; [] of any other value."""
-    kind = type(value)
-    if kind in (list, tuple) and len(value) <= MAX_NUMBERS:
-        return list(value)
-    if module_of(kind) == 'numpy' and kind.__name__ == 'ndarray' and (
-            0 < value.size <= MAX_NUMBERS and value.dtype.kind in 'bif'):
-        return value.ravel().tolist()
-    return []
-
-
 def module_of(kind):
-    """The name of a class's module, without running code of a metaclass."""
+    """Returns the name of a class's module. No code of a metaclass runs."""
     name = type.__dict__['__module__'].__get__(kind)
     return name if type(name) is str else ''
 
 
 def sendable(text):
-    """The beginning of a text, with '?' in place of characters that UTF-8 lacks."""
+    """Returns the beginning of a text. A '?' replaces each character that UTF-8 lacks."""
     text = text[:MAX_VALUE_LENGTH]
     return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
 
 def attributes(thing):
-    """{name: value} of an object's attributes, without running code of its class."""
+    """Returns {name: value} of an object's attributes. No code of its class runs."""
     try:
         return dict(object.__getattribute__(thing, '__dict__'))
     except AttributeError:      # a class with __slots__
@@ -252,30 +239,20 @@ def run():
         if node is None and frames:
             node = WatchedNode(frames[0].f_globals)
         if node and publisher.get_num_connections():
-            found = node.variables(frames)
-            # to make new KeyValues takes more time than to change their texts
-            if [each.key for each in status.values] != list(found):
-                status.hardware_id = node.file
-                status.values = [KeyValue(key=name) for name in found]
-            for each, text in zip(status.values, found.values()):
-                each.value = text
+            status.values = [KeyValue(*each) for each in node.variables(frames).items()]
             message.header.stamp = rospy.Time.now()
             publisher.publish(message)
 
     while not rospy.is_shutdown():
         time.sleep(READ_PAUSE)
-        try:
+        with suppress(Exception):       # an error of the probe must not disturb the node
             read()
-        except Exception:       # an error of the probe must not disturb the node
-            pass
 
 
 def run_quietly():
     """Call run(). Print no traceback if a library is missing or the master has ended."""
-    try:
+    with suppress(Exception):
         run()
-    except Exception:
-        pass
 
 
 if __name__ == 'sitecustomize':
