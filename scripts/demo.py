@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """The demonstration of the Transformation lab, judged by the simulated robot's true pose.
 
-The node gives control to move_to_goal, which drives to its goal. Then the node declares the local
-frame again at the robot's place, and the robot drives again. demo.launch starts the node, and ends
-with it. demo.sh reads from the exit status whether every drive ended within tolerance.
+The node gives control to move_to_goal, which drives to its goal. Then the node resets the local
+frame to the robot's place, and the robot drives again. demo.launch ends with this node. If every
+drive ended within tolerance, the node makes a file for demo.sh.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -57,17 +57,9 @@ MAX_ATTEMPTS = 10
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
                    'ctrl_relinq', '/tf')
 TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'    # for a terminal of 80 columns
-HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by', 'time',
-                          '').rstrip()
+HEADER = '        asked [m, m, deg] believed to be at     truly off by     time'
 MAX_TRUE_ERROR = 0.01        # largest true error of the place after a good drive [m]
 MAX_TRUE_ERROR_DEG = 0.5     # largest true error of the heading after a good drive [deg]
-
-WHAT_NEXT = """
-All nodes still run. Drive the robot on the page of the panel, or in a second terminal, after
-source scripts/setup.sh:
-  rosservice call /reset_pose -- 0 0 0        the robot is at the origin, and drives again
-  rosrun tb3_labs send_goal.py 1 1 90         another goal
-Ctrl+C here ends all nodes."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +123,7 @@ class Demo:
         self._subscribe('ctrl_relinq', Bool, self._on_control)
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
-    def _store(self, topic, kind, read):
+    def _store(self, topic, message_type, read):
         """Store the latest value of `topic`. For goal_state store all values."""
         received = self._received[topic] = []
 
@@ -139,50 +131,55 @@ class Demo:
             received.append((rospy.get_time(), read(message)))
             if topic != 'goal_state':
                 del received[:-1]
-        self._subscribe(topic, kind, store)
+        self._subscribe(topic, message_type, store)
 
     @staticmethod
-    def _subscribe(topic, kind, callback):
-        rospy.Subscriber(topic, kind, guarded(callback), queue_size=None, tcp_nodelay=True)
+    def _subscribe(topic, message_type, callback):
+        rospy.Subscriber(topic, message_type, guarded(callback), tcp_nodelay=True)
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
             self._control_taken = self._granted
 
     def _run(self):
-        for topic in ('local_pose', 'current_goal'):
-            self._await(topic)
+        self._await('local_pose')
+        self._await('current_goal')
         if self._config.record and not wait_until(recorder_listens, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
-        drives, problem = [], 'a drive ended outside the tolerance'
+        problem = self._demonstrate()
+        if self._config.stay:
+            print(f'\n{problem}\nAll nodes still run. Drive the robot on its page, or by the '
+                  'commands of README.md in a second terminal. Ctrl+C here ends all nodes.')
+        else:
+            begin_shutdown(problem)
+
+    def _demonstrate(self):
+        """Let the robot drive, and print the table. Returns the problem, or ''."""
+        drives = []
         try:
             for number in range(1, self._config.drives + 1):
                 rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
-                drives.append(self._drive(after_reset=number > 1))
-            print(table(drives))
+                drives.append(self._drive(is_reset_needed=number > 1))
         except ControlTaken:
-            drives, problem = [], 'Control was taken from the demonstration: it drives no more'
-        good = drives and all(drive.is_good for drive in drives)
-        if good:
-            problem = ''
-            if 'TB3_LABS_DEMO' in os.environ:
-                Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
-        if not self._config.stay:
-            begin_shutdown(problem)
-            return
-        if problem:
-            rospy.logwarn(problem)
-        print(WHAT_NEXT)
+            return 'Control was taken from the demonstration: it drives no more'
+        print(table(drives))
+        if not all(drive.is_good for drive in drives):
+            return 'a drive ended outside the tolerance'
+        if 'TB3_LABS_DEMO' in os.environ:
+            Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
+        return ''
 
-    def _drive(self, after_reset):
-        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. If
-        late sensors end a drive before the robot moves, the drive begins again."""
-        after_reset = after_reset or self._value('has_control')
+    def _drive(self, is_reset_needed):
+        """Let the robot drive once. Returns the DemoDrive. If late sensors end a drive before the
+        robot moves, the drive begins again, after a reset."""
+        if self._value('has_control'):
+            is_reset_needed = True
         world_T_local = self._value('ground_truth', rospy.get_time())
-        for attempt in range(MAX_ATTEMPTS):
+        for _ in range(MAX_ATTEMPTS):
             self._received['goal_state'].clear()
-            if after_reset or attempt:
+            if is_reset_needed:
                 self._wait_for('a reset', try_reset)
+            is_reset_needed = True
             self._give_control()
             begun, state = self._await('goal_state', matches=lambda state: is_over(state) or (
                 state == GoalState.ROTATE_TO_GOAL.name))
@@ -235,9 +232,9 @@ def try_reset():
 
 def recorder_listens():
     """Does the node `record` subscribe to all RECORDED_TOPICS?"""
-    subscribed = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
-    return all(rospy.resolve_name('record') in subscribed.get(rospy.resolve_name(topic), [])
-               for topic in RECORDED_TOPICS)
+    _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+    heard = {topic for topic, nodes in subscribers if rospy.resolve_name('record') in nodes}
+    return {rospy.resolve_name(topic) for topic in RECORDED_TOPICS} <= heard
 
 
 def table(drives):
@@ -246,8 +243,7 @@ def table(drives):
 
 
 def short_pose(pose):
-    return '{:.3f} {:.3f} {:.1f}'.format(
-        pose.x, pose.y, round(math.degrees(pose.yaw), 1) + 0.0)  # not -0.0
+    return f'{pose.x:.3f} {pose.y:.3f} {math.degrees(pose.yaw):.1f}'
 
 
 if __name__ == '__main__':

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The demonstration: sets up what is missing, then runs launch/demo.launch. Ends with 0 only if the demonstration succeeded.
+# Sets up what is missing, then runs launch/demo.launch. The exit status is 0 only if the demonstration succeeded.
 #
 #     ./scripts/demo.sh                 both drives, then the table
 #     ./scripts/demo.sh stay:=true      leaves everything running afterwards; Ctrl+C ends it
@@ -13,7 +13,7 @@ done
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 unset CMAKE_PREFIX_PATH    # nor another workspace's tb3_labs
 
-# The programs inherit TB3_LABS_DEMO, the path of this folder, so each of them is found at the end, whoever started it.
+# All programs inherit TB3_LABS_DEMO, the path of this folder. By this variable the end finds each program.
 run=$(mktemp -d)
 patience=1.2    # roslaunch waits 15 s for a node that is just starting. A recorder needs time to end.
 if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=10; fi
@@ -43,8 +43,8 @@ cat "$run/said" >&2
 [ -n "$ready" ] || exit 1
 trap 'exit 130' INT TERM HUP
 
-# The demonstration starts its own master: another master may have a real robot, which would drive,
-# too. The lock finds a second demonstration that starts at the same moment.
+# The demonstration starts its own master, since a real robot of another master would drive, too. The lock finds a second
+# demonstration that starts at the same moment.
 address=${ROS_MASTER_URI#*://} address=${address%%/*}
 exec 9>>"/tmp/tb3_labs_demo.$UID.${address##*:}.lock"
 if ! flock -n 9 || timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}" 2>/dev/null; then
@@ -55,7 +55,7 @@ fi
 # The nodes write into a pipe. Without PYTHONUNBUFFERED their lines would come late, and in another order.
 export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}
 
-# Job control: the group of roslaunch gets no Ctrl+C of the keyboard; finish() ends it. The filter
+# By job control the group of roslaunch gets no Ctrl+C of the keyboard, and finish() ends the group. The filter
 # drops lines of roslaunch (also after a refusal), RViz, Debian's rospack and a rosdep without data.
 set -m
 TB3_LABS_DEMO=$run roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "$@" </dev/null 2>&1 9>&- |

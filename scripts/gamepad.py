@@ -7,7 +7,7 @@ robot back, Y declares the robot to be at (0, 0, 0) in local.
 Subscribes
     joy             sensor_msgs/Joy, best with autorepeat (gamepad.launch)
     ctrl_relinq     std_msgs/Bool: False of other nodes, which takes control from move_to_goal
-    has_control     std_msgs/Bool: does move_to_goal have control, given by any node?
+    has_control     std_msgs/Bool: does move_to_goal have control, from any node?
 Publishes
     cmd_vel         geometry_msgs/Twist, only while a stick is off its middle; then one zero
     ctrl_relinq     std_msgs/Bool, latched: True = move_to_goal may drive, renewed while this pad

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Prints the robot's heading: the IMU exercise.
 
-A good student would write it so. The handout does not have the lines marked `# added`.
+A good student writes the node of the handout like this. The lines with `# added` are not in the
+handout.
 
 Subscribes
     imu        sensor_msgs/Imu

@@ -18,7 +18,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, failure_text, printable, whole_number
+from tb3_labs.command_line import Parser, failure_text, printable
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.sandbox import UNPROTECTED, OtherUser, Sandbox, protection_problem
 from tb3_labs.marking.intake.submissions import check_names, submissions_in
@@ -58,7 +58,7 @@ def parse(argv):
     parser.add_argument('--pad', default=HANDOUT_PAD, metavar='NAME',
                         help='for the lab gamepad: the numbers of the gamepad that is played, '
                         f'launch/params/pad_NAME.yaml; default: {HANDOUT_PAD}')
-    parser.add_argument('--jobs', type=whole_number(16), default=1, metavar='N',
+    parser.add_argument('--jobs', type=int, choices=range(1, 17), default=1, metavar='N',
                         help='submissions at a time; each needs about one processor core')
     parser.add_argument('--unprotected', action='store_true', help='if sandboxes do not work here, '
                         "mark without: the submissions' programs can read and delete your files")
@@ -96,7 +96,8 @@ def mark_class(arguments, work):
     is_sandbox = _choose_protection(arguments, work)
     options = Options(arguments.package, arguments.type, arguments.pad, is_sandbox)
     with locked(arguments.folder):
-        folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options)
+        folder = MarksFolder(arguments.folder, arguments.lab, parts=parts,
+                             criterion_points=criterion_points, options=options)
         failed = MarkedClass(TrialRunner(folder, INTERRUPTED), bool(arguments.only)).mark_all(
             submissions, arguments.jobs)
         with ThreadPoolExecutor(1) as pool:     # an interruption does not end this thread

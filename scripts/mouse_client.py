@@ -46,13 +46,13 @@ class MouseNode:
         rospy.loginfo('Scroll down to drive by the mouse, scroll up to stop')
         threading.Thread(target=guarded(self._run), name='mouse', daemon=True).start()
 
-    def _on_scroll(self, up):
-        if self._active is up:
-            self._active = not up
-            if self._active:
-                rospy.loginfo('Mouse activated: scroll up to stop')
-            else:
-                rospy.loginfo('Mouse deactivated')
+    def _on_scroll(self, steps):
+        if steps < 0 and not self._active:
+            self._active = True
+            rospy.loginfo('Mouse activated: scroll up to stop')
+        elif steps > 0 and self._active:
+            self._active = False
+            rospy.loginfo('Mouse deactivated')
         self._send_now.set()
 
     def _on_move(self):
@@ -93,7 +93,7 @@ class Pointer:
     ``ValueError`` with one sentence if the mouse cannot be read, or the display is lost."""
 
     def __init__(self, on_scroll, on_move):
-        """A thread of pynput calls `on_scroll(up)` and `on_move()`."""
+        """A thread of pynput calls `on_scroll(steps)`, steps upwards, and `on_move()`."""
         if os.environ.get('WAYLAND_DISPLAY'):
             raise ValueError('the mouse cannot be read in a Wayland session: log in again with '
                              'an "Xorg" (X11) session')
@@ -111,9 +111,8 @@ class Pointer:
         self._mouse = mouse.Controller()
         self._root = display.Display().screen().root
         # the listener is a daemon thread, because on X11 its stop() and join() would hang
-        self._listener = mouse.Listener(
-            on_move=lambda x, y: on_move(),
-            on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
+        self._listener = mouse.Listener(on_move=lambda x, y: on_move(),
+                                        on_scroll=lambda x, y, dx, dy: on_scroll(dy))
         self._listener.start()
         self._listener.wait()
 

@@ -38,21 +38,20 @@ SERVER_TIMEOUT = 2.0
 END_PERIOD = 2.0
 
 
-class StatePrinter:
-    """Prints `goal_state` when it changes."""
+def print_states():
+    """Print each new `goal_state`, but not a latched one of an earlier goal that is over."""
+    printed = ['']
 
-    def __init__(self):
-        self._last_state = None
-        subscribe('goal_state', String, self._on_state, queue_size=None)
-
-    def _on_state(self, message):
-        is_of_the_last_goal = self._last_state is None and is_over(message.data)
-        if message.data != self._last_state and not is_of_the_last_goal:
-            self._last_state = message.data
-            line = message.data
-            if line == WAITING_FOR_CONTROL:
-                line += f': rostopic pub -1 {rospy.resolve_name("ctrl_relinq")} std_msgs/Bool true'
-            print(line, flush=True)
+    def on_state(message):
+        line = message.data
+        is_of_earlier_goal = printed == [''] and is_over(line)
+        if line == printed[-1] or is_of_earlier_goal:
+            return
+        printed.append(line)
+        if line == WAITING_FOR_CONTROL:
+            line += f': rostopic pub -1 {rospy.resolve_name("ctrl_relinq")} std_msgs/Bool true'
+        print(line, flush=True)
+    subscribe('goal_state', String, on_state, queue_size=None)
 
 
 def drive(goal):
@@ -72,9 +71,13 @@ def drive(goal):
 
     sent = client.send_goal(
         MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)), on_transition)
-    rospy.on_shutdown(lambda: ended.is_set() or sent.cancel())
+
+    def cancel_unless_ended():
+        if not ended.is_set():
+            sent.cancel()
+    rospy.on_shutdown(cancel_unless_ended)
     try:
-        StatePrinter()
+        print_states()
         while not ended.is_set():
             pause(0.0)    # raises Interrupted again if rospy caught the first one
             ended.wait(END_PERIOD)

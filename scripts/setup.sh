@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Sets up tb3_labs and the shell that wants to use it; demo.sh and test.sh begin with it.
+# Sets up tb3_labs, and the shell that sources this file. demo.sh and test.sh begin with it.
 #
 #     source scripts/setup.sh     (bash) set up what is missing, then put ROS and this package on this shell's paths
 #     ./scripts/setup.sh          only set up; it ends with the line to type in each terminal
-#     TB3_LABS_TESTS=1            in front of each: also what the tests need
+#     TB3_LABS_TESTS=1            in front of each: set up the tests, too
 #
 # Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. On any other system, use
 # the container: docker build -t tb3_labs -f .devcontainer/Dockerfile .
@@ -16,8 +16,8 @@
 # conda, a pyenv or a ROS 2 on PYTHONPATH and CMAKE_PREFIX_PATH is dropped, because it breaks ROS 1's Python.
 # One installation serves all accounts of a machine; whoever does not own it has logs and caches in ~/.ros.
 #
-# Network: everything listens on the loopback only. For a real robot set ROS_IP to this computer's address first, if the
-# master runs here; or ROS_MASTER_URI=http://ROBOT:11311, if it runs there: ROS_IP is then found by itself.
+# Network: all nodes listen on the loopback only. For a real robot, if the master runs here, set ROS_IP to this computer's
+# address first. If the master runs on the robot, set ROS_MASTER_URI=http://ROBOT:11311, which also finds ROS_IP.
 
 # This check stands first: dash, which is sh here, has no arrays and could not read the rest.
 if [ -z "${BASH_VERSION:-}" ]; then
@@ -27,7 +27,7 @@ fi
 
 # --- the shell's side, with scripts/setup/terminal.bash -------------------------------------------------------------------
 _tb3_labs_shell() {
-  local -; set +euo pipefail    # the caller's options come back at the end of the function; catkin's files need these
+  local -; set +euo pipefail    # catkin's files need these options; the end of the function restores the caller's options
   local here repo ws prefix prefixes=() kept=() hook=etc/catkin/profile.d/1.ros_package_path.sh
   here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   repo=${here%/*} ws=${here%/*}/build/.ws
@@ -50,18 +50,18 @@ _tb3_labs_shell() {
     # shellcheck source=scripts/setup/terminal.bash
     CATKIN_ENV_HOOK_WORKSPACE=$ws/devel; source "$repo/scripts/setup/terminal.bash"; unset CATKIN_ENV_HOOK_WORKSPACE
   fi
-  # A workspace that is sourced from now on is added. Without this, one that was built without tb3_labs would remove it.
+  # Without this, a workspace that was built without tb3_labs, and is sourced later, would remove this one.
   export CATKIN_SETUP_UTIL_ARGS=--extend
   if [[ $- == *i* ]] && [ -t 1 ]; then echo "tb3_labs: this terminal is ready"; fi
 }
 
-# Does a folder of CMAKE_PREFIX_PATH stay? A workspace of catkin does. No path of a ROS (ours is
-# there already), of a tb3_labs that its setup.sh set up, of ROS 2, conda, or of a missing folder.
+# Does a folder of CMAKE_PREFIX_PATH stay? A workspace of catkin stays. A ROS, another tb3_labs that its setup.sh set up,
+# a ROS 2, a conda and a missing folder are dropped.
 _tb3_labs_keeps() {
   local first python sources
   [ -f "$1/.catkin" ] && [ -f "$1/_setup_util.py" ] && [ -f "$1/local_setup.bash" ] && [ ! -e "$1/conda-meta" ] || return 1
   [[ $1 != */build/.ws/devel && $1 != /opt/ros/* ]] || return 1
-  IFS=';' read -r sources _ <"$1/.catkin"    # of a devel space its source folder; of an install space nothing
+  IFS=';' read -r sources _ <"$1/.catkin"    # a devel space has its source folder here, an install space has nothing
   read -r first <"$1/_setup_util.py"; python=${first#'#!'}    # catkin_make writes its Python here, as into each node's relay
   if [ ! -x "${python%% *}" ]; then
     echo "tb3_labs: $1 is left out: it was built with $python, which is gone. Once: cd ${1%/*} && rm -rf build devel && catkin_make" >&2
@@ -70,10 +70,6 @@ _tb3_labs_keeps() {
   if [ -n "$sources" ] && [ "$python" != "$ws/venv/bin/python3" ] && [[ $python != *' '* ]] &&
       ! "$python" -c 'import sys; del sys.path[0]; import importlib.util as u; sys.exit(None in map(u.find_spec, ("rospy", "squaternion")))' 2>/dev/null; then
     echo "tb3_labs: ${1%/*} was built with $python, which lacks rospy or squaternion. Once: cd ${1%/*} && rm -rf build devel && catkin_make" >&2
-  fi
-  sources=${sources:-/nowhere}/tb3_labs
-  if [ -d "$1/share/tb3_labs" ] || [ -d "$sources" ]; then
-    [ "$sources" -ef "$repo" ] || echo "tb3_labs: this terminal uses the tb3_labs of ${1%/*}, which goes before $repo" >&2
   fi
 }
 
@@ -89,11 +85,10 @@ say() { echo "tb3_labs: $*"; }
 fail() { echo "tb3_labs: $*" >&2; exit 1; }
 fail_log() { tail -n 15 "$log" | sed 's/^/  | /' >&2; fail "$* (all of it: $log)"; }
 
-trap 'fail "the set-up failed in line $LINENO of scripts/setup.sh"' ERR    # never without a word
+trap 'fail "the set-up failed in line $LINENO of scripts/setup.sh"' ERR
 
 here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
-# The folder is build/.ws: rosrun leaves out a package's `build`, and roslaunch leaves out hidden folders. So a clone
-# inside another workspace keeps working there.
+# rosrun leaves out a package's `build`, and roslaunch leaves out hidden folders. So a clone works inside another workspace.
 repo=${here%/*} ws=${here%/*}/build/.ws log=${here%/*}/build/.ws/setup.log
 system=$(. /etc/os-release 2>/dev/null && echo "${ID:-}:${VERSION_ID:-}") || system=unknown
 
@@ -107,7 +102,7 @@ source "$repo/scripts/setup/packages.sh"
 
 venv_stamp() { echo "$ws $(readlink -f /usr/bin/python3) $(pinned)"; }
 
-# All that a build depends on. Python code is not among it: the devel space refers to the sources.
+# Prints a sum of all files on which a build depends. It does not depend on Python code, since the devel space refers to it.
 build_stamp() {
   cd "$repo"
   {
@@ -132,13 +127,13 @@ make_venv() {
   /usr/bin/python3 -Im venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
 }
 
-# pip of the environment, whatever the user's pip settings say.
+# Runs the environment's pip without the user's settings.
 pip_in_venv() {
   PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -Im pip "$1" --quiet --no-cache-dir --no-input \
     --disable-pip-version-check "${@:2}" "${pip_exactly[@]}" -r <(pinned) >"$ws/pip.log" 2>&1
 }
 
-# pip, and the packages from PyPI, by version and checksum. The workspace is built at the same time: it needs neither.
+# Installs pip, and the packages from PyPI by version and checksum. Meanwhile the workspace is built, which needs neither.
 # --no-deps: pynput would compile evdev, which is needed only without X; the system packages have all other dependencies.
 # Only wheels are installed, since they run no program.
 # The files stay in the user's cache: the next copy of this repository is set up without a network.
@@ -166,21 +161,21 @@ build() {
   say 'building the workspace ...'
   # A build without a stamp was interrupted. A rebuild would keep files of an earlier place or Python.
   if [ ! -e "$ws/build.stamp" ] || ! holds "$ws/build.place" "$(venv_stamp)"; then rm -rf "$ws/build" "$ws/devel"; fi
-  rm -rf "$ws/build.stamp" "$ws/devel/lib/tb3_labs"    # relays of nodes that are gone would stay otherwise
+  rm -rf "$ws/build.stamp" "$ws/devel/lib/tb3_labs"    # which may have relays of nodes that are gone
   venv_stamp >"$ws/build.place"
   # The package's folder holds a link to each entry of the repository. One link to the whole repository
   # would be a loop through build: rosrun would find each node twice.
   rm -rf "$ws/src/tb3_labs"
   mkdir -p "$ws/src/tb3_labs"
   find "$repo" -mindepth 1 -maxdepth 1 ! -name '.*' ! -name build -exec ln -s -t "$ws/src/tb3_labs" {} +
-  # roscore starts the master without rosout: that C++ node keeps a port open to the network
-  # whatever ROS_HOSTNAME says. Nodes publish /rosout nevertheless.
+  # roscore starts the master without rosout, since this C++ node opens a port to the network in spite of ROS_HOSTNAME. Nodes
+  # publish /rosout nevertheless.
   mkdir -p "$ws/etc"
   ln -sfn /etc/ros/rosdep "$ws/etc/rosdep"
-  touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here
+  touch "$ws/CATKIN_IGNORE"    # if this clone is inside another workspace, catkin must not look in here
   if ! (
     if [ -n "$ros" ]; then set +u; source "$ros/setup.bash"; fi
-    # The file has values: with commands each roslaunch would start Python twice.
+    # The file has values, because with commands each roslaunch would start Python twice.
     cat >"$ws/etc/roscore.xml" <<XML
 <launch>
   <group ns="/">
@@ -189,8 +184,8 @@ build() {
   </group>
 </launch>
 XML
-    # CMake's variable for the Python has two names: catkin of Debian 13 reads the second one. CMake 4 refuses catkin's
-    # top level unless an oldest version is named.
+    # The catkin of Debian 13 reads the second name of the Python's variable. CMake 4 requires an oldest version for catkin's
+    # top level.
     catkin_make --directory "$ws" --force-cmake -DPYTHON_EXECUTABLE="$ws/venv/bin/python3" -DPython_EXECUTABLE="$ws/venv/bin/python3" \
       -DCMAKE_POLICY_VERSION_MINIMUM=3.5 -DCATKIN_ENABLE_TESTING="$tests"
   ) >"$ws/build.log" 2>&1 8>&-; then
@@ -199,13 +194,13 @@ XML
   fi
   mkdir -p "$ws/devel/etc/catkin/profile.d" "$ws/devel/lib/python3/dist-packages"
   printf '#!/bin/sh\nexec "%s" "%s" dynparam "$@"\n' "$ws/venv/bin/python3" "$repo/launch/run.py" | install /dev/stdin "$ws/venv/bin/dynparam"
-  # A workspace that was built without this one sets ROS_ETC_DIR to the system's folder again when it is sourced.
+  # If a workspace that was built without this one is sourced, it sets ROS_ETC_DIR to the system's folder again.
   for name in roscore roslaunch; do
     printf '#!/bin/sh\ncase $ROS_HOSTNAME:${ROS_ETC_DIR:-} in localhost:*/etc/ros) export ROS_ETC_DIR="%s" ;; esac\nexec "%s" "$@"\n' \
       "$ws/etc" "${ros:-/usr}/bin/$name" | install /dev/stdin "$ws/venv/bin/$name"
   done
   ln -sfn "$repo/scripts/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
-  # rospy and roslaunch 1.15.9 call Thread.isAlive at their end. Python 3.9 no longer has it: every end would print a
+  # rospy and roslaunch 1.15.9 call Thread.isAlive at their end, which Python 3.9 no longer has. So every end would print a
   # traceback, and a node would exit with status 1.
   if [ "$system" = debian:11 ]; then
     echo 'import threading; threading.Thread.isAlive = threading.Thread.is_alive' >"$ws/devel/lib/python3/dist-packages/sitecustomize.py"
@@ -234,7 +229,7 @@ make_ready() {
   [ ${#missing[@]} = 0 ] || fail_log "system packages are still missing: ${missing[*]}"
   if ! venv_ready; then
     make_venv
-    set -m    # a process group of its own, which an interruption ends
+    set -m    # fill_venv gets its own process group, which an interruption ends
     fill_venv 8>&- </dev/null &
     filling=$!
     set +m

@@ -36,21 +36,12 @@ def package_files(templates, package):
     return files
 
 
-def checked_target(folder, package):
-    """Returns the folder of a new `package` in `folder`, the folder src of a workspace.
-    ``ValueError`` if catkin would not find the package there."""
-    if not folder.is_dir():
-        raise ValueError(f'there is no folder {folder}: make it first, such as mkdir -p '
-                         '~/catkin_ws/src')
-    if (folder / 'src').is_dir():
-        raise ValueError(f'{folder} has a folder src, in which catkin looks for packages: give '
-                         f'{folder}/src')
-    return folder / package
-
-
 def write_package(files, target):
-    """Write a package into the new folder `target`. Programs become executable. ``OSError`` if the
-    package cannot be written, such as ``FileExistsError`` if `target` exists."""
+    """Write a package into the new folder `target`. Programs become executable. ``OSError`` if
+    `target` exists or cannot be written. ``ValueError`` if catkin would not find the package."""
+    if (target.parent / 'src').is_dir():
+        raise ValueError(f'{target.parent} has a folder src, in which catkin looks for packages: '
+                         f'give {target.parent}/src')
     target.mkdir()
     for name, text in files.items():
         path = target / name
@@ -64,8 +55,8 @@ def parse(argv):
     """Returns the command line's arguments."""
     parser = Parser(
         prog='skeleton.py',
-        description='Writes the catkin package that a student begins a lab with: a launch file, '
-        "and the lab's node with its TODOs. What is already there is not overwritten.",
+        description='Writes the catkin package with which a student begins a lab: a launch file, '
+        "and the lab's node with its TODOs. It overwrites no package.",
         epilog='Example: rosrun tb3_labs skeleton.py turn ~/catkin_ws/src')
     parser.add_argument('lab', metavar='LAB', choices=list(PACKAGES), help=', '.join(PACKAGES))
     parser.add_argument('folder', metavar='DIRECTORY', type=Path,
@@ -79,13 +70,10 @@ def main(argv):
     package = PACKAGES[options.lab]
     templates = Path(rospkg.RosPack().get_path('tb3_labs')) / FOLDER / options.lab
     try:
-        target = checked_target(options.folder.expanduser().resolve(), package)
+        target = options.folder.expanduser().resolve() / package
         write_package(package_files(templates, package), target)
-    except FileExistsError as problem:
-        print(f'skeleton.py: {problem.filename} is already there, and stays as it is',
-              file=sys.stderr)
-        return 2
-    except (OSError, RuntimeError, ValueError) as problem:      # RuntimeError: an unknown ~user
+    # expanduser() raises RuntimeError for an unknown user, such as ~nobody
+    except (OSError, RuntimeError, ValueError) as problem:
         print(f'skeleton.py: {failure_text(problem)}', file=sys.stderr)
         return 2
     print(f'{target} is written. The TODOs are in its folder src. Next: cd {target.parent.parent}; '

@@ -1,20 +1,18 @@
 #!/usr/bin/env bash
-# Proves the package: sets up what is missing, lints, builds, runs all tests, names the slowest ones. The last line is
-# `N passed, N failed` (and `, N skipped`); the exit status is 0 only if nothing failed and every test file really ran
-# tests.
+# Sets up what is missing, builds, runs all tests, and names the slowest ones. The last line is `N passed, N failed` (and
+# `, N skipped`). The exit status is 0 only if nothing failed and every test file ran tests.
 #
 #     ./scripts/test.sh              everything
 #     ./scripts/test.sh unit         the core only (pytest)
 #     ./scripts/test.sh ros          the nodes only (rostest)
 #     ./scripts/test.sh NAME ...     only the tests whose name contains NAME, such as a file in test/ros
-#     ./scripts/test.sh -l           list the names
 #     -j N, in front                 tests at a time (7)
 #
 # pytest with options of its own: source scripts/setup.sh, then python3 -m pytest -p no:cacheprovider test/unit ...
 set -euo pipefail
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 
-# Tests shall see neither a robot on the network nor this user's settings.
+# Tests must see neither a robot on the network nor this user's settings.
 unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE ROSCONSOLE_FORMAT ROSCONSOLE_CONFIG_FILE TURTLEBOT3_MODEL PYTEST_ADDOPTS PYTHONOPTIMIZE
 unset ROS_HOME ROS_LOG_DIR CMAKE_PREFIX_PATH    # nor other workspaces
 export ROS_HOSTNAME=localhost
@@ -22,7 +20,6 @@ export ROS_HOSTNAME=localhost
 repo=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
 case ${1:-} in
   -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
-  -l) echo unit; (cd "$repo" && find test -name '*.test' | sed 's/.*\///; s/[.]test$//' | sort); exit 0 ;;
 esac
 
 jobs=7
@@ -55,7 +52,7 @@ site=$ws/devel/lib/python3/dist-packages/sitecustomize.py freeze='import atexit,
 grep -qsxF "$freeze" "$site" || echo "$freeze" >>"$site"
 trap 'sed -i "/gc.freeze/d" "$site"; find "$repo"/{src,test,doc} -name __pycache__ -prune -exec rm -rf {} +' EXIT
 
-# catkin's tests as ctest knows them: _ctest_tb3_labs_<kind>_<name>, kind = pytest or rostest.
+# ctest's names of catkin's tests are _ctest_tb3_labs_<kind>_<name>, and kind is pytest or rostest.
 names() { (cd "$ws/build" && ctest -N ${1:+-R "$1"}) | sed -n 's/^ *Test *#[0-9]*: _ctest_tb3_labs_/  /p'; }
 pattern=
 for name; do
@@ -72,24 +69,10 @@ if [ -n "$pattern" ] && [ -z "$(names "$pattern")" ]; then
   { echo "tb3_labs: no test's name contains: $*; there are:"; names; } >&2; exit 2
 fi
 
-lint=none
-if [ -z "$pattern" ]; then
-  lint=failed
-  if command -v catkin_lint >/dev/null; then
-    # catkin_lint ends with 0 also when it found no package.
-    mkdir -p "$ws/lint"
-    ln -sfn "$repo" "$ws/lint/tb3_labs"    # it wants a folder with the package's name
-    catkin_lint -W2 --strict --offline "$ws/lint/tb3_labs" >"$ws/lint.log" 2>&1 || true
-    rm "$ws/lint/tb3_labs"    # a search of the repository would follow it in circles
-    if grep -q 'checked 1 packages and found 0 problems' "$ws/lint.log"; then lint=passed; else grep -v 'rosdep\|unknown dependencies' "$ws/lint.log"; fi
-  fi
-  echo "catkin_lint: $lint"
-fi
-
-# ctest rather than `catkin_make run_tests`: the same tests, but a failure is in the exit status, and it shows progress.
+# ctest runs the same tests as `catkin_make run_tests`, but shows progress, and ends with an error after a failure.
 started=$SECONDS ctest_status=0
 (cd "$ws/build" && ctest --no-tests=error --output-on-failure -j "$jobs" ${pattern:+-R "$pattern"}) 2>&1 </dev/null |
   tee "$log" | sed -un 's/^ *\([0-9]*\/[0-9]*\) Test *#[0-9]*: _ctest_tb3_labs_/\1 /p; /^No tests were found/p; /]\[\(FAILURE\|ERROR\)\]/,+14p; /^E  /p' || ctest_status=$?
 echo "$((SECONDS - started)) s; full output: $log"
 
-python3 "$ws/src/tb3_labs/test/count_results.py" "$results" "$ctest_status" "$lint" "$log"
+python3 "$ws/src/tb3_labs/test/count_results.py" "$results" "$ctest_status" "$log"

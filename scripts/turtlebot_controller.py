@@ -14,7 +14,7 @@ Publishes
     /diagnostics
 Parameters
     ~max_ang_z, ~tolerance_deg, ...: see TurnConfig in tb3_labs.nodes.controller.turns; they may
-    change while it runs: dynparam set /controller max_ang_z 1.0
+    change while the node runs: dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)

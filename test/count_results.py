@@ -1,11 +1,10 @@
 """Counts the tests that scripts/test.sh ran: each case once, by the results of pytest and rostest.
 
-Usage: count_results.py FOLDER CTEST_STATUS LINT LOG
+Usage: count_results.py FOLDER CTEST_STATUS LOG
 
-FOLDER has the result files. CTEST_STATUS is the exit status of ctest, and LOG its output. LINT is
-passed, failed or none. Prints the failures, the slowest tests, the repeated tests, the reasons of
-skipped tests, and last `N passed, N failed(, N skipped)`. The exit status is 0 only if nothing
-failed and something ran.
+FOLDER has the result files. CTEST_STATUS is the exit status of ctest, and LOG its output. Prints the
+failures, the slowest tests, the repeated tests, the reasons of skipped tests, and last
+`N passed, N failed(, N skipped)`. The exit status is 0 only if nothing failed and something ran.
 """
 import pathlib
 import re
@@ -46,7 +45,7 @@ def outcomes(file):
             yield 'passed', name, ''
 
 
-def main(folder, ctest_status, lint, log):
+def main(folder, ctest_status, log):
     """Count, print, and return the exit status."""
     found = [(file.stem, *outcome) for file in sorted(pathlib.Path(folder).rglob('*.xml'))
              for outcome in outcomes(file)]
@@ -55,8 +54,6 @@ def main(folder, ctest_status, lint, log):
         found.append(('ctest', 'failed', 'no test ran', ''))
     elif ctest_status != '0' and not has_failed:    # such as a crash after the last case
         found.append(('ctest', 'failed', f'ended with {ctest_status}; see the full output', ''))
-    if lint != 'none':
-        found.append(('catkin_lint', lint, 'see above', ''))
     for test, outcome, case, text in found:
         if outcome == 'failed':
             print(f'\nFAILED {test}: {case}')
@@ -67,8 +64,9 @@ def main(folder, ctest_status, lint, log):
     times = CTEST.findall(pathlib.Path(log).read_text(errors='replace'))
     if times:
         print('\nslowest:')
-    for name, seconds in sorted(times, key=lambda test: -float(test[1]))[:SLOWEST]:
-        print(f'{float(seconds):6.1f} s  {name}')
+    slowest = sorted([(float(seconds), name) for name, seconds in times], reverse=True)[:SLOWEST]
+    for seconds, name in slowest:
+        print(f'{seconds:6.1f} s  {name}')
     for _, outcome, case, _ in found:
         if outcome == 'repeated':
             print('tried again: ' + case)

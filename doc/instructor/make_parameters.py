@@ -18,7 +18,6 @@ from tb3_labs.control.drive_law import DriveConfig
 from tb3_labs.nodes.controller.turns import TurnConfig
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.nodes.move_to_goal.status import MoveToGoalConfig
-from tb3_labs.panel.access import PanelConfig
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.simulation.simulator_config import FIXED_FIELDS, SimulatorConfig
 
@@ -71,9 +70,7 @@ NODES = (
     NodeParameters('gamepad', 'gamepad.py', 'gamepad.launch', (PadConfig,)),
     NodeParameters('turtlebot3', 'fake_turtlebot3.py', 'fake_robot.launch',
                    (SimulatorConfig, FakeTurtlebot3Config),
-                   ('start_yaw_deg', 'imu_offset_deg', 'mystery')),
-    NodeParameters('panel', 'panel.py', 'panel.launch', (PanelConfig,),
-                   ('port', 'address', 'control')))
+                   ('start_yaw_deg', 'imu_offset_deg', 'mystery')))
 
 
 def annotated_yaml(node):

@@ -1,18 +1,18 @@
 # shellcheck shell=bash disable=SC2154,SC2034,SC2086    # variables of scripts/setup.sh, of which this is a part
 # The system's packages: which are needed, which are missing, and their installation by apt.
 
-# The systems that are supported, for the refusal of others.
+# The supported systems.
 supported='Debian 13, 12 and 11, Ubuntu 22.04, or Ubuntu 20.04 with ROS Noetic'
 
-# find_ros FOLDER: sets ros, the folder of a Noetic beside the system's packages; empty if there is none.
+# find_ros FOLDER: sets ros to the folder of a Noetic beside the system's packages, or to ''.
 find_ros() { ros=; if [ -r "$1/noetic/setup.bash" ]; then ros=$1/noetic; fi; }
 
-# run_packages, test_packages: the names on this system.  late_packages: lab_report.py asks for them when it is
-# started; they are a quarter of all packages.  requirements: the packages from PyPI.
+# run_packages and test_packages are the names on this system. lab_report.py asks for late_packages, a quarter of all
+# packages, when it is started. requirements are the packages from PyPI.
 name_packages() {
   local p
   late_packages=(python3-matplotlib)
-  requirements=(squaternion)    # the system has no package of it
+  requirements=(squaternion)    # the system does not have it
   if [ -n "$ros" ]; then
     run_packages=(make g++ python3-venv python3-numpy python3-setuptools)
     for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
@@ -40,7 +40,8 @@ name_packages() {
 pinned() { local p; for p in "${requirements[@]}"; do grep "^$p==" "$repo/scripts/setup/requirements.txt"; done; }
 pip_exactly=(--no-deps --only-binary :all: --require-hashes)
 
-# missing: packages to install now.  tests: is everything there that the tests need? Then tests are built too.
+# Sets missing, the packages to install now, and tests, which is 1 if all packages of the tests are there. Then the tests
+# are built, too.
 look_at_packages() {
   local installed p wanted=("${run_packages[@]}")
   installed=$(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' "${run_packages[@]}" "${test_packages[@]}" 2>/dev/null |
@@ -58,7 +59,7 @@ apt() {
     apt-get -o DPkg::Lock::Timeout=300 -o Acquire::Retries=2 -o Acquire::http::Timeout=20 "$@" 8>&-
 }
 
-# refuse_system: ends with one line if Noetic is missing, or if this system is not supported.
+# Ends the set-up with one line if Noetic is missing, or if this system is not supported.
 refuse_system() {
   local name container='docker build -t tb3_labs -f .devcontainer/Dockerfile .'
   name=$(. /etc/os-release 2>/dev/null && echo "${PRETTY_NAME:-}") || name=
@@ -75,7 +76,7 @@ install_packages() {
   [ -n "$ros" ] || refuse_system
   line="apt-get update; apt-get install --no-install-recommends ${missing[*]}"
   if [ "$EUID" != 0 ]; then
-    # `su -`: without the dash root keeps the user's PATH, which dpkg refuses.
+    # without the dash of `su -` root keeps the user's PATH, which dpkg refuses
     command -v sudo >/dev/null || fail "rights are missing (no sudo here): type this, and root's password, then start again: su - -c '$line'"
     sudo -n true 2>/dev/null || { [ -t 0 ] && say 'system packages are missing, installing them needs your password' && sudo -v; } ||
       fail "rights are missing (sudo refused): have an administrator run once: $line"

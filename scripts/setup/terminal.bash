@@ -1,24 +1,24 @@
-# A terminal's settings beside catkin's paths: an environment hook of the devel space that scripts/setup.sh builds. catkin
-# sources it for that space, and for each workspace that was built on top of it. So `source ~/catkin_ws/devel/setup.bash`
-# alone makes the same terminal as `source scripts/setup.sh`.
+# Sets what a terminal needs beside catkin's paths. This file is an environment hook of the devel space that scripts/setup.sh
+# builds. catkin sources it for that space, and for each workspace that was built on top of it. So
+# `source ~/catkin_ws/devel/setup.bash` alone makes the same terminal as `source scripts/setup.sh`.
 
 _tb3_labs_terminal() {
   local ws=${CATKIN_ENV_HOOK_WORKSPACE%/devel} home=~/.ros
   PATH=:$PATH: PATH=${PATH//:"$ws/venv/bin":/:} PATH=${PATH#:} PATH=$ws/venv/bin:${PATH%:}
-  # An empty entry, as `PYTHONPATH=$PYTHONPATH:...` in a .bashrc leaves it, is the current folder.
+  # `PYTHONPATH=$PYTHONPATH:...` in a .bashrc may leave an empty entry, which Python takes for the current folder.
   PYTHONPATH=$(tr -s : <<<":${PYTHONPATH:-}:") PYTHONPATH=${PYTHONPATH#:} PYTHONPATH=${PYTHONPATH%:}
 
-  # For catkin_make in this terminal: the catkin of Debian 13 takes the Python of a virtual environment or conda that is
-  # active, whatever comes first on PATH; so ours is. CMake 4 refuses catkin's top level without the second one.
+  # In this terminal the catkin_make of Debian 13 takes the Python of the active virtual environment, and CMake 4 refuses
+  # catkin's top level without the second variable.
   export VIRTUAL_ENV=$ws/venv CMAKE_POLICY_VERSION_MINIMUM=3.5
 
   if [ -O "$ws" ] && [ -w "$ws" ]; then home=$ws/ros; fi    # a room's installation belongs to another user
   export ROS_HOME=${ROS_HOME:-$home}
   export ROS_LOG_DIR=${ROS_LOG_DIR:-$ROS_HOME/log}
-  # No __pycache__ in the repository. (PYTHONPYCACHEPREFIX would also hide the byte code of the system's modules.)
+  # Python writes no __pycache__ into the repository. PYTHONPYCACHEPREFIX would hide the byte code of the system's modules.
   unset PYTHONPYCACHEPREFIX PYTHONOPTIMIZE    # --help prints docstrings
   export PYTHONDONTWRITEBYTECODE=1 HYPOTHESIS_STORAGE_DIRECTORY=$ROS_HOME/hypothesis
-  export PYTHONNOUSERSITE=1    # what pip once put into ~/.local may be too new or too old for ROS
+  export PYTHONNOUSERSITE=1    # packages in ~/.local may be too new or too old for ROS
 
   case ${ROS_MASTER_URI:-} in
     '' | http://localhost | http://localhost[:/]* | http://127.*)
@@ -43,8 +43,8 @@ PYTHON
   esac
 }
 
-# For a person's bash: roscd, and completion by the Tab key. Noetic's own hook brings rosbash; Debian's lies where only
-# bash-completion looks, if that is installed, and for no command of these names. The second place is Debian 11's.
+# A person's bash gets roscd, and completion by the Tab key. Noetic's own hook sources rosbash. Debian has rosbash in a folder
+# of bash-completion, which does not source it. The second folder is Debian 11's.
 if [[ $- == *i* ]]; then
   for _tb3_labs_rosbash in /usr/share/bash-completion/completions/rosbash /etc/bash_completion.d/rosbash; do
     # shellcheck disable=SC1090
@@ -53,5 +53,5 @@ if [[ $- == *i* ]]; then
   unset _tb3_labs_rosbash
 fi
 
-_tb3_labs_terminal || true    # catkin's files do not ask; whoever sources this may have `set -e`
+_tb3_labs_terminal || true    # the caller may have `set -e`
 unset -f _tb3_labs_terminal

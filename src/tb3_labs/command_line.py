@@ -5,7 +5,7 @@ import os
 import secrets
 import signal
 from pathlib import Path
-from typing import Any, Callable, Union
+from typing import Any, Union
 
 
 class Parser(argparse.ArgumentParser):
@@ -28,18 +28,6 @@ def number_or_text(word: str) -> Union[float, str]:
         return float(word)
     except ValueError:
         return word
-
-
-def whole_number(most: int) -> Callable[[str], int]:
-    """Returns the `type` of an argument whose valid values are whole numbers from 1 to `most`."""
-    def read(word: str) -> int:
-        # int() raises an exception for thousands of digits
-        is_number = word.isdecimal() and len(word) < 10
-        if not is_number or int(word) < 1 or int(word) > most:
-            raise argparse.ArgumentTypeError(
-                f'{word!r:.40} is not valid: a whole number from 1 to {most}')
-        return int(word)
-    return read
 
 
 def output_folder(path: Union[str, Path]) -> Path:

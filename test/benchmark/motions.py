@@ -1,9 +1,10 @@
 """Accuracy and time of drives and turns, in pure Python, judged by the robot's true pose.
 
 The rows are those of measured.md and failures.md. Robots, starts, offsets and goals are drawn at random from a fixed
-seed. The shortest time of a drive is that of any turn, straight line and turn within the same limits; of a turn, its
-angle at 1.5 rad/s. The time of a motion ends when the robot moves slower than 0.001 m/s and 0.01 rad/s for good.
-`falsely` counts drives that were reported as reached while the robot still moved, or was outside of the tolerance.
+seed. The shortest time of a drive is the time of a turn, a straight line and a turn within the same limits. The
+shortest time of a turn is its angle at 1.5 rad/s. A motion ends when the robot stays slower than 0.001 m/s and
+0.01 rad/s. `falsely` is the number of drives that the node reported as reached while the robot still moved, or was
+outside of the tolerance.
 
 Usage: motions.py [number of drives of each kind, default 100]
 """
@@ -12,6 +13,7 @@ import random
 import statistics
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from itertools import product
 
 from stops import setting, stop_of_a_drive, stop_of_a_turn
 from rollout import drive, least_time, turns
@@ -26,14 +28,15 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 CONFIG, BURGER = DriveConfig(), robot_model('burger')
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
-#: Name, settings of the robot (None: random delays of up to 70 ms), and whether the goal is the lab's.
+#: (name, settings of the robot or None for random delays of up to 70 ms, is the goal the lab's?)
 DRIVES = [('to the goal of the lab', None, True), ('to random goals', None, False),
           ('over the network busy', NETWORKS['busy'], True), ('over the network bad', NETWORKS['bad'], True)]
 #: Latency of commands and lag of the motors in a turn [s].
 SLOW = {'command_latency': 0.05, 'motor_lag': 0.05}
-#: Each turn from these headings [deg], both ways round, so many times.
-TURN_STARTS, TURN_REPEATS = (0.0, 90.0, 179.0, -179.0), 6
-#: Name, fault, and whether it also ends a turn by the IMU alone.
+#: Each turn begins at each of these headings [deg], in both directions, TURN_REPEATS times.
+TURN_STARTS = 0.0, 90.0, 179.0, -179.0
+TURN_REPEATS = 6
+#: (name, fault, does the fault also end a turn by the IMU alone?)
 FAULTS = [('IMU silent', setting(imu_silent=True), True),
           ('odometry silent', setting(odom_silent=True), False),
           ('both silent', setting(imu_silent=True, odom_silent=True), True),
@@ -86,18 +89,21 @@ def rows_of_motions(pool, number):
     """Yields the table of measured.md."""
     yield MOTION_ROW.format('median / worst', 'arrived', 'falsely', 'place', 'heading', 'time/shortest')
     for kind in DRIVES:
-        shortest, made = zip(*pool.map(one_drive, [(kind, seed) for seed in range(number)]))
-        good = [(each, least) for each, least in zip(made, shortest) if each.reached]
+        name, _, _ = kind
+        made = list(pool.map(one_drive, [(kind, seed) for seed in range(number)]))
+        good = [(least, each) for least, each in made if each.reached]
         yield MOTION_ROW.format(
-            kind[0], len(good), sum(map(is_said_falsely, made)),
-            spread('{:.1f} / {:.1f} mm', [1000.0 * each.distance_error for each, _ in good]),
-            spread('{:.2f} / {:.2f} deg', [abs(math.degrees(each.angle_error)) for each, _ in good]),
-            spread('{:.2f} / {:.2f}', [each.time / least for each, least in good]))
+            name, len(good), sum(is_said_falsely(each) for _, each in made),
+            spread('{:.1f} / {:.1f} mm', [1000.0 * each.distance_error for _, each in good]),
+            spread('{:.2f} / {:.2f} deg', [abs(math.degrees(each.angle_error)) for _, each in good]),
+            spread('{:.2f} / {:.2f}', [each.time / least for least, each in good]))
     for degrees in 90.0, 180.0:
-        cases = [(sign * degrees, start) for start in TURN_STARTS for sign in (1.0, -1.0) for _ in range(TURN_REPEATS)]
-        errors, times = zip(*pool.map(one_turn, [(*case, seed) for seed, case in enumerate(cases)]))
+        turns_and_starts = product(TURN_STARTS, (degrees, -degrees), range(TURN_REPEATS))
+        cases = [(turn, start, seed) for seed, (start, turn, _) in enumerate(turns_and_starts)]
+        made = list(pool.map(one_turn, cases))
         yield MOTION_ROW.format('turns by {:.0f} deg'.format(degrees), len(cases), '', '',
-                                spread('{:.2f} / {:.2f} deg', errors), spread('{:.2f} / {:.2f}', times))
+                                spread('{:.2f} / {:.2f} deg', [error for error, _ in made]),
+                                spread('{:.2f} / {:.2f}', [time for _, time in made]))
 
 
 def rows_of_faults():
@@ -113,8 +119,8 @@ def rows_of_faults():
             '{:.0f} deg'.format(math.degrees(max(stop.turn for stop in stops))))
 
 
-def main(number):
-    """Drive, turn and print."""
+def main(number=100):
+    """Drive, turn and print. `number` is the number of drives of each kind."""
     with ProcessPoolExecutor() as pool:
         for row in rows_of_motions(pool, number):
             print(row, flush=True)
@@ -123,4 +129,5 @@ def main(number):
 
 
 if __name__ == '__main__':
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
+    _, *words = sys.argv
+    main(*map(int, words))

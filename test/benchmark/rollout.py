@@ -1,7 +1,7 @@
 """One motion from start to rest, in pure Python: a node's core on the embedded robot.
 
-It is faster than real time by orders of magnitude. Benchmark and tests judge motions by it, always
-by the robot's true pose, never by the core's estimate.
+A roll-out is faster than real time by orders of magnitude. Benchmarks and tests judge motions by
+the robot's true pose, and never by the core's estimate.
 
 Units: seconds, metres, radians.
 """
@@ -28,7 +28,7 @@ from tb3_labs.supervision.goal_requests import RequestedPose
 #: Time between two looks at the robot's true pose [s].
 POLL_PERIOD = 0.02
 TURN_POLL_PERIOD = 0.005
-#: A robot that does not move for this long has come to rest for good [s].
+#: A robot that has not moved for this long [s] stays at rest.
 SETTLED_TIME = 0.5
 #: A drive ends at rest if the robot's mean speed in this time is at most REST_LINEAR [m/s] and
 #: REST_ANGULAR [rad/s], so that it moves on by less than 0.3 mm and 0.1 deg [s].
@@ -66,7 +66,7 @@ class Drive:
 
 def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig = DriveConfig(),
           declared: Pose2 = Pose2()) -> Drive:
-    """Let a robot that was declared to be at `declared` drive to `goal` (both in local)."""
+    """Declare the robot at `declared`, and let it drive to `goal`. Both poses are in local."""
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
     response = MotorResponse()
@@ -94,15 +94,16 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
     here = local_T_world @ robot.truth
     status = navigator.status(robot.now)
     return Drive(
-        status.state is GoalState.GOAL_REACHED, status.failure,
-        end - begun, here.distance_to(goal), difference(here.yaw, goal.yaw),
-        max(abs(linear) for linear, _ in commands), max(abs(angular) for _, angular in commands),
-        max(abs(linear) + model.half_track * abs(angular) for linear, angular in commands), overrun,
-        rested)
+        reached=status.state is GoalState.GOAL_REACHED, failure=status.failure, time=end - begun,
+        distance_error=here.distance_to(goal), angle_error=difference(here.yaw, goal.yaw),
+        max_linear=max(abs(linear) for linear, _ in commands),
+        max_angular=max(abs(angular) for _, angular in commands),
+        max_wheel=max(abs(linear) + model.half_track * abs(angular) for linear, angular in commands),
+        overrun=overrun, rested=rested)
 
 
 def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None:
-    """Declare the pose as soon as both sensors are heard: the network may stall at first."""
+    """Declare the pose when both sensors have been heard. At first the network may stall."""
     reset = Reset(RequestedPose(declared))
     navigator.on_reset(reset, robot.now, robot.now)
     if reset.problem:
@@ -134,8 +135,8 @@ def _turn(robot: Simulator, controller: ControllerCore, degrees: float) -> SpotT
         overshoot = max(overshoot, sign * (yaw - start - goal))
         if moved(before, robot.truth, TURN_POLL_PERIOD):
             resting_since = robot.now
-    return SpotTurn(yaw - start, resting_since - begun, overshoot,
-                    max(abs(angular) for _, angular in commands))
+    return SpotTurn(turned=yaw - start, time=resting_since - begun, overshoot=overshoot,
+                    fastest=max(abs(angular) for _, angular in commands))
 
 
 def moved(before: Pose2, after: Pose2, seconds: float, linear: float = STILL_LINEAR,
@@ -156,10 +157,11 @@ def _control(robot: Simulator, controller: ControllerCore, seconds: float) -> Li
 
 
 class Listening:
-    """A stream of samples, left alone for `idle_for(now)` [s] after each sample that is read."""
+    """A stream of samples. After each sample that is read, none is read for `idle_for(now)` [s]."""
 
     def __init__(self, idle_for):
-        self._idle_for, self._until = idle_for, -math.inf
+        self._idle_for = idle_for
+        self._until = -math.inf
 
     def reads(self, now):
         """Does the node read a sample that arrives now?"""
@@ -192,7 +194,8 @@ def control(robot: Simulator, controller: ControllerCore) -> Callable[[Sample], 
 
 
 def newest_of(samples: Sequence[Sample], kind: type) -> List[Sample]:
-    """The samples to be read of those that arrived together: the latest of `kind`, all others."""
+    """Returns the samples that a node reads of `samples`, which arrived together: the latest one of
+    `kind`, and all of other types."""
     last = max((index for index, sample in enumerate(samples) if isinstance(sample, kind)),
                default=None)
     return [sample for index, sample in enumerate(samples)
@@ -200,9 +203,8 @@ def newest_of(samples: Sequence[Sample], kind: type) -> List[Sample]:
 
 
 def run(robot, driver, hear, seconds, log_lines=None):
-    """Let time pass: each sample goes to `hear` when it arrives, and the command of `driver` then
-    goes to the robot. Returns the commands, a zero Twist2 where the driver is silent. Its LogLine are
-    added to the list `log_lines`."""
+    """Let time pass. Give each sample to `hear` when it arrives, and then the command of `driver` to
+    the robot. Returns the commands. The LogLines of `driver` are added to the list `log_lines`."""
     commands: List[Twist2] = []
     end = robot.now + seconds
     while robot.now < end:
@@ -216,7 +218,7 @@ def run(robot, driver, hear, seconds, log_lines=None):
 
 def obey(robot: Simulator, driver: Union[MoveToGoalCore, ControllerCore],
          log_lines: Optional[List[LogLine]] = None) -> List[Twist2]:
-    """The robot gets the command of `driver`, if there is one; returns it in a list."""
+    """Give the command of `driver` to the robot. Returns a list with the command, or without one."""
     output = driver.tick(robot.now, robot.now)
     if log_lines is not None:
         log_lines += output.log_lines
@@ -239,5 +241,8 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
     linear = min(max_linear, model.max_linear)
     angular = min(max_angular, model.max_angular)
     line = start.bearing_to(goal)
-    return min(sum_of_turns(start.yaw, face, goal.yaw) / angular + start.distance_to(goal) / linear
-               for face in ((line, line + math.pi) if reverse else (line,)))
+    faces = [line]
+    if reverse:
+        faces.append(line + math.pi)
+    turn_time = min(sum_of_turns(start.yaw, face, goal.yaw) for face in faces) / angular
+    return turn_time + start.distance_to(goal) / linear

@@ -1,7 +1,7 @@
 """The end of a motion in which something fails: roll-outs on the embedded robot.
 
-In each state of a drive, and in a turn, a fault begins. Measured are the time at which the core
-commands zero, the time at which the robot truly stands, and its true motion until then.
+In each state of a drive, and in a turn, a fault begins. A Stop has the times until the core commands
+zero and until the robot truly stands, and the robot's true motion.
 
 Units: seconds, metres, radians.
 """
@@ -20,15 +20,15 @@ from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: The goal of a drive with three parts, each long enough for an interruption.
+#: A drive to this goal has three parts, and each is long enough for a fault.
 GOAL = Pose2(-0.9, 0.675, 0.0)
 #: A robot with the delays of a lab's network.
 ROBOT = SimulatorConfig(imu_offset_deg=140.6, command_latency=0.02, sensor_latency=0.01)
-#: The fault begins this long after the state has begun: in full motion [s].
+#: The fault begins this time after the begin of the state, when the robot has its full speed [s].
 FULL_MOTION = 0.7
-#: Nobody waits longer than this for a stop [s].
-PATIENCE = 3.2
-#: A robot that has rested for this long after a zero stays at rest [s].
+#: Longest wait for a stop [s].
+STOP_TIMEOUT = 3.2
+#: A robot that has rested for this long [s] after a zero stays at rest.
 SETTLED_TIME = 1.0
 STEP = 0.01
 ZERO = Twist2()
@@ -46,7 +46,7 @@ class Stop:
 
 
 def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()):
-    """Stop of a drive to GOAL: `fault` (robot -> None) begins during a GoalState."""
+    """Returns the Stop of a drive to GOAL. `fault(robot)` begins a fault during a GoalState."""
     robot = Simulator(robot_config)
     navigator = MoveToGoalCore(DriveLaw(drive_config, robot_model(robot_config.model)), True)
     hear = navigation(robot, navigator)
@@ -62,19 +62,21 @@ def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()
 
 
 def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=180.0):
-    """Stop of a turn during which `fault` (robot -> None) begins."""
+    """Returns the Stop of a turn, during which `fault(robot)` begins a fault."""
     robot = Simulator(robot_config)
     controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     hear = control(robot, controller)
     run(robot, controller, hear, 0.5)
     controller.request_turn(degrees, robot.now)
-    told = []
-    return _stop(robot, controller, hear, fault, lambda: '; '.join(
-        line.text for line in told if line.warning), told)
+    log_lines = []
+
+    def reason():
+        return '; '.join(line.text for line in log_lines if line.warning)
+    return _stop(robot, controller, hear, fault, reason, log_lines)
 
 
 def setting(**changes):
-    """A fault that is a change of the robot's settings."""
+    """Returns a fault that changes the robot's settings."""
     return lambda robot: robot.configure(replace(robot.config, **changes))
 
 
@@ -83,12 +85,15 @@ def _stop(robot, driver, hear, fault, reason, log_lines=None):
     fault(robot)
     begun = moved_at = robot.now
     last, yaw = robot.truth, robot.truth.yaw
-    zero_at, way, turn, said = None, 0.0, 0.0, ''
-    while robot.now - begun < PATIENCE and (
+    zero_at = None
+    way = turn = 0.0
+    zero_reason = ''
+    while robot.now - begun < STOP_TIMEOUT and (
             zero_at is None or robot.now - max(zero_at, moved_at) < SETTLED_TIME):
         commands = run(robot, driver, hear, STEP, log_lines)
         if zero_at is None and ZERO in commands:
-            zero_at, said = robot.now, reason()
+            zero_at = robot.now
+            zero_reason = reason()
         here = robot.truth
         now_yaw = unwrap(here.yaw, yaw)
         if moved(last, here, STEP):
@@ -96,5 +101,7 @@ def _stop(robot, driver, hear, fault, reason, log_lines=None):
         way += last.distance_to(here)
         turn += abs(now_yaw - yaw)
         last, yaw = here, now_yaw
-    return Stop(said or reason(), math.inf if zero_at is None else zero_at - begun,
-                moved_at - begun, way, turn)
+    if zero_at is None:
+        zero_at = math.inf
+    return Stop(reason=zero_reason or reason(), to_zero=zero_at - begun,
+                to_rest=moved_at - begun, way=way, turn=turn)

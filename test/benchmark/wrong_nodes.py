@@ -1,19 +1,20 @@
-"""Is each mistake named? The nodes of wrong_nodes.yaml are marked, and their runs are reported. For each node the
-program prints the first sentences of the marks and of the report.
+"""Is each mistake named? Marks the nodes of wrong_nodes.yaml, and makes reports of their runs. Prints the first
+sentences of each.
 
     python3 test/benchmark/wrong_nodes.py                   all of them; two hours on two cores
     python3 test/benchmark/wrong_nodes.py turn abs spin     those with one of these words in their name
     python3 test/benchmark/wrong_nodes.py --again FOLDER    the sentences again, from the recordings
 
-A mistake is named if its words and its place stand in the first two sentences. These are the sentence on the first
+A mistake is named if its words and its place in the sheet stand in the first two sentences of the check: the first
 criterion that is not met, and the hint. A right node must not lose a point, and its report must not accuse it. The exit
-status is 1 if less than nine of ten mistakes are named, or if a right node is accused.
+status is 1 if less than nine of ten mistakes are named, or a right node is accused.
 """
 import argparse
 import re
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from dataclasses import replace
 from html import unescape
 from pathlib import Path
@@ -68,8 +69,8 @@ def record_of(folder, row):
     return folder / row['lab'] / 'marks' / 'logs' / (row['name'] + '.bag')
 
 
-def told(seen, lab):
-    """Returns (points lost, the first sentences of the check, the sentences of the report)."""
+def sentences_of(seen, lab):
+    """Returns (points lost, first sentences of the check, sentences of the report)."""
     from tb3_labs.marking.labs.criteria import Outcome
     from tb3_labs.marking.marks import Marks, marks_after_trial, points_of, read_points
     marks = marks_after_trial(Marks(''), seen, lab, points_of(lab, read_points(None)))
@@ -99,19 +100,22 @@ def main():
     folder = given.again or Path(tempfile.mkdtemp(prefix='wrong_nodes_'))
     if not given.again:
         observe(folder, rows)
-    named, wrong, accused = 0, 0, 0
-    rows = [row for row in rows if record_of(folder, row).exists()]
+    counts = Counter()      # {(is the node wrong?, is it judged as it should be?): number of nodes}
     for row in rows:
-        seen = read_trial(record_of(folder, row))
-        lost, row['check'], row['report'] = told(seen, row['lab'])
-        found = is_named(row, row['check']) if row['words'] else not (lost or row['report'].strip())
-        accused += not row['words'] and not found
-        wrong += bool(row['words'])
-        named += bool(row['words']) and found
-        print('{} {}: {}, {:g} points lost\n      {}\n    R {}'.format(
-            'ok  ' if found else 'MISS', row['lab'], row['name'], lost, row['check'], row['report']))
-    print('{} of {} mistakes are named; {} right nodes are accused. The recordings: {}'.format(
-        named, wrong, accused, folder))
+        if not record_of(folder, row).exists():
+            continue
+        lost, checked, report = sentences_of(read_trial(record_of(folder, row)), row['lab'])
+        if row['words']:
+            is_good = is_named(row, checked)
+        else:
+            is_good = not lost and not report.strip()
+        counts[bool(row['words']), is_good] += 1
+        verdict = 'ok  ' if is_good else 'MISS'
+        print(f"{verdict} {row['lab']}: {row['name']}, {lost:g} points lost\n      {checked}\n    R {report}")
+    named = counts[True, True]
+    wrong = named + counts[True, False]
+    accused = counts[False, False]
+    print(f'{named} of {wrong} mistakes are named; {accused} right nodes are accused. The recordings: {folder}')
     return int(named < BAR * wrong or accused > 0)
 
 

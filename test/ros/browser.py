@@ -53,8 +53,8 @@ window.makeTestPad = (axes, pressed) => {
 
 
 class Cable:
-    """A cable to a port of this computer. Bytes that are sent while the cable is unplugged arrive when it is plugged in
-    again, as by TCP."""
+    """A cable to a port of this computer. As with TCP, bytes that are sent while the cable is unplugged arrive when the
+    cable is plugged in again."""
 
     def __init__(self, port):
         self._port, self._plugged = port, threading.Event()
@@ -63,7 +63,7 @@ class Cable:
         threading.Thread(target=self._connect, daemon=True).start()
 
     def address(self, address):
-        """The address of a page by this cable."""
+        """Returns the address of a page by this cable."""
         assert str(self._port) in address, 'the panel has another port: ' + address
         return address.replace(str(self._port), str(self._listener.getsockname()[1]))
 
@@ -118,7 +118,7 @@ class Browser:
     # -- what a person sees
 
     def picture(self, name):
-        """An entry of the picture that the page shows."""
+        """Returns an entry of the picture that the page shows."""
         return self.run('return (window.panel && panel.latest || {})[arguments[0]]', name)
 
     def text(self, element):
@@ -141,21 +141,21 @@ class Browser:
 
     @property
     def notes(self):
-        """The lines of the page's log that are of the panel."""
+        """The lines of the panel in the page's log."""
         try:
             return [line for line in self.text('log').splitlines() if '/panel' in line]
         except WebDriverException:
             return []
 
     def errors(self):
-        """The browser's warnings and errors."""
+        """Returns the browser's warnings and errors."""
         return [entry['message'] for entry in self._driver.get_log('browser')
                 if entry['level'] in ('SEVERE', 'WARNING')]
 
     # -- what a person does
 
     def run(self, script, *arguments):
-        """The value of a script in the page."""
+        """Returns the value of a script in the page."""
         return self._driver.execute_script(script, *arguments)
 
     def click(self, element):
@@ -211,7 +211,7 @@ class Browser:
         self._actions().release().perform()
 
     def move_pad(self, axes=(0, 0, 0, 0), pressed=()):
-        """The gamepad at this computer shows these axes and pressed buttons."""
+        """Set the axes and the pressed buttons of the gamepad at this computer."""
         self.run('makeTestPad(arguments[0], arguments[1])', list(axes), list(pressed))
 
     def hide(self):
@@ -224,7 +224,7 @@ class Browser:
         self._driver.switch_to.window(self._tab)
 
     def freeze(self):
-        """All processes of the browser stand still, as on a laptop that is suspended."""
+        """Stop all processes of the browser, as on a laptop that is suspended."""
         self._signal(signal.SIGSTOP)
 
     def thaw(self):

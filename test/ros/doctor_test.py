@@ -8,7 +8,6 @@ import os
 import re
 import signal
 import sys
-import tempfile
 import time
 import xmlrpc.client
 from concurrent.futures import ThreadPoolExecutor
@@ -28,13 +27,12 @@ ROBOT = 'fake_turtlebot3.py', '_imu_rate:=50'
 HOLDING = '_stalls_per_min:=120', '_longest_stall:=1.2'
 #: The stamps of a patient are ahead by this time [s].
 AHEAD = 3.0
-#: Makes a computer with many faults, in a separate network: WSL's kernel behind NAT, an unknown master.
+#: Makes a computer in a separate network in which the master is unknown.
 BAD_COMPUTER = '''
 ip link set lo up; ip link add lan type veth peer name far; ip link set far up
 ip addr add 172.20.0.5/20 dev lan; ip link set lan up
 ip route add default via 172.20.0.1
-echo Linux version 5.15 microsoft-standard-WSL2 > {0}/version
-mount --bind {0}/version /proc/version; exec "$@"
+exec "$@"
 '''
 #: (patient, subject of the line, verdict, words in the line)
 FOUND = (
@@ -59,7 +57,6 @@ FOUND_ON_HOSTS = (
      'cannot reach /driver_of_robot2 at http://ann.invalid:.*ROS_IP=10.77.2.2'),
     ('bad laptop', 'Address', 'FAULT', "10.77.9.9' is not an address .*10.77.2.2"),
     ('cut', 'Master', 'FAULT', "10.77.2.2:11311' (does not answer|cannot be reached)"),
-    ('bad computer', 'NAT', 'FAULT', 'WSL behind NAT: no robot can reach 172.20.0.5.*wslconfig'),
     ('bad computer', 'Address', 'FAULT', "ROS_HOSTNAME='localhost': on the robot this address is the robot"),
     ('bad computer', 'Master', 'FAULT', "10.1.1.1:11311' (does not answer|cannot be reached)"))
 
@@ -72,7 +69,9 @@ class Doctors:
     """
 
     def __init__(self, hiccups):
-        self._hiccups, self._called, self.ended = hiccups, {}, {}
+        self._hiccups = hiccups
+        self._called = {}
+        self.ended = {}
         self._pool = ThreadPoolExecutor(20)
 
     def call(self, patient, *arguments, prefix=(), environment=None):
@@ -101,9 +100,9 @@ class DoctorTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('stand_in', disable_signals=True)
-        cls.missing, cls.hosts = TwoHosts.missing(), None
-        cls.doctors, cls.folder = Doctors(cls.hiccups), tempfile.TemporaryDirectory()
-        cls.addClassCleanup(cls.folder.cleanup)
+        cls.missing = TwoHosts.missing()
+        cls.hosts = None
+        cls.doctors = Doctors(cls.hiccups)
         if not cls.missing:
             cls.hosts = TwoHosts()
             cls.addClassCleanup(cls.hosts.remove)
@@ -199,9 +198,8 @@ class DoctorTest(NodeCase):
         # the time of these doctors is limited
         call('no master', environment={'ROS_MASTER_URI': 'http://localhost:1'})
         if cls.hosts:
-            call('bad computer', prefix=['unshare', '-n', '-m', 'sh', '-c', BAD_COMPUTER.format(
-                cls.folder.name), 'sh'], environment={
-                    'ROS_MASTER_URI': 'http://10.1.1.1:11311', 'ROS_HOSTNAME': 'localhost'})
+            call('bad computer', prefix=['unshare', '-n', 'sh', '-c', BAD_COMPUTER, 'sh'], environment={
+                'ROS_MASTER_URI': 'http://10.1.1.1:11311', 'ROS_HOSTNAME': 'localhost'})
             cls.hosts.connect(False)
             call('cut', 'robot1', **cls.on('robot'))
         cls.doctors.wait()
@@ -229,15 +227,15 @@ class DoctorTest(NodeCase):
             lines, status, _ = self.read(patient)
             if not re.search('^{} .*{}'.format(verdict, words), lines[subject]):
                 wrong.append((patient, lines[subject], words))
-            self.assertEqual(status, 1 if any(
-                line.startswith('FAULT') for line in lines.values()) else 0)
+            has_fault = any(line.startswith('FAULT') for line in lines.values())
+            self.assertEqual(status, int(has_fault))
         self.assertEqual(wrong, [])
 
     def test_a_healthy_robot_has_no_fault(self):
         lines, status, seconds = self.read('healthy')
         self.assertEqual(status, 0)
         self.assertEqual(list(lines), [
-            'Address', 'NAT', 'Master', 'Robot', 'Nodes', 'Way',
+            'Address', 'Master', 'Robot', 'Nodes', 'Way',
             'Drivers', 'imu', 'odom', 'joint_states', 'Clock', 'Gyro', 'Drift', 'Way back'])
         self.assertIn('agrees with the wheels', lines['Gyro'])
         # a busy computer delays messages
@@ -248,7 +246,7 @@ class DoctorTest(NodeCase):
     def test_nothing_is_left_registered(self):
         self.assertEqual(self.before, self.after)
 
-    def test_ctrl_c_ends_it_quietly(self):
+    def test_ctrl_c_ends_the_doctor_without_a_traceback(self):
         status, output, _ = self.doctors.ended['interrupted']
         self.assertEqual(status, 130)
         self.assertNotIn('Traceback', output)
@@ -256,13 +254,15 @@ class DoctorTest(NodeCase):
 
     def test_each_fault_of_a_robot_is_named_in_time(self):
         self.check(FOUND)
-        self.assertLess(self.read('no master')[2], 3.0)
+        _, _, seconds = self.read('no master')
+        self.assertLess(seconds, 3.0)
 
     def test_each_fault_of_a_network_is_named_in_time(self):
         if not self.hosts:
             self.skipTest(self.missing)
         self.check(FOUND_ON_HOSTS)
-        self.assertLess(self.read('cut')[2], 4.0)
-        self.assertLess(self.read('bad computer')[2], 4.0)
+        for patient in 'cut', 'bad computer':
+            _, _, seconds = self.read(patient)
+            self.assertLess(seconds, 4.0)
         _, output, _ = self.doctors.ended['bad computer']
-        self.assertRegex(output.splitlines()[-1], '^3 faults: begin with the first')
+        self.assertRegex(output.splitlines()[-1], '^faults: 2, .*begin with the first')

@@ -49,14 +49,14 @@ class PanelBrowserTest(PanelCase):
         if self.browser is None:
             type(self).browser = Browser(CABLE.address(self.address))
         self.page = self.browser
-        self.page.wait_until(lambda: all((self.page.picture('can') or {'': False}).values()),
-                             STARTING, 'all nodes')
+        self.page.wait_until(lambda: self.page.picture('stops') is not None, STARTING, 'a picture')
+        self.wait_for_nodes()
         self.page.click('stop')
         self.rest()
         self.page.wait_for(page='', has_control=False)
 
     def pages(self):
-        return ([self.browser] if self.browser else []) + self.others
+        return [page for page in (self.browser, *self.others) if page]
 
     def here(self):
         """Reset the local pose to 0, 0, 0. Returns the robot's true pose, which is the origin of local."""
@@ -100,7 +100,7 @@ class PanelBrowserTest(PanelCase):
         self.assertLess(abs(math.degrees(reached.yaw)), 0.7)
         self.assertEqual(self.page.errors(), [])
 
-    def test_a_stick_drives_until_it_is_let_go(self):
+    def test_a_stick_drives_until_the_person_lets_go(self):
         start = self.rest()
         self.page.grip('stick-left', up=0.9)
         self.assert_drives_forward(start)
@@ -172,7 +172,7 @@ class PanelBrowserTest(PanelCase):
             other.let_go()
         self.page.run('window.testPad = null')
 
-    def test_the_mouse_pad_drives_until_it_is_let_go(self):
+    def test_the_mouse_pad_drives_until_the_person_lets_go(self):
         self.page.click('tab-mouse')
         self.page.grip('mouse-pad', across=-0.9, up=0.9)    # forward, and to the left
         self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.15 and command[1] > 0.2)
@@ -181,7 +181,7 @@ class PanelBrowserTest(PanelCase):
         self.assert_stopped(since)
         self.page.click('tab-pad')
 
-    def test_a_hidden_page_stops_and_does_not_go_on_by_itself(self):
+    def test_a_hidden_page_stops_and_stays_stopped(self):
         self.page.grip('stick-left', up=0.9)
         self.wait_until_it_moves()
         since = rospy.get_time()
@@ -192,7 +192,7 @@ class PanelBrowserTest(PanelCase):
         self.assert_stands(2 * SILENCE)
         self.page.let_go()
 
-    def test_a_page_that_is_frozen_or_cut_off_stops_and_does_not_go_on_by_itself(self):
+    def test_a_frozen_or_disconnected_page_stops_and_stays_stopped(self):
         for stop, go_on in ((self.page.freeze, self.page.thaw), (CABLE.pull, CABLE.plug)):
             self.page.grip('stick-left', up=0.9)
             self.wait_until_it_moves()
@@ -206,7 +206,7 @@ class PanelBrowserTest(PanelCase):
             self.page.let_go()
             self.page.wait_until(lambda: not self.page.is_shown('banner'), STARTING, 'its return')
 
-    def test_a_page_without_its_panel_says_so_and_comes_back(self):
+    def test_a_page_without_a_panel_shows_a_banner_and_connects_again(self):
         self.panel.end()
         self.page.wait_until(lambda: self.page.is_shown('banner'), 10.0, 'the banner')
         before = self.page.picture('now')
@@ -215,4 +215,4 @@ class PanelBrowserTest(PanelCase):
         self.start_panel()
         self.page.wait_until(lambda: not self.page.is_shown('banner'), STARTING, 'its return')
         self.page.wait_until(lambda: self.page.picture('now') > before, STARTING, 'new pictures')
-        self.page.wait_until(lambda: all(self.page.picture('can').values()), STARTING, 'all nodes')
+        self.wait_for_nodes()

@@ -1,16 +1,17 @@
-"""The tests of the panel share these checks of the robot's motion, and the decision which tests are void.
+"""Checks of the robot's motion in the tests of the panel.
 
-A page that is silent for 0.25 s is lost, and a node must stop. On a busy machine the page of a test
-itself may be late, or its messages reach the panel late: such a test is void, see
-:meth:`PanelCase.excuse`.
+A page that is silent for 0.25 s is lost, and the robot must stop. On a busy machine the page of a test
+may be late, or its messages reach the panel late. Then :meth:`PanelCase.excuse` makes the test void.
 """
+import xmlrpc.client
 
+import rosgraph
 import rospy
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
-from node_case import SILENCE, ZERO, NodeCase
+from node_case import SILENCE, STARTING, ZERO, NodeCase
 
 #: A lost page has stopped the robot after this time [s].
 LOSS = 0.3
@@ -18,8 +19,21 @@ LOSS = 0.3
 VOID = 'stopped meanwhile', 'came late', 'is silent for'
 
 
+#: Topics of the panel, to which move_to_goal, the gamepad and the controller listen.
+HEARD = {'/ctrl_relinq', '/joy', '/mouse_info', '/turn', '/move_base_simple/goal'}
+
+
 class PanelCase(NodeCase):
     """A case with an Observer `observer` of cmd_vel and ground_truth."""
+
+    def wait_for_nodes(self):
+        """Wait until the nodes of the labs listen to the panel."""
+        def all_listen():
+            address = rosgraph.Master(rospy.get_name()).lookupNode('/panel')
+            _, _, links = xmlrpc.client.ServerProxy(address).getBusInfo(rospy.get_name())
+            return HEARD <= {topic for _, node, direction, _, topic, *_ in links
+                             if direction == 'o' and node != '/panel'}
+        self.observer.wait_until(all_listen, STARTING, 'all nodes')
 
     @staticmethod
     def is_at(shown, place, within):
@@ -37,7 +51,7 @@ class PanelCase(NodeCase):
             pose.yaw, start.yaw) < 2.0)
 
     def assert_stopped(self, since, within=LOSS):
-        """As NodeCase's method. Then the robot must stand."""
+        """Check as NodeCase does. Then the robot must stand."""
         super().assert_stopped(since, within)
         self.assert_stands()
 
@@ -50,8 +64,8 @@ class PanelCase(NodeCase):
         self.assertEqual(commands - {ZERO}, set())
 
     def excuse(self, _begun):
-        """The reason why a test was void, or ''. `pages()` of the case are the pages of the present test, each with
-        its `notes`."""
+        """Returns the reason why the test was void, or ''. The method `pages()` of the case returns the pages of the
+        test. Each page has its `notes`."""
         notes = [note for page in self.pages() for note in page.notes]
         print('the panel refused:', notes)
         return next((note for note in notes if any(words in note for words in VOID)), '')

@@ -1,4 +1,4 @@
-"""A page of the panel without a browser. It has a websocket, and hands that hold controls."""
+"""A page of the panel without a browser. It sends the messages of a person's pad and mouse."""
 import asyncio
 import json
 import re
@@ -10,7 +10,7 @@ from tornado.websocket import websocket_connect
 
 from tb3_labs.ros.clocks import steady_time
 
-#: Time between two messages of hands that hold something [s].
+#: Time between two messages while the person holds pad or mouse [s].
 PERIOD = 0.1
 AT_REST = {'forward': 0, 'left': 0, 'a': False, 'y': False, 'hold': True}
 
@@ -36,10 +36,8 @@ class PanelPage:
         self._changed = threading.Condition()
         self._held = None                # the message that is repeated, or None
         self._number = 0
-        place, _, query = address.partition('?')
-        self._request = HTTPRequest(
-            place.replace('http', 'ws', 1) + 'socket' + ('?' + query if query else ''),
-            headers=headers)
+        place, mark, query = address.partition('?')
+        self._request = HTTPRequest(f"{place.replace('http', 'ws', 1)}socket{mark}{query}", headers=headers)
         self._loop = asyncio.new_event_loop()
         self._socket = None
         self.refusal = None
@@ -69,8 +67,8 @@ class PanelPage:
         return self.answers[number]['ok'], self.answers[number]['text']
 
     def hold(self, pad=None, mouse=None):
-        """From now on send ten times a second that hands hold `pad` and `mouse`. `pad` has the entries that differ
-        from AT_REST. Until :meth:`let_go` the hands ignore stops."""
+        """From now on send ten times a second that the person holds `pad` and `mouse`. `pad` has the entries that
+        differ from AT_REST. Until :meth:`let_go` the person ignores stops."""
         is_first = self._held is None
         stops = self.picture['stops'] if is_first else self._held['stops']
         self._held = {'pad': None if pad is None else dict(AT_REST, **pad), 'mouse': mouse,
@@ -90,7 +88,11 @@ class PanelPage:
 
     def close(self):
         self._held = None
-        self._loop.call_soon_threadsafe(lambda: self._socket and self._socket.close())
+
+        def close():
+            if self._socket is not None:
+                self._socket.close()
+        self._loop.call_soon_threadsafe(close)
         self.closed.wait(5.0)
 
     # -- messages of the panel
@@ -128,13 +130,13 @@ class PanelPage:
             self.refusal = str(problem)
             return
         opened.set()
-        hands = asyncio.ensure_future(self._repeat())
+        repetition = asyncio.ensure_future(self._repeat())
         while True:
             text = await self._socket.read_message()
             if text is None:
                 break
             self._on_message(json.loads(text))
-        hands.cancel()
+        repetition.cancel()
 
     async def _repeat(self):
         while True:

@@ -115,7 +115,7 @@ class RobotTest(NodeCase):
             program.end(seconds=40.0)
         program.kill()
 
-    def test_one_line_starts_the_robot_and_a_second_one_the_lab_which_turns_it(self):
+    def test_one_line_starts_the_robot_and_a_second_line_turns_it(self):
         program = self.launch()
         self.observer.wait_for('ground_truth', seconds=40.0)
         self.assertEqual(rospy.get_param(CORE + '/port'), '/dev/ttyACM7')

@@ -1,7 +1,7 @@
-"""Two hosts on one machine: network namespaces, joined by a third one that can be cut.
+"""Two hosts on one machine. Each host is a network namespace. A third namespace connects them, and can be cut.
 
-Needs root and iproute2. A process starts on a host by the words of :meth:`TwoHosts.prefix` and that host's environment;
-a running one calls :meth:`TwoHosts.enter`.
+Needs root and iproute2. A process starts on a host with the words of :meth:`TwoHosts.prefix` and the host's
+environment. A running thread calls :meth:`TwoHosts.enter`.
 """
 import contextlib
 import ctypes
@@ -15,11 +15,11 @@ PREFIX = 'tb3labs-{}-'.format(os.getpid())
 
 
 class TwoHosts:
-    """Makes the hosts; :meth:`remove` them at the end."""
+    """Makes the hosts. Call :meth:`remove` at the end."""
 
     @staticmethod
     def missing():
-        """'' or the reason why there can be no hosts here."""
+        """Returns the reason why hosts cannot be made here, or ''."""
         if os.geteuid() != 0:
             return 'network namespaces need root'
         if subprocess.call(['which', 'ip'], stdout=subprocess.DEVNULL):
@@ -42,28 +42,28 @@ class TwoHosts:
 
     @staticmethod
     def address(name):
-        """The address of a host."""
+        """Returns the address of a host."""
         return HOSTS[name] + '.2'
 
     def environment(self, name):
-        """The environment of a ROS node on that host; the master is on the laptop."""
+        """Returns the environment of a ROS node on a host. The master is on the laptop."""
         return {'ROS_IP': self.address(name), 'ROS_HOSTNAME': self.address(name),
                 'ROS_MASTER_URI': 'http://{}:11311'.format(self.address('laptop'))}
 
     @staticmethod
     def prefix(name):
-        """The words in front of a command that runs on that host."""
+        """Returns the words in front of a command that runs on a host."""
         return ['ip', 'netns', 'exec', PREFIX + name]
 
     def enter(self, name):
-        """From now on this thread, and each thread that it starts, is on that host."""
+        """From now on this thread, and each thread that this thread starts, is on a host."""
         os.environ.update(self.environment(name))
         with open('/run/netns/' + PREFIX + name) as host:
             _join(host)
 
     @contextlib.contextmanager
     def on(self, name):
-        """Be on that host, with its environment, for a while."""
+        """The body of a `with` runs on a host, with the host's environment."""
         with open('/proc/thread-self/ns/net') as before, mock.patch.dict(os.environ):
             self.enter(name)
             try:
@@ -73,13 +73,13 @@ class TwoHosts:
 
     @staticmethod
     def connect(yes):
-        """Cut the connection between the two, or restore it."""
+        """Connect the hosts, or cut their connection."""
         subprocess.check_call(TwoHosts.prefix('lab') + [
             'sh', '-c', 'echo {:d} > /proc/sys/net/ipv4/ip_forward'.format(yes)])
 
     @staticmethod
     def remove():
-        """Remove both hosts and their network."""
+        """Remove the hosts and their network."""
         for name in ('lab',) + tuple(HOSTS):
             _ip('netns del {0}{1}', name)
 
@@ -90,7 +90,7 @@ def _ip(commands, *arguments):
 
 
 def _join(namespace):
-    """This thread joins the network namespace of an open file."""
+    """Let this thread join the network namespace of an open file."""
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.setns(namespace.fileno(), CLONE_NEWNET):
         raise OSError(ctypes.get_errno(), 'setns: ' + os.strerror(ctypes.get_errno()))

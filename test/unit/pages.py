@@ -10,17 +10,17 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / 'scripts'
 PAGES = [ROOT / 'README.md', *sorted((ROOT / 'doc').glob('*.md')),
          *sorted((ROOT / 'doc' / 'instructor').glob('*.md'))]
-#: Placeholders for the reader's own names, in paths and commands.
+#: A placeholder for a reader's own name, in a path or a command.
 PLACEHOLDER = re.compile(r'[A-Z]{2,}(?![a-z])')
-#: Names in backticks that are files of this package, in any folder.
+#: A name in backticks is a file of this package if it has this form.
 OWN_FILE = re.compile(r'[\w*./-]+\.(?:py|launch|test|rviz|sh|msg|srv)')
-#: Files of others, or of the reader, that the pages name.
+#: The pages also name these files, which are not of this package.
 OTHERS = {'turtlebot3_core.launch', 'turtlebot3_robot.launch', 'move2goal.py', 'move_to_goal.py'}
 #: Launch files and rostests, by name.
 LAUNCHABLE = {path.name: path for folder, kind in (
     ('launch', '*.launch'), ('test/ros', '*.test'), ('launch/checks', '*.test'))
     for path in (ROOT / folder).glob(kind)}
-#: Launch files of the students' packages, as the skeletons write them: a name may be in both.
+#: Launch files of the students' packages, which skeleton.py writes. A name may also be in LAUNCHABLE.
 SKELETONS = {path.name[:-len('.in')]: path
              for path in (ROOT / 'doc' / 'skeletons').glob('*/launch/*.launch.in')}
 #: Folders of this package.
@@ -28,8 +28,8 @@ FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
 
 
 def own_paths():
-    """All files and folders of this package, as 'scripts/demo.py'; a skeleton's as students have
-    it."""
+    """Returns the paths of all files and folders of this package, such as 'scripts/demo.py'. A file
+    of a skeleton has the name that students see."""
     return [re.sub(r'[.]in$', '', path.relative_to(ROOT).as_posix()) for folder in FOLDERS
             for path in (ROOT / folder).glob('**/*')] + [path.name for path in ROOT.iterdir()]
 
@@ -39,37 +39,37 @@ def by_name(pages):
 
 
 def prose_and_code(page):
-    """(text outside of code blocks, lines of the code blocks) of a page."""
+    """Returns (text outside of code blocks, lines of the code blocks) of a page."""
     parts = page.read_text(encoding='utf-8').split('```')
     return ' '.join(parts[0::2]), [
         line for part in parts[1::2] for line in part.splitlines()[1:]]    # without the info string
 
 
 def in_backticks(page):
-    """All inline code, each on one line."""
+    """Returns all inline code of a page. Each piece is one line."""
     return [' '.join(code.split()) for code in re.findall(r'`([^`]+)`', prose_and_code(page)[0])]
 
 
 def commands(page):
-    """Everything to be typed: inline code, and the lines of code blocks without their comments."""
+    """Returns all inline code, and the lines of code blocks without their comments."""
     return in_backticks(page) + [
         re.split(r'\s#\s', line)[0].strip() for line in prose_and_code(page)[1]]
 
 
 def anchors(page):
-    """The headings of a page, as GitHub makes links of them."""
+    """Returns the anchors that GitHub makes of the headings of a page."""
     headings = re.findall(r'^#+ (.*)$', prose_and_code(page)[0], re.MULTILINE)
     return [re.sub(r'[^\w -]', '', heading.lower()).replace(' ', '-') for heading in headings]
 
 
 def arguments_of(path):
-    """The arguments that a launch file takes."""
+    """Returns the arguments of a launch file."""
     return {arg.get('name') for arg in ET.parse(str(path)).getroot().findall('arg')
             if arg.get('value') is None}
 
 
 def words_of(command):
-    """The words of a command, as a shell splits them."""
+    """Returns the words of a command, split as in a shell."""
     try:
         return shlex.split(command)
     except ValueError:      # a line of a text that is not a command

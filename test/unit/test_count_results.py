@@ -26,31 +26,28 @@ def suite(*cases):
 @pytest.fixture
 def run(tmp_path, capsys):
     """Returns a function that counts result files {name: text}. It returns (exit status, lines)."""
-    def count(files, status='0', lint='none'):
+    def count(files, status='0'):
         for name, text in files.items():
             (tmp_path / (name + '.xml')).write_text(text)
         log = tmp_path / 'log'
         log.touch()
-        return main(str(tmp_path), status, lint, str(log)), capsys.readouterr().out.splitlines()
+        return main(str(tmp_path), status, str(log)), capsys.readouterr().out.splitlines()
     return count
 
 
-@pytest.mark.parametrize('files, status, lint, last', [
+@pytest.mark.parametrize('files, status, last', [
     ({'rostest-test_ros_x': suite(NODE), 'rosunit-x': suite(PASSED, PASSED, SKIPPED),
-      'pytest-unit': suite(PASSED)}, '0', 'passed', '4 passed, 0 failed, 1 skipped'),
+      'pytest-unit': suite(PASSED)}, '0', '3 passed, 0 failed, 1 skipped'),
     # a file without a case, and files that cannot be read
-    ({'pytest-unit': suite(PASSED), 'rosunit-x': suite()}, '0', 'none', '1 passed, 1 failed'),
-    ({'pytest-unit': suite(PASSED), 'rosunit-x': ''}, '0', 'none', '1 passed, 1 failed'),
-    ({'pytest-unit': suite(PASSED), 'rosunit-x': '<testsuite'}, '0', 'none', '1 passed, 1 failed'),
-    # nothing ran
-    ({}, '0', 'passed', '1 passed, 1 failed'), ({}, '8', 'none', '0 passed, 1 failed'),
-    ({'pytest-unit': suite(PASSED)}, '0', 'failed', '1 passed, 1 failed'),
+    *[({'pytest-unit': suite(PASSED), 'rosunit-x': text}, '0', '1 passed, 1 failed')
+      for text in (suite(), '', '<testsuite')],
+    ({}, '0', '0 passed, 1 failed'), ({}, '8', '0 passed, 1 failed'),    # nothing ran
     # an error; a crash after the last case, and a failure that ctest reports, too
-    ({'pytest-unit': suite(PASSED, ERROR)}, '8', 'none', '1 passed, 1 failed'),
-    ({'pytest-unit': suite(PASSED)}, '8', 'passed', '2 passed, 1 failed'),
-    ({'pytest-unit': suite(FAILED)}, '8', 'none', '0 passed, 1 failed')])
-def test_each_case_is_counted_once(files, status, lint, last, run):
-    ended, lines = run(files, status, lint)
+    ({'pytest-unit': suite(PASSED, ERROR)}, '8', '1 passed, 1 failed'),
+    ({'pytest-unit': suite(PASSED)}, '8', '1 passed, 1 failed'),
+    ({'pytest-unit': suite(FAILED)}, '8', '0 passed, 1 failed')])
+def test_each_case_is_counted_once(files, status, last, run):
+    ended, lines = run(files, status)
     assert (ended, lines[-1]) == (int(' 0 failed' not in last), last)
 
 

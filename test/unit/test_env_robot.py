@@ -1,5 +1,4 @@
-"""launch/env_robot.sh, as roslaunch calls it on the robot: the values it sets, and its one line if
-something is missing."""
+"""roslaunch calls launch/env_robot.sh on the robot. The script sets variables, or prints one line about a fault."""
 import os
 import shutil
 import socket
@@ -12,7 +11,7 @@ from pages import ROOT
 
 pytestmark = pytest.mark.usefixtures('among_namesakes')
 LOADER = ROOT / 'launch' / 'env_robot.sh'
-#: an SSH connection's variable: the laptop's address and port, the robot's address and port
+#: The value of SSH_CONNECTION: the laptop's address and port, the robot's address and port.
 FROM_HERE = '127.0.0.1 40000 127.0.0.1 22'
 FROM_ELSEWHERE = '192.0.2.5 40000 192.0.2.9 22'
 SHOW = 'echo $TURTLEBOT3_MODEL $LDS_MODEL $ROS_MASTER_URI $ROS_IP ${ROS_HOSTNAME-none} $WORKSPACE'
@@ -20,7 +19,7 @@ SHOW = 'echo $TURTLEBOT3_MODEL $LDS_MODEL $ROS_MASTER_URI $ROS_IP ${ROS_HOSTNAME
 
 @pytest.fixture
 def robot(tmp_path):
-    """call(words of a command, setup=, model=, variables...): (exit status, output, errors)."""
+    """Returns call(words of a command, setup=, model=, variables...), which returns (exit status, output, errors)."""
     workspace = tmp_path / 'setup.bash'
     workspace.write_text('roslaunch() { :; }; export WORKSPACE=mine\n')
     programs = tmp_path / 'bin'    # nothing else: no ROS of this computer
@@ -52,7 +51,7 @@ def test_the_command_finds_the_robots_environment(robot):
         0, 'waffle_pi LDS-02 http://127.0.0.1:11399 127.0.0.1 none mine\n', '')
 
 
-def test_by_hand_the_master_is_where_the_login_comes_from(robot):
+def test_without_a_master_the_laptop_of_the_login_has_the_master(robot):
     assert robot('bash', '-c', 'echo $ROS_MASTER_URI "$1"; exit 7', '-', 'two  words') == (
         7, 'http://127.0.0.1:11311 two  words\n', '')
 
@@ -64,7 +63,7 @@ def test_by_hand_the_master_is_where_the_login_comes_from(robot):
     (dict(ROS_MASTER_URI='http://robot99.invalid:11311'), 'no way from here to ROS_MASTER_URI='),
     (dict(ROS_MASTER_URI='http://localhost:11311', SSH_CONNECTION=FROM_ELSEWHERE),
      'ROS_MASTER_URI=http://localhost:11311 is this robot itself: on the laptop set ROS_IP')])
-def test_what_is_missing_is_one_line_and_nothing_runs(robot, options, words):
+def test_an_invalid_setting_gives_one_line_and_starts_nothing(robot, options, words):
     status, output, errors = robot('echo', 'it ran', **options)
     assert (status, output) == (1, '')
     assert errors.count('\n') == 1

@@ -65,8 +65,9 @@ def test_a_file_has_few_arguments_and_checks_them(path):
 
 @every_file
 def test_only_required_arguments_have_no_default(path):
-    required = [name for name, (_, default) in get_args([str(path)]).items() if not default]
-    assert set(required) - {'user'} == ({'robot'} if path.stem == 'robot' else set())
+    required = {name for name, (_, default) in get_args([str(path)]).items() if not default}
+    expected = {'robot'} if path.stem == 'robot' else set()
+    assert required - {'user'} == expected
 
 
 # ----- unknown and missing arguments -----
@@ -100,8 +101,8 @@ def test_a_wrong_argument_is_one_line_with_a_correction(file, given, line):
     ('{slip: 0.5, network: bad,}', True), ('{}', True), ('{ slip: -1 }', True)])
 def test_a_decimal_comma_and_a_name_without_a_value_are_reported(value, is_right):
     """YAML reads both as an empty value, at which roslaunch ends with a traceback."""
-    words, path = ['tb3_labs', 'fake_robot.launch', 'set:=' + value], LAUNCH / 'fake_robot.launch'
-    assert (launch_arguments.problem_of(words, path) == '') == is_right
+    words = ['tb3_labs', 'fake_robot.launch', 'set:=' + value]
+    assert (launch_arguments.problem_of(words, LAUNCH / 'fake_robot.launch') == '') == is_right
 
 
 # ----- included files and parameters -----
@@ -125,13 +126,11 @@ def test_a_permission_is_not_a_parameter_because_a_parameter_outlives_its_node()
 @pytest.mark.parametrize('name, robot_set', [
     ('turn', 'robot_set'), ('move2goal', 'robot_set'), ('gamepad', 'robot_set'),
     ('imu_sub', 'robot_set'), ('demo', 'robot_set'), ('fake_robot', 'set')])
-def test_the_parameters_of_the_robot_and_the_port_of_the_page_can_be_set(name, robot_set):
+def test_the_parameters_of_the_robot_can_be_set(name, robot_set):
     sim = [] if name in ('demo', 'fake_robot') else ['sim:=true']
-    params = loaded(name, robot_set + ':={slip: 0.1, network: bad}', 'model:=waffle', 'web:=true', 'port:=9000',
-                    *sim).params
+    params = loaded(name, robot_set + ':={slip: 0.1, network: bad}', 'model:=waffle', *sim).params
     assert [params['/turtlebot3/' + each].value for each in ('slip', 'network', 'model')] == [
         0.1, 'bad', 'waffle']
-    assert params['/panel/port'].value == 9000
 
 
 @pytest.mark.parametrize('web, nodes', [('true', {'panel'}), ('false', {'mouse'})])

@@ -35,7 +35,7 @@ def lost():
     (0.1, -1.0, -0.5, 0.0),           # straight back, although not quite in the middle
     (1.7, -3.0, -0.5, -0.5),          # a place beyond the edge of the screen is the edge
 ])
-def test_mouse(x, y, linear, angular):
+def test_the_speeds_of_a_mouse_position(x, y, linear, angular):
     mouse = inactive_mouse()
     hear(mouse, True, x, y, 0.1)
     hear(mouse, True, x, y, 0.2)

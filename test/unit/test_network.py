@@ -70,7 +70,7 @@ def test_a_stall_delays_the_messages_within_it_to_its_end_in_both_directions(arr
     assert carry(link_of(STALLING, 'command'), DENSE) == arrivals
 
 
-def test_a_change_of_the_stalls_ends_the_present_stall(arrivals):
+def test_a_change_of_the_settings_ends_a_stall(arrivals):
     end, moments = stalls_of(arrivals)[0]
     link, middle = link_of(STALLING), (moments[0] + end) / 2.0
     link.send(['held'], moments[:1])

@@ -114,7 +114,7 @@ def test_only_a_roslaunch_is_ended(tmp_path, monkeypatch, name):
 # ----- terminals
 
 #: test_house.py shows that all nodes and tools run as these do.
-NODE, MODULE, TOOL = 'scripts/gamepad.py --help', 'launch/run.py robot_description burger', 'scripts/mystery.py --list'
+NODE, MODULE, TOOL = 'scripts/gamepad.py --help', 'launch/run.py robot_description burger', 'scripts/mystery.py --help'
 
 
 @pytest.mark.parametrize('program, output', [

@@ -25,7 +25,7 @@ def refusal(host=HOST, origin=ORIGIN, token=None, access=None):
     'user:word@localhost:8080', 'localhost/evil.com', 'localhost#evil.com', 'localhost?evil.com',
     'evil[::1]', '[::1]evil.com', '[localhost]', 'localhost:evil.com', 'localhost:80:80',
     'http://localhost', 'localhost\n', ' localhost'])
-def test_any_other_name_is_refused_and_anything_beside_a_name_and_a_port(host):
+def test_a_host_is_a_known_name_and_perhaps_a_port(host):
     """RFC 7230, section 5.4: a Host has no user, path, query or fragment."""
     assert 'is not offered as' in refusal(host, None)
 
@@ -33,7 +33,7 @@ def test_any_other_name_is_refused_and_anything_beside_a_name_and_a_port(host):
 @pytest.mark.parametrize('host', [
     'localhost', 'LOCALHOST:8080', '127.0.0.1', '127.0.0.1:8080',
     '192.168.0.7:8080', 'robot-pc.LOCAL'])
-def test_the_loopback_has_two_names_and_this_computer_may_have_others(host):
+def test_names_of_the_loopback_and_of_the_computer_are_accepted(host):
     access = Access(['192.168.0.7', 'Robot-PC.local'])
     assert refusal(host, None, None, access) is None
     assert refusal('evil.com:80', None, None, access) == (
@@ -47,7 +47,7 @@ def test_the_loopback_has_two_names_and_this_computer_may_have_others(host):
     ('LOCALHOST:8080', 'http://localhost:8080'), ('localhost:8080', 'HTTP://LocalHost:8080'),
     ('localhost', 'https://localhost'),
     ('localhost:8080', None)])
-def test_this_nodes_own_page_and_programs_without_an_origin(host, origin):
+def test_the_own_page_and_a_program_without_an_origin_are_accepted(host, origin):
     assert refusal(host, origin) is None
 
 
@@ -67,19 +67,19 @@ def test_pages_of_other_sites_are_refused(origin):
 @pytest.mark.parametrize('token, valid', [
     (TOKEN, True), (None, True), ('', False), (TOKEN + 'x', False), (TOKEN[:-1], False),
     (TOKEN.lower(), False)])
-def test_a_token_is_asked_for_where_one_is_needed(token, valid):
+def test_only_the_whole_token_is_accepted(token, valid):
     reason = refusal(token=token, access=Access(token=TOKEN))
     assert reason == (None if valid else 'the token is missing or wrong: '
                                          'use the whole address that the panel printed')
 
 
 @pytest.mark.parametrize('token', ['ü', '\U0001f916', '\x00', '\ud800'])
-def test_a_token_of_any_letters_is_compared_and_raises_nothing(token):
+def test_a_token_may_have_any_characters(token):
     assert refusal(token=token, access=Access(token=TOKEN)) is not None
     assert refusal(token=token, access=Access(token=token)) is None
 
 
-def test_the_token_does_not_open_for_another_name_or_site():
+def test_the_token_of_another_name_or_site_is_refused():
     access = Access(token=TOKEN)
     assert refusal('evil.com', None, TOKEN, access) and refusal(HOST, 'null', TOKEN, access)
     # DNS rebinding: Host and Origin agree, but name the attacker's site
@@ -94,7 +94,7 @@ NEARLY = st.lists(st.sampled_from([
 
 
 @given(NEARLY, st.none() | NEARLY, st.none() | NEARLY)
-def test_only_a_loopback_name_and_its_own_page_are_let_in_whatever_is_sent(host, origin, token):
+def test_only_the_loopback_and_the_own_page_are_accepted(host, origin, token):
     is_open = refusal(host, origin, token) is None
     own_name = re.fullmatch(r'(?ai:localhost|127\.0\.0\.1)(:[0-9]*)?', host) is not None
     if origin is None and not token:

@@ -55,20 +55,20 @@ def test_each_type_is_read(kind):
 
 
 @pytest.mark.parametrize('button', BUTTONS)
-def test_each_button_is_itself_and_true_or_false(button):
+def test_a_button_is_true_or_false(button):
     pad = {'forward': 0, 'left': 0, button: True}    # the others are not named
     assert read_request(json.dumps({'type': 'joy', 'pad': pad})).value.pad == BrowserPad(**{button: True})
     for literal in '0', '1', 'null', '"true"':
         assert refusal(pad_with(button, literal)) == f'{button} is not valid: bool'
 
 
-def test_any_message_may_have_an_id_its_time_and_the_stops_that_its_page_knew():
+def test_a_message_may_have_an_id_a_time_and_a_number_of_stops():
     assert read_request(text_of('stop', id=7, t=86400.5, stops=3)) == PageRequest(
         'stop', id=7, sent_at=86400.5, stops=3)
 
 
 @pytest.mark.parametrize('sent_at, lateness', [(99.5, 0.5), (100.1, 0.0), (0.0, 100.0), (-4e9, 4e9 + 100.0)])
-def test_a_message_is_never_newer_than_now(sent_at, lateness):
+def test_the_time_of_a_message_is_not_in_the_future(sent_at, lateness):
     assert PageRequest('stop', sent_at=sent_at).lateness(100.0) == lateness
     with pytest.raises(ValueError, match='t = 4000000000.0 is not valid: at most 100.0, which is now'):
         PageRequest('stop', sent_at=4e9).lateness(100.0)
@@ -97,7 +97,7 @@ def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
 
 
 @pytest.mark.parametrize('text', ['{"type": "joy", "pad": null, "mouse": null}', '{"type": "joy"}'])
-def test_nothing_gripped_is_null_or_missing(text):
+def test_an_empty_grip_is_null_or_missing(text):
     assert read_request(text) == PageRequest('joy', Grip())
 
 
@@ -107,7 +107,7 @@ def test_nothing_gripped_is_null_or_missing(text):
     ('NaN', 'NaN'), ('-Infinity', '-Infinity'), ('1e400', 'Infinity'), ('true', 'true'),
     ('null', 'null'), ('"1"', '"1"'), ('[1]', '[1]'), ('{}', '{}'),
     ('-1' + '0' * 350, '-1' + '0' * 38)], ids=lambda text: text[:9])
-def test_a_value_that_is_not_a_number_of_this_size_is_refused(literal, shown):
+def test_an_invalid_number_is_refused(literal, shown):
     """Python reads NaN and infinity, which JSON does not have."""
     texts = {name: with_literal(kind, name, literal) for kind, name, _, _ in NUMBERS}
     texts.update({'t': with_literal('turn', 't', literal)} if literal != 'null' else {})
@@ -122,7 +122,7 @@ def test_a_value_that_is_not_a_number_of_this_size_is_refused(literal, shown):
     *[('turn', name, ['1.0', 'true', '"7"', '[7]', 'NaN']) for name in ('id', 'stops')],
     ('joy', 'first', ['1', '0', 'null', '"true"']), ('joy', 'pad', ['1', 'true', '[]', '""', '0', 'false']),
     ('joy', 'mouse', ['1', 'true', '"ab"', '[]', '[0.5]', '[0, 0, 0]', 'false'])])
-def test_a_value_of_another_kind_is_refused(kind, name, literals):
+def test_a_value_of_a_wrong_type_is_refused(kind, name, literals):
     for literal in literals:
         assert refusal(with_literal(kind, name, literal)).startswith(f'{name} is not valid: ')
 
@@ -130,13 +130,13 @@ def test_a_value_of_another_kind_is_refused(kind, name, literals):
 @pytest.mark.parametrize('text', [
     *['{"type": %s}' % literal for literal in ('"fly"', '""', '"Stop"', 'null', '["stop"]', '"\\ud800"')],
     '[]', '"stop"', 'null', '', '{"type": "stop"', '\ud800', b'\xff'])
-def test_a_text_that_is_not_an_object_of_a_known_type_is_refused(text):
+def test_a_text_without_a_known_type_is_refused(text):
     assert 'is not valid: an object with a known "type"' in refusal(text)
 
 
 @pytest.mark.parametrize('literal', ['NaN', '1e400', '"now"', '[7]', '{}', 'true', '-1', '4e9'])
 @pytest.mark.parametrize('name', ['id', 't', 'stops', 'more'])
-def test_a_stop_counts_whatever_stands_beside_it(name, literal):
+def test_a_stop_with_other_invalid_fields_is_a_stop(name, literal):
     assert read_request('{"type": "stop", "%s": %s}' % (name, literal)).kind == 'stop'
 
 
@@ -171,7 +171,7 @@ def test_a_pad_is_a_joy_with_the_numbers_of_its_functions(pad, config, axes, but
 
 # -- what is sent to a page
 
-def test_a_number_that_json_does_not_have_is_never_sent():
+def test_nan_is_never_sent():
     with pytest.raises(ValueError):
         OpenPage(print).send('picture', heading_deg=math.nan)
 

@@ -31,20 +31,20 @@ def sample(*pose, stamp=0.0, linear=0.0, angular=0.0):
     return OdometrySample(stamp, Pose2(*pose), linear, angular)
 
 
-def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
+def test_the_picture_of_a_silent_robot_is_empty(view):
     assert picture(view) == {
         **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'distance',
                          'angle', 'has_control', 'command', 'heading_deg']),
-        'state': '', 'phase': '', 'holder': 'nobody', 'driver': '',
+        'state': '', 'phase': '', 'driver': '',
         'ages': {'imu': None, 'odom': None}, 'inside': []}
     assert not view.is_driving
 
 
-def test_each_kind_that_was_heard_stands_where_it_belongs(view):
+def test_each_kind_of_message_has_an_entry_in_the_picture(view):
     view.on_odometry(sample(1.0, 2.0, 3.0), 99.5)
     for kind, value in (('frame', Pose2(0.5, -0.25, HALF_PI)), ('local', Pose2(-1.0, -2.0, 0.0000001)),
                         ('goal', Pose2(2.0, 2.0, 0.0)), ('state', 'MOVE_FORWARD'),
-                        ('has_control', True), ('holder', 'gamepad')):
+                        ('has_control', True)):
         view.on_message(kind, value, 99.0)
     view.on_message('imu', HALF_PI, 99.5)
     view.on_command('/move_to_goal', 0.12345, -0.5, 99.75)
@@ -52,8 +52,7 @@ def test_each_kind_that_was_heard_stands_where_it_belongs(view):
         'odom': [1.0, 2.0, 3.0], 'local': [-1.0, -2.0, 0.0], 'frame': [0.5, -0.25, QUARTER],
         'truth': None, 'goal': [2.0, 2.0, 0.0], 'distance': 5.0, 'angle': 0.0,
         'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
-        'holder': 'move_to_goal (it has control)', 'driver': '/move_to_goal',
-        'command': [0.123, -0.5], 'heading_deg': 90.0,
+        'driver': '/move_to_goal', 'command': [0.123, -0.5], 'heading_deg': 90.0,
         'ages': {'imu': 0.5, 'odom': 0.5}, 'inside': []}
     assert str(view.picture(100.0)['angle']) == '0.0'    # -0.0 would be shown with its sign
 
@@ -66,7 +65,7 @@ def test_each_kind_that_was_heard_stands_where_it_belongs(view):
     *[(word + ': stopped, waiting', word) for word in (WAITING, STOPPED, GAVE_UP)],
     (WAITING_FOR_CONTROL, 'waiting'), ('', ''), ('MOVE_FORWARD ', ''), ('GOAL_REACHED twice', ''),
     ('not waiting', '')])
-def test_the_phase_is_the_kind_of_the_words(view, words, phase):
+def test_the_phase_is_the_kind_of_the_state(view, words, phase):
     view.on_message('state', words, 99.0)
     assert picture(view)['state'] == words and picture(view)['phase'] == phase
 
@@ -74,7 +73,7 @@ def test_the_phase_is_the_kind_of_the_words(view, words, phase):
 @pytest.mark.parametrize('has_control, state, drives', [
     (True, 'MOVE_FORWARD', True), (False, 'MOVE_FORWARD', False), (None, 'MOVE_FORWARD', False),
     (True, 'stopped: no imu', False)])
-def test_move_to_goal_drives_with_control_and_on_its_way(view, has_control, state, drives):
+def test_move_to_goal_drives_with_control_in_a_driving_state(view, has_control, state, drives):
     view.on_message('has_control', has_control, 99.0)
     view.on_message('state', state, 99.0)
     assert view.is_driving is drives
@@ -85,24 +84,12 @@ def test_move_to_goal_drives_with_control_and_on_its_way(view, has_control, stat
 @pytest.mark.parametrize('command, age, drives', [
     ([0.1, 0.0], 0.5, True), ([0.1, 0.0], 0.5 + 2.0 ** -20, False), ([-0.1, 0.0], 0.0, True),
     ([0.0, 0.1], 0.0, True), ([-0.0, 0.0], 0.0, False)])
-def test_a_command_that_is_no_standstill_drives_a_robot_for_half_a_second(
+def test_a_command_moves_the_robot_for_half_a_second(
         view, command, age, drives):
     """The firmware stops the robot after 0.5 s without a command."""
     view.on_command('/pad', *command, 100.0)
     shown = picture(view, 100.0 + age)
     assert (shown['driver'], shown['command']) == (('/pad', command) if drives else ('', None))
-
-
-def test_the_holder_is_who_has_control_else_who_drives_else_who_is_said_to_hold(view):
-    view.on_message('holder', 'gamepad', 99.0)
-    assert picture(view)['holder'] == 'gamepad'
-    view.on_command('/turtlebot_controller', 0.0, 0.5, 100.0)
-    assert picture(view)['holder'] == '/turtlebot_controller'
-    view.on_message('has_control', True, 99.0)
-    assert picture(view)['holder'] == 'move_to_goal (it has control)'
-    view.on_message('has_control', False, 99.0)
-    assert picture(view)['holder'] == '/turtlebot_controller'
-    assert picture(view, 110.0)['holder'] == 'gamepad'
 
 
 # -- frames
@@ -116,7 +103,7 @@ def test_the_true_pose_is_shown_in_odom(view):
     assert picture(view)['truth'] == [3.0, 0.0, QUARTER]
 
 
-def test_the_truth_is_that_of_the_odometrys_instant(view):
+def test_the_true_pose_is_moved_to_the_stamp_of_the_odometry(view):
     """At 0.2 m/s and 0.1 s later the robot is truly 20 mm ahead of its odometry, which is right."""
     view.on_message('origin', Pose2(), 99.0)
     view.on_odometry(sample(1.0, 2.0, QUARTER, stamp=50.0, linear=0.2), 99.0)
@@ -162,14 +149,14 @@ def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(vi
     'Local pose set to x=1, y=2, yaw=',
     'Local pose set to x=1e999, y=2, yaw=1', 'Local pose set to x=1, y=2, yaw=1e999',
     'Local pose set to x=nan, y=2, yaw=1', 'Local pose set to x=1-2, y=2, yaw=1', 'set to x=1'])
-def test_another_line_declares_nothing(view, line):
+def test_a_line_without_a_valid_pose_declares_nothing(view, line):
     view.on_odometry(sample(), 99.0)
     view.on_log_line(line)
     assert picture(view)['local'] is None
 
 
 @pytest.mark.parametrize('at', [(0.0, 0.0, math.pi), (0.25, 0.0, 0.0)])
-def test_what_was_computed_ends_when_the_odometry_is_zeroed(view, at):
+def test_a_computed_frame_ends_when_the_odometry_is_zeroed(view, at):
     view.on_odometry(sample(*at), 99.0)
     view.on_log_line(LINE)
     view.on_odometry(sample(), 99.1)
@@ -188,7 +175,7 @@ POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.p
     st.tuples(st.just('on_message'), st.tuples(st.sampled_from(['goal', 'origin', 'local', 'frame']), POSES)),
     st.tuples(st.just('on_message'), st.tuples(st.just('truth'), st.tuples(POSES, st.floats(0.0, 1e9)))),
     st.tuples(st.just('on_message'), st.tuples(st.just('imu'), st.floats()))), max_size=12))
-def test_a_page_can_read_whatever_is_heard(heard):
+def test_every_picture_is_valid_json(heard):
     view = RobotView()
     for method, values in heard:
         getattr(view, method)(*values, 99.9)
@@ -215,7 +202,7 @@ def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
     (False, 100.1, 0.0, None), (None, 100.1, 0.0, None), (False, 100.1, 0.2, 'the robot still moves'),
     (True, 100.1, 0.0, 'move_to_goal does not answer'),
     (False, 100.0, 0.0, 'the robot does not answer'), (False, None, 0.0, 'the robot does not answer')])
-def test_a_stop_is_done_when_the_robot_stands_and_nobody_has_control(
+def test_a_stop_is_confirmed_if_the_robot_stands_without_control(
         view, control, heard_at, speed, problem):
     """The stop is of 100.0 s. An older odometry does not show that the robot stands."""
     view.on_message('has_control', control, 99.0)

@@ -107,7 +107,7 @@ def stubbed(folder, rosrun):
     ('echo "$*" >"$TMPDIR/words"; for o; do case $last in -o) m=$o;; esac; last=$o; done; '
      'm=$m/gradescope/submission; mkdir -p "$m"; echo \'{"score": 7, "tests": []}\' >"$m/results.json"', 7),
     ('exit 2', 0), ('sleep 60', 0), ('kill -KILL $PPID', 0)])
-def test_results_are_there_whatever_happens(tmp_path, rosrun, score):
+def test_every_failure_gives_a_results_file(tmp_path, rosrun, score):
     """The marking may fail, or never end. A results.json that a submission wrote does not count."""
     place = tmp_path / 'autograder'
     for name in ('submission', 'results'):
@@ -167,7 +167,7 @@ def test_a_package_that_the_other_user_cannot_read_is_no_reason_for_no_points(tm
 @pytest.mark.parametrize('unprotected, problem, said', [
     (False, '', ''), (True, '', ''), (True, 'bwrap fails', 'bwrap fails: the marking goes on without sandboxes.'),
     (False, 'bwrap fails', None)])
-def test_programs_have_no_sandbox_only_if_a_person_says_so(
+def test_only_a_person_switches_the_sandbox_off(
         tmp_path, monkeypatch, capsys, unprotected, problem, said):
     given = SimpleNamespace(unprotected=unprotected)
     monkeypatch.setattr(mark, 'protection_problem', lambda tried: problem if tried.isolates else '')
@@ -207,7 +207,7 @@ def case(name, score, worth):
     return {'name': name, 'score': score, 'max_score': worth, 'status': 'passed' if score else 'failed', 'output': 'so'}
 
 
-def test_the_workflow_sums_the_points_of_all_labs_and_tells_what_was_not_judged(tmp_path):
+def test_the_workflow_sums_the_points_and_names_labs_that_were_not_judged(tmp_path):
     """The workflow adds the scores of the tests, as Classroom's reporter does."""
     status, said, result = marked(tmp_path, 'imu turn move2goal gamepad', {
         'imu': {'tests': [case('a', 2.5, 2.5), case('beyond', 0, 0)], 'output': ''},

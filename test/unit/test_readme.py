@@ -22,7 +22,7 @@ def steps_on(page):
 
 def test_the_readme_is_short():
     lines = (ROOT / 'README.md').read_text(encoding='utf-8').splitlines()
-    assert len(lines) <= 70 and 'No real TurtleBot3 was available' in ' '.join(lines[:10])
+    assert len(lines) <= 80 and 'No real TurtleBot3 was available' in ' '.join(lines[:10])
     assert 'imu_lab.md' in ''.join([line for line in lines if line][:13])    # a student begins there
     assert [line for line in lines if len(line) > 120 and not line.startswith(('![', '|'))] == []
 
@@ -69,12 +69,12 @@ def test_launch_files_and_their_arguments_exist(page):
 
 
 @by_name(PAGES)
-def test_what_rosrun_starts_exists_with_its_options(page):
+def test_programs_and_options_of_rosrun_exist(page):
     for command in commands(page):
         for script, rest in re.findall(r'rosrun tb3_labs (\S+)(.*)', command):
             path = ROOT / 'scripts' / script
             assert path.exists(), command
-            for option in re.findall(r'\s(--\w+)', rest):
+            for option in set(re.findall(r'\s(--\w+)', rest)) - {'--help'}:
                 assert repr(option) in path.read_text(encoding='utf-8'), command
 
 
@@ -84,13 +84,13 @@ def test_a_block_that_is_not_typed_has_a_reason(page):
     assert [step for step in steps_on(page) if step.kind == 'never' and len(step.argument) < 10] == []
 
 
-def test_the_walk_types_what_the_pages_have():
+def test_the_walk_types_commands_of_the_pages():
     there = {command for page in PAGES for command in commands(page)}
     assert [step.text for step in steps_on(WALK)
             if step.kind in ('run', 'long') and not set(step.commands) <= there] == []
 
 
-def test_what_the_walk_types_in_another_home_is_what_the_page_says():
+def test_the_walk_types_the_commands_that_the_pages_leave_to_the_walk():
     typed = {command for step in steps_on(WALK) if step.kind in KINDS[:3] for command in step.commands}
     literal = {command for page in PAGES for step in steps_on(page)
                if step.kind == 'never' and 'sheets_walk.md' in step.argument for command in step.commands}

@@ -16,7 +16,6 @@ from tb3_labs.marking.student_nodes import LAB_NODES
 
 PROGRAM = runpy.run_path(str(SCRIPTS / 'skeleton.py'))
 TEMPLATES = ROOT / PROGRAM['FOLDER']
-checked_target = PROGRAM['checked_target']
 #: {lab: a part of the code in the place of each TODO of the handout, in order}
 ANSWERS = {
     'imu': ['import Imu', 'rospy.Subscriber(', 'Quaternion(', '.to_euler(', '[2]'],
@@ -80,7 +79,7 @@ def test_a_skeleton_is_the_plain_node_with_todos_in_place_of_the_answers_and_not
 
 
 @by_lab
-def test_todos_are_numbered_and_tell_no_answer(lab):
+def test_todos_are_numbered_and_have_no_answer(lab):
     lines = [line.strip() for todo, _ in differences(lab) for line in todo]
     assert sorted({int(line.split()[2].strip(':,')) for line in lines if line.startswith('# TODO')}) \
         == list(range(1, len(ANSWERS[lab]) + 1))
@@ -90,7 +89,7 @@ def test_todos_are_numbered_and_tell_no_answer(lab):
 
 
 @by_lab
-def test_a_skeleton_is_python_38_with_the_names_that_the_marker_looks_for(lab):
+def test_a_skeleton_is_python_38_with_the_names_of_the_marker(lab):
     code = node_of(lab)
     ast.parse(code, feature_version=(3, 8))
     # the states of move2goal are in global coordinates
@@ -101,7 +100,7 @@ def test_a_skeleton_is_python_38_with_the_names_that_the_marker_looks_for(lab):
 
 
 @by_lab
-def test_a_package_names_all_that_it_needs(lab):
+def test_a_package_names_its_dependencies(lab):
     files, package = files_of(lab), LAB_NODES[lab].packages[0]
     assert PROGRAM['PACKAGES'][lab] == package
     manifest = ET.fromstring(files['package.xml'].encode())
@@ -118,7 +117,7 @@ def test_a_package_names_all_that_it_needs(lab):
 
 
 @pytest.mark.parametrize('lab', sorted(LAB_NODES))
-def test_statistics_are_switched_on_if_they_are_asked_for(lab, tmp_path, among_namesakes):
+def test_an_argument_switches_statistics_on(lab, tmp_path, among_namesakes):
     path, name = tmp_path / (lab + '.launch'), '/enable_statistics'
     path.write_text(files_of(lab)['launch/{}.launch'.format(lab)])
     for arguments, wanted in ((['statistics:=true'], True), ([], None)):
@@ -127,22 +126,20 @@ def test_statistics_are_switched_on_if_they_are_asked_for(lab, tmp_path, among_n
         assert (config.params[name].value if name in config.params else None) is wanted
 
 
-def test_no_template_is_taken_for_a_part_of_this_package():
+def test_no_template_looks_like_a_program_or_a_launch_file():
     """rosrun and roslaunch search the whole package: for programs, and for launch files by name."""
     for path in TEMPLATES.rglob('*'):
         assert path.is_dir() or not path.stat().st_mode & 0o111
         assert path.suffix != '.launch' and path.name not in ('package.xml', 'CMakeLists.txt')
 
 
-def test_places_where_catkin_finds_no_package(tmp_path):
+def test_a_folder_in_which_catkin_finds_no_package_is_refused(tmp_path):
     (tmp_path / 'src').mkdir()
-    for folder, said in ((tmp_path / 'nowhere', 'no folder'), (tmp_path, 'give .*/src')):
-        with pytest.raises(ValueError, match=said):
-            checked_target(folder, 'lab2')
-    assert checked_target(tmp_path / 'src', 'lab2') == tmp_path / 'src' / 'lab2'
+    with pytest.raises(ValueError, match='give .*/src'):
+        PROGRAM['write_package']({}, tmp_path / 'lab2')
 
 
-def test_the_command_says_what_comes_next_and_overwrites_nothing(tmp_path, capsys):
+def test_the_command_prints_the_next_steps_and_overwrites_nothing(tmp_path, capsys):
     main, place = main_of('skeleton.py'), tmp_path.resolve() / 'src'
     place.mkdir()
     assert main(['turn', str(place)]) == 0
@@ -154,6 +151,5 @@ def test_the_command_says_what_comes_next_and_overwrites_nothing(tmp_path, capsy
     assert re.fullmatch(r'{0}/lab2 is written\..* cd {1}; catkin_make; .* roslaunch lab2 turn\.launch '
                         r'sim:=true\n'.format(place, place.parent), capsys.readouterr().out)
     assert main(['turn', str(place)]) == 2
-    assert re.fullmatch(r'skeleton\.py: {}/lab2 is already there, .*\n'.format(place),
-                        capsys.readouterr().err)
+    assert capsys.readouterr().err == f'skeleton.py: {place}/lab2: File exists\n'
     assert (target / 'src' / 'turtlebot_controller.py').read_text() == 'my work'

@@ -6,8 +6,12 @@ functions in order.
 At first the doctor only makes XML-RPC calls, and is not a node. After the line `Way back` the
 doctor listens to the robot as an ordinary node that publishes nothing.
 """
+from collections import Counter
 from functools import partial
 from typing import NamedTuple, Sequence
+
+
+BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
 
 class Finding(NamedTuple):
@@ -34,12 +38,7 @@ def as_text(finding: Finding) -> str:
 
 
 def summary(findings: Sequence[Finding]) -> str:
-    """Returns the last line: the number of faults, or a hint if there are only warnings."""
-    faults = sum(finding.severity == 'FAULT' for finding in findings)
-    if faults > 1:
-        return f'{faults} faults: begin with the first fault'
-    if faults:
-        return '1 fault'
-    if any(finding.severity == 'warning' for finding in findings):
-        return 'no fault found, but see the warnings'
-    return 'no fault found'
+    """Returns the last line: the numbers of faults and warnings."""
+    counts = Counter(finding.severity for finding in findings)
+    first = '; begin with the first fault' if counts['FAULT'] > 1 else ''
+    return f'faults: {counts["FAULT"]}, warnings: {counts["warning"]}{first}'

@@ -4,10 +4,9 @@ import time
 from dataclasses import replace
 
 from tb3_labs.doctor.computer import (
-    address_here, is_own, is_wsl_with_nat, judge_address, judge_nat, outgoing_address)
+    address_here, is_own, judge_address, outgoing_address)
 from tb3_labs.doctor.graph import (
-    Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot,
-    peers_of)
+    Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot)
 from tb3_labs.doctor.ros_listening import examine_messages
 
 
@@ -21,10 +20,8 @@ def examine(namespace):
     here = address_here(master.address)
     yield judge_address(here)
     graph = RobotGraph(namespace, state or ([], [], []))
-    robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
-    robot_elsewhere = any(not is_own(peer.address) for peer in robot.values() if peer.address)
-    yield judge_nat(is_wsl_with_nat(), here.lan_address,
-                    others_elsewhere=robot_elsewhere or not here.master_here)
+    robot = _peers_of(master, graph.robot_nodes)
+    drivers = _peers_of(master, graph.drivers)
     yield judge_master(master)
     if state is None:
         return
@@ -38,6 +35,15 @@ def examine(namespace):
     yield from _check_return_path(here, graph, alive, drivers)
     is_wall_time = not Peer(master.uri).ask('getParam', '/use_sim_time')
     yield from examine_messages(graph, here.outgoing_address, is_wall_time)
+
+
+def _peers_of(master, nodes):
+    """Returns {node: Peer}. The master gave the URIs, and each Peer has the outcome of one call."""
+    peers = {}
+    for node in nodes:
+        peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
+        peers[node].ask('getPid')
+    return peers
 
 
 def _check_return_path(here, graph, alive, drivers):

@@ -1,24 +1,18 @@
-"""Checks the address that the nodes of this computer advertise, and NAT.
+"""Checks the address that the nodes of this computer advertise.
 
 An address is a text such as '192.168.0.5', or '' if there is no address. As in ROS 1, only IPv4 is
 used. A node *advertises* an address, to which other nodes connect. As in rospy, this address is
 ROS_HOSTNAME. Without it, the address is ROS_IP. Without both, it is the name of the computer.
 """
-import ipaddress
 import os
 import socket
 import subprocess
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Tuple
 
 from tb3_labs.doctor import Finding, fault, ok, warning
 
-#: WSL 2 puts this private network between Linux and Windows.
-NAT_NETWORK = ipaddress.ip_network('172.16.0.0/12')
-
-
-# Addresses --------------------------------------------------------------------------------------
 
 def is_loopback(address: str) -> bool:
     """Is this an address of the loopback?"""
@@ -76,31 +70,25 @@ class Address:
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
-    def lan_address(self) -> str:
-        """The address on the way to the master, or the first own address if the master is on this
-        computer."""
-        for address in (self.outgoing_address, *self.own):
-            if address and not is_loopback(address):
-                return address
-        return ''
-
-    @property
     def advice(self) -> str:
-        """The commands by which this computer advertises the right address."""
+        """The commands by which this computer advertises the right address. If the master is on
+        this computer, this is the first own address."""
         unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
-        address = self.lan_address or 'ADDRESS_OF_THIS_COMPUTER'
+        usable = [address for address in (self.outgoing_address, *self.own)
+                  if address and not is_loopback(address)]
+        address = (usable or ['ADDRESS_OF_THIS_COMPUTER'])[0]
         return f'{unset}export ROS_IP={address}, then start the nodes here again'
 
 
 def address_here(master: str) -> Address:
     """Returns this computer's Address. `master` is the address of the master, or '' if unknown."""
-    ros_ip, ros_hostname = os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')
-    hostname = socket.gethostname()
-    outgoing, master_here = '', not os.environ.get('ROS_MASTER_URI')
+    here = Address(
+        ros_ip=os.environ.get('ROS_IP', ''), ros_hostname=os.environ.get('ROS_HOSTNAME', ''),
+        hostname=socket.gethostname(), own=own_addresses(),
+        master_here=not os.environ.get('ROS_MASTER_URI'))
     if master:
-        outgoing, master_here = outgoing_address(master), is_own(master)
-    return Address(ros_ip, ros_hostname, hostname, address_of(ros_hostname or ros_ip or hostname),
-                   own_addresses(), outgoing, master_here)
+        here = replace(here, outgoing_address=outgoing_address(master), master_here=is_own(master))
+    return replace(here, resolved=address_of(here.advertised))
 
 
 def judge_address(here: Address) -> Finding:
@@ -129,27 +117,3 @@ def judge_address(here: Address) -> Finding:
         return fault('Address', '{} is not an address of this computer (it has {})'.format(
             source, ', '.join(here.own) or 'none'), here.advice)
     return ok('Address', source + ' is an address of this computer')
-
-
-# NAT --------------------------------------------------------------------------------------------
-
-def is_wsl_with_nat() -> bool:
-    """Is this Linux a WSL that does not use the network of its host? A WSL with the network of its
-    host (mirrored) has the interface loopback0."""
-    with open('/proc/version') as file:
-        is_wsl = 'microsoft' in file.read().lower()
-    return is_wsl and 'loopback0' not in [name for _, name in socket.if_nameindex()]
-
-
-def judge_nat(is_wsl: bool, address: str, others_elsewhere: bool) -> Finding:
-    """Can a robot reach `address`, an address of this computer, through NAT? `is_wsl` is the
-    result of :func:`is_wsl_with_nat`. `others_elsewhere` is true if the master or the robot is on
-    another computer."""
-    is_hidden = is_wsl and bool(address) and ipaddress.ip_address(address) in NAT_NETWORK
-    if not is_hidden:
-        return ok('NAT', 'this computer is not behind NAT')
-    if not others_elsewhere:
-        return ok('NAT', f'this is WSL behind NAT ({address}): good for the simulated robot alone')
-    return fault('NAT', f'this is WSL behind NAT: no robot can reach {address}',
-                 'networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; or use '
-                 'a computer with Linux')

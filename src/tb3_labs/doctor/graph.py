@@ -11,7 +11,7 @@ import xmlrpc.client
 from dataclasses import dataclass
 from typing import Collection, Iterator, Mapping
 
-from tb3_labs.doctor import Finding, fault, ok, warning
+from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.doctor.computer import Address, address_of, is_loopback
 
 #: The doctor's name in calls. It is not registered at the master.
@@ -32,7 +32,6 @@ SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
 #: A name with at least this likeness (difflib) to a right name is probably a mistake.
 LIKENESS_OF_MISTAKES = 0.65
-BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
 
 @dataclass
@@ -44,10 +43,11 @@ class Peer:
     address: str = ''          # the address of the name in `uri`
 
     def __post_init__(self):
-        self.name, self.port = '', 0
-        found = re.fullmatch(r'http://([^/:]+):(\d+)/?', self.uri)
-        if found:
-            self.name, self.port = found.group(1), int(found.group(2))
+        self.name = ''
+        match = re.fullmatch(r'http://([^/:]+):(\d+)/?', self.uri)
+        if match:
+            self.name = match.group(1)
+            self.port = int(match.group(2))
 
     def ask(self, method, *arguments):
         """Call `method`. Returns the answer, or None if there is no answer. Sets `problem`."""
@@ -70,15 +70,6 @@ class Peer:
             return None
         self.problem = ''
         return value
-
-
-def peers_of(master, nodes):
-    """Returns {node: Peer}. The master gave the URIs, and each Peer has the outcome of one call."""
-    peers = {}
-    for node in nodes:
-        peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
-        peers[node].ask('getPid')
-    return peers
 
 
 # The master -------------------------------------------------------------------------------------
@@ -109,8 +100,9 @@ class RobotGraph:
 
     def __init__(self, namespace, state):
         self.namespace = namespace
-        publishers = self.publishers = {topic: list(nodes) for topic, nodes in state[0]}
-        subscribers = self.subscribers = {topic: list(nodes) for topic, nodes in state[1]}
+        publishers, subscribers, _ = map(dict, state)
+        self.publishers = publishers
+        self.subscribers = subscribers
         #: {topic of a sensor: nodes that publish the topic}
         self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
         #: The nodes that publish cmd_vel.
@@ -128,15 +120,15 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_topic(self, topic, node, names):
-        """A node uses `topic`. Returns the robot's topic that the node probably means, with one of
-        `names`; '' if `topic` is right, of another robot, or not like a right topic."""
+        """Returns the robot's topic that `node` probably means by `topic`. Its name is one of
+        `names`. Returns '' if `topic` is right, of another robot, or not like a right topic."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''
         path = topic.lower()
         meant = [name for name in names    # imu/data and raw_imu mean imu, but simulator does not
                  if name in SENSORS and re.search('(?<![a-z])' + name, path)]
-        word = path.rpartition('/')[2]
+        _, _, word = path.rpartition('/')
         meant += difflib.get_close_matches(word, names, 1, LIKENESS_OF_MISTAKES)
         return self.namespace + meant[0] if meant else ''
 
@@ -176,20 +168,21 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
     """Yields a finding for nodes that listen to a wrong name, such as imu_data, and a finding for
     nodes that publish a wrong name, such as turtle1/cmd_vel."""
     wrong_hearers = _mistakes(
-        '{} listens to {}, which nobody publishes; {} is published by {}',
-        graph, graph.subscribers, graph.publishers, LAB_TOPICS)
-    wrong_senders = _mistakes('{} publishes {}, which nobody hears; {} is heard by {}',
-                              graph, graph.publishers, graph.subscribers, SUBSCRIBED_TOPICS)
+        '{} listens to {}, which nobody publishes; {} is published by {}', graph, LAB_TOPICS,
+        users=graph.subscribers, partners=graph.publishers)
+    wrong_senders = _mistakes(
+        '{} publishes {}, which nobody hears; {} is heard by {}', graph, SUBSCRIBED_TOPICS,
+        users=graph.publishers, partners=graph.subscribers)
     for subject, mistakes in ('Hearers', wrong_hearers), ('Senders', wrong_senders):
         if mistakes:
             yield warning(subject, '; '.join(mistakes),
                           'correct the name in the code, or by <remap> in the launch file')
 
 
-def _mistakes(text, graph, users, partners, names):
+def _mistakes(text, graph, names, users, partners):
     """Returns `text` with (node, wrong topic, right topic, partner) for each mistake. `users` and
     `partners` are {topic: nodes} of both ends of the topics. Users may have wrong names."""
-    found = []
+    texts = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:
             right = graph.right_topic(topic, node, names)
@@ -200,8 +193,8 @@ def _mistakes(text, graph, users, partners, names):
                 # a recorder is named only if the robot has no node
                 of_robot = [each for each in partners[right] if each in graph.robot_nodes]
                 partner = (of_robot or partners[right])[0]
-                found.append(text.format(node, topic, right, partner))
-    return found
+                texts.append(text.format(node, topic, right, partner))
+    return texts
 
 
 # The connections from this computer -------------------------------------------------------------

@@ -32,7 +32,7 @@ class ReceivedMessage(NamedTuple):
     """A message that has arrived."""
 
     topic: str
-    at: float         # time of arrival [s]
+    arrived_at: float    # [s]
     sender: str
     message: Any
 
@@ -44,22 +44,23 @@ def examine_messages(graph, address, is_wall_time):
     drivers = [message.sender for message in received if message.topic == 'cmd_vel']
     yield judge_drivers(Counter(drivers))
     for name in SENSORS:
-        arrivals = [message.at for message in received if message.topic == name]
+        arrivals = [message.arrived_at for message in received if message.topic == name]
         publisher = next(iter(graph.sensors[name]), '')
         yield judge_stream(graph.namespace + name, arrivals, ended, publisher)
-    delays = [at - message.header.stamp.to_sec() for topic, at, _, message in received
+    delays = [arrived_at - message.header.stamp.to_sec()
+              for topic, arrived_at, _, message in received
               if topic in SENSORS and message.header.stamp]
     if delays and is_wall_time:
         yield judge_clock(min(delays))
     samples = read_samples(received)
-    watch = gyro_watch_of(samples, graph.namespace + 'reset')
-    cause, _, remedy = watch.problem_text().partition(': ')
-    yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
+    gyro = gyro_monitor_of(samples, graph.namespace + 'reset')
+    cause, _, remedy = gyro.problem_text().partition(': ')
+    yield judge_gyro(cause, remedy, is_compared=gyro.has_compared)
     yaws = [(sample.stamp, sample.yaw) for _, sample in samples if isinstance(sample, ImuSample)]
     wheel_angles = [(sample.left, sample.right) for _, sample in samples
                     if isinstance(sample, WheelSample)]
     drift = drift_of(yaws, wheel_angles)
-    if drift is not None and watch.has_compared and not watch.problem_text():
+    if drift is not None and gyro.has_compared and not gyro.problem_text():
         yield judge_drift(drift, graph.namespace)
 
 
@@ -72,14 +73,14 @@ def listen(namespace, address):
     received = []
 
     def on_message(message, name):
-        sender = sender_of(connection_of(message))
-        received.append(ReceivedMessage(name, time.time(), sender, message))
+        received.append(ReceivedMessage(
+            name, time.time(), sender_of(connection_of(message)), message))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
                         disable_rostime=True, disable_signals=True)
-        for name, (kind, _) in SAMPLE_READERS.items():
-            rospy.Subscriber(namespace + name, kind, on_message, name)
+        for name, (message_type, _) in SAMPLE_READERS.items():
+            rospy.Subscriber(namespace + name, message_type, on_message, name)
         time.sleep(LISTENING_TIME)
         return list(received), time.time()
     finally:
@@ -89,20 +90,20 @@ def listen(namespace, address):
 def read_samples(received):
     """Returns [(time of arrival [s], sample)] of the valid messages. A command has no sample."""
     samples = []
-    for topic, at, _, message in received:
+    for topic, arrived_at, _, message in received:
         _, read = SAMPLE_READERS[topic]
         with suppress(ValueError):    # such as joint states of an arm, without the wheels
-            samples.append((at, read(message)))
+            samples.append((arrived_at, read(message)))
     return samples
 
 
-def gyro_watch_of(samples, reset_topic):
+def gyro_monitor_of(samples, reset_topic):
     """Returns a GyroMonitor that has taken in the samples of :func:`read_samples`."""
-    watch = GyroMonitor(model_of_environment(os.environ), reset_topic)
+    monitor = GyroMonitor(model_of_environment(os.environ), reset_topic)
     timing = SampleTiming()
-    for at, sample in samples:
+    for arrived_at, sample in samples:
         if isinstance(sample, ImuSample):
-            watch.on_imu(timing.on_imu(sample, at))
+            monitor.on_imu(timing.on_imu(sample, arrived_at))
         elif isinstance(sample, WheelSample):
-            watch.on_wheels(sample)
-    return watch
+            monitor.on_wheels(sample)
+    return monitor

@@ -6,31 +6,31 @@ import math
 from statistics import mean
 from typing import Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.doctor import Finding, fault, ok, warning
+from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: Time for which the doctor listens [s].
 LISTENING_TIME = 5.0
-#: A larger offset of the robot's clock disturbs tf [s].
+#: tf is disturbed if the offset of the robot's clock is larger than this [s].
 CLOCK_WARNING_OFFSET = 0.1
-#: With a larger offset, nodes that use stamps do not work [s].
+#: Nodes that use stamps do not work if this offset is larger than this [s].
 CLOCK_FAULT_OFFSET = 1.0
-#: A larger drift disturbs a lab [deg/min].
+#: A lab is disturbed if the drift is larger than this [deg/min].
 MAX_DRIFT = 2.0
-#: If a wheel turns by less than this while the doctor listens, the wheel stands still [rad].
+#: A wheel stands still if it turns by less than this angle [rad] while the doctor listens.
 STANDING_TURN = 0.005
 
 
 def judge_drivers(sent: Mapping[str, int]) -> Finding:
     """Does at most one node drive? `sent` is {node: number of its commands in LISTENING_TIME}."""
+    drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
+                           for node, count in sorted(sent.items()))
     if len(sent) > 1:
-        drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
-                               for node, count in sorted(sent.items()))
         return fault('Drivers', drivers + ' send commands at the same time: the robot obeys both '
                      'in turn', 'stop all but one of them')
     # the labs' own nodes may all publish cmd_vel, since only one of them drives at a time
-    for node in sent:
-        return ok('Drivers', f'{node} drives the robot')
+    if drivers:
+        return ok('Drivers', drivers + ' drives the robot')
     return ok('Drivers', 'no node drives the robot now; if it jerks, call the doctor at that time')
 
 
@@ -39,10 +39,9 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
     """Do the messages of a sensor arrive evenly enough to drive? `arrivals` has the times of
     arrival [s]. `ended` is the time at which the doctor stopped listening [s]. `publisher` is a
     node that publishes `topic`, or ''."""
-    name = topic.rpartition('/')[2]
+    _, _, name = topic.rpartition('/')
     if not publisher:
-        return fault(name, f'nobody publishes {topic}', "restart the robot's bringup, and "
-                     'look at its first lines')
+        return fault(name, f'nobody publishes {topic}', BRINGUP_REMEDY)
     if not arrivals:
         return fault(name, f'nothing came on {topic} for {LISTENING_TIME:.1f} s',
                      "restart the robot's bringup; switch the robot's board off and on")
@@ -104,11 +103,13 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     samples. `imu` has (stamp [s], yaw [rad]), and `wheels` has (left [rad], right [rad])."""
     if len(imu) < 12 or len(wheels) < 2:
         return None
-    if any(max(angles) - min(angles) > STANDING_TURN for angles in zip(*wheels)):
-        return None
+    for angles in [left for left, _ in wheels], [right for _, right in wheels]:
+        if max(angles) - min(angles) > STANDING_TURN:
+            return None
     middle = mean(stamp for stamp, _ in imu)
     _, first_yaw = imu[0]
     turns = [(stamp - middle, math.remainder(yaw - first_yaw, 2.0 * math.pi)) for stamp, yaw in imu]
-    # a short recording is divided by the spread of 2 s, so that its noise does not look like drift
+    # slope of the least-squares line: sum(time * turn) / sum(time * time). A short recording is
+    # divided by the sum of a recording of 2 s, so that its noise does not look like drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

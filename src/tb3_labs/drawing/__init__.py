@@ -4,29 +4,24 @@ from pathlib import Path
 
 #: The folder of the map's program and colours.
 FOLDER = Path(__file__).resolve().parent
-IMPORT = re.compile(r"^import \{([^}]*)\} from '\./([\w.]+)';$", re.MULTILINE)
-EXPORT = re.compile(r'^export (?=(?:class|function|const) (\w+))', re.MULTILINE)
+IMPORT = re.compile(r"^import \{[^}]*\} from '\./([\w.]+)';$", re.MULTILINE)
+EXPORT = re.compile(r'^export ', re.MULTILINE)
 
 
 def one_script(page: Path) -> str:
-    """Returns one script with the program `page` and all its imports. If a page is a local file, a
-    browser does not load modules for it. Each module becomes a function, so that two modules may
-    use the same name.
-
-    Imports look like ``import {a, b} from './c.js';`` and must not form a circle.
-    """
-    scripts = {}
+    """Returns one script with the program `page` and all its imports, which are beside it or in
+    FOLDER, since a browser loads no modules for a page that is a local file. A name at the top
+    level of one file must not be in another."""
+    sources = {}
 
     def add(path: Path) -> None:
         source = path.read_text(encoding='utf-8')
-        for _, name in IMPORT.findall(source):
+        for name in IMPORT.findall(source):
             beside_page = page.with_name(name)
-            if name not in scripts:
+            if name not in sources:
                 add(beside_page if beside_page.exists() else FOLDER / name)
-        names = EXPORT.findall(source)
-        body = EXPORT.sub('', IMPORT.sub(r"const {\1} = modules['\2'];", source))
-        scripts[path.name] = (f"modules['{path.name}'] = (() => {{\n{body}\n"
-                              f"return {{{', '.join(names)}}};\n}})();\n")
+        sources[path.name] = EXPORT.sub('', IMPORT.sub('', source))
 
     add(page)
-    return "'use strict';\nconst modules = {};\n" + ''.join(scripts.values())
+    body = '\n'.join(sources.values())
+    return f"(() => {{\n'use strict';\n{body}}})();\n"    # no name is visible outside

@@ -1,33 +1,26 @@
-// Draws lines, figures, a grid and names on a canvas. Names do not overlap. A View is the visible
-// part of the plane.
+// Draws lines, figures, a grid and names on a canvas. A View is the visible part of the plane.
 //
 // Sizes are in pixels. Angles are counter-clockwise. Poses are [x m, y m, yaw rad].
 
-const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth', 'bad'];
-const GAP = 6;                      // [px] between two rows of names
+const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth'];
 const MIN_SCALE = 4, MAX_SCALE = 5000;    // [px/m]
 const NARROWEST = 0.8;              // [m] View.fit() shows at least this width
 
-export const colours = {};
+const style = getComputedStyle(document.documentElement);
+/** The colours of colours.css. */
+export const colours = Object.fromEntries(
+  NAMES.map((name) => [name, style.getPropertyValue('--' + name).trim()]));
 
-export function readColours() {
-  const style = getComputedStyle(document.documentElement);
-  for (const name of NAMES) {
-    colours[name.replace('-', '_')] = style.getPropertyValue('--' + name).trim();
-  }
-}
-
-/** Clears a canvas. Returns its size and its context, in which one unit is one CSS pixel. Returns
- *  null while the canvas has no size. */
-export function sharp(canvas) {
+/** Clears a canvas. Returns its size, and its new context in which one unit is one CSS pixel.
+ *  Returns null while the canvas has no size. */
+export function cleared(canvas) {
   const width = canvas.clientWidth, height = canvas.clientHeight;
   if (!width || !height) return null;
   const ratio = Math.min(window.devicePixelRatio || 1, 2);
-  const w = Math.round(width * ratio), h = Math.round(height * ratio);
-  if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(height * ratio);
   const context = canvas.getContext('2d');
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
+  context.scale(ratio, ratio);
   return {context, width, height};
 }
 
@@ -73,7 +66,7 @@ export class View {
   }
 
   /** Zoom. The point at the pixel (px, py) stays there. */
-  zoom(factor, px = this.width / 2, py = this.height / 2) {
+  zoom(factor, px, py) {
     const [x, y] = this.point(px, py);
     this.scale = Math.max(MIN_SCALE, Math.min(MAX_SCALE, this.scale * factor));
     this.x = x - (px - this.width / 2) / this.scale;
@@ -103,15 +96,13 @@ export class View {
     this.y = (y0 + y1) / 2 + (top - bottom) / 2 / this.scale;
   }
 
-  /** While `auto` is true, fit the points again if any is outside, or if all of them look small. */
+  /** While `auto` is true, fit the points again if any is outside. */
   follow(points) {
     const box = bounds(points);
     if (!this.auto || !box || !this.width) return;
     const [x0, y1] = this.pixel(box[0], box[1]), [x1, y0] = this.pixel(box[2], box[3]);
-    const outside = x0 < 24 || y0 < 56 || x1 > this.width - 24 || y1 > this.height - 30;
-    const isWide = Math.max(box[2] - box[0], box[3] - box[1]) > NARROWEST;
-    const small = x1 - x0 < this.width * 0.4 && y1 - y0 < this.height * 0.4;
-    if (outside || (small && isWide)) this.fit(points);
+    const isOutside = x0 < 24 || y0 < 56 || x1 > this.width - 24 || y1 > this.height - 30;
+    if (isOutside) this.fit(points);
   }
 }
 
@@ -141,7 +132,8 @@ export function stroke(c, colour, points) {
 function trace(c, points) {
   c.beginPath();
   points.forEach((point, i) => {
-    if (point) c[points[i - 1] ? 'lineTo' : 'moveTo'](point[0], point[1]);
+    if (point && points[i - 1]) c.lineTo(point[0], point[1]);
+    else if (point) c.moveTo(point[0], point[1]);
   });
 }
 
@@ -156,23 +148,19 @@ export function polygon(c, points, colour, rim, width) {
   c.stroke();
 }
 
-export function circle(c, x, y, radius, colour) {
+/** Draw a circle. `opacity` is the opacity of its area. */
+export function circle(c, x, y, radius, colour, opacity = 0) {
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
   c.strokeStyle = colour;
-  c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
   c.stroke();
-}
-
-export function disc(c, x, y, radius, colour, opacity) {
-  c.globalAlpha = opacity;
   c.fillStyle = colour;
-  c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.globalAlpha = opacity;
   c.fill();
   c.globalAlpha = 1;
 }
 
-/** Draw an arrow of this length with a full or open head. Returns the end without the head. */
+/** Draw an arrow of this length with a full or open head, which is beyond the length. */
 export function arrow(c, x, y, angle, length, colour, full) {
   const end = [x + length * Math.cos(angle), y - length * Math.sin(angle)];
   const tip = [end[0] + 7 * Math.cos(angle), end[1] - 7 * Math.sin(angle)];
@@ -184,7 +172,6 @@ export function arrow(c, x, y, angle, length, colour, full) {
   c.lineWidth = 2.5;
   trace(c, [left, tip, right]);
   if (full) c.fill(); else c.stroke();
-  return end;
 }
 
 export function heading(c, x, y, yaw, size, colour, rim) {
@@ -201,83 +188,38 @@ export function drawGrid(c, v, words) {
   c.lineWidth = 1;
   c.font = '11px system-ui, sans-serif';
   c.fillStyle = colours.faint;
-  const text = (value) => (Math.abs(value) < step / 2 ? '0' : value.toFixed(digits(step)));
+  const text = (i) => (i === 0 ? '0' : (i * step).toFixed(digits(step)));
+  const colour = (i) => (i === 0 ? colours['grid-strong'] : colours.grid);
   for (let i = Math.ceil(x0 / step); i <= x1 / step; i += 1) {
     const px = Math.round(v.pixel(i * step, 0)[0]) + 0.5;
-    stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[px, 0], [px, v.height]]);
+    stroke(c, colour(i), [[px, 0], [px, v.height]]);
     c.textAlign = 'center';
-    if (px > 40) c.fillText(text(i * step), px, v.height - 4);
+    if (px > 40) c.fillText(text(i), px, v.height - 4);
   }
   for (let i = Math.ceil(y0 / step); i <= y1 / step; i += 1) {
     const py = Math.round(v.pixel(0, i * step)[1]) + 0.5;
-    stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[0, py], [v.width, py]]);
+    stroke(c, colour(i), [[0, py], [v.width, py]]);
     c.textAlign = 'left';
-    if (py > 60 && py < v.height - 24) c.fillText(text(i * step), 4, py - 3);
+    if (py > 60 && py < v.height - 24) c.fillText(text(i), 4, py - 3);
   }
   c.textAlign = 'right';
   c.fillText(words, v.width - 6, v.height - 18);
 }
 
-/** Names beside points of the map. */
-export class Labels {
-  constructor(context, width, height) {
-    this._context = context;
-    this._width = width;
-    this._height = height;
-    this._names = [];         // labels that wait for their place
-    this._taken = [];         // rectangles [x0, y0, x1, y1] in which no label may lie
-  }
+const ALIGNS = {'-1': 'right', 0: 'center', 1: 'left'};
+const BASELINES = {'-1': 'bottom', 0: 'middle', 1: 'top'};
 
-  avoid(x, y, radius) {
-    this._taken.push([x - radius, y - radius, x + radius, y + radius]);
-  }
-
-  /** Keep labels out of a rectangle [x0, y0, x1, y1]. */
-  keep(box) { this._taken.push(box); }
-
-  /** Add a text for the point (x, y). write() writes it when all places to avoid are known. */
-  add(text, x, y, colour, {size = 13, away = 10} = {}) {
-    this._names.push({text, x, y, colour, size, away});
-  }
-
-  write() {
-    for (const name of this._names) this._place(name);
-  }
-
-  /** Write a text in the first free place around its point. */
-  _place({text, x, y, colour, size, away}) {
-    const c = this._context;
-    c.font = `600 ${size}px system-ui, sans-serif`;
-    const w = c.measureText(text).width, h = size;
-    for (let ring = 0; ring < 4; ring += 1) {
-      const d = away + ring * (h + GAP);
-      const places = [[d, -d], [d, d + h], [-d - w, -d], [-d - w, d + h],
-                      [-w / 2, d + h], [-w / 2, -d], [d, h / 2], [-d - w, h / 2]];
-      for (const [dx, dy] of places) {
-        const box = [x + dx - 3, y + dy - h, x + dx + w + 3, y + dy + 4];
-        if (!this._free(box)) continue;
-        this._taken.push(box);
-        this._write(text, x + dx, y + dy, colour);
-        return;
-      }
-    }
-  }
-
-  _free(box) {
-    const [x0, y0, x1, y1] = box;
-    if (x0 < 2 || y0 < 2 || x1 > this._width - 2 || y1 > this._height - 2) return false;
-    return !this._taken.some((t) => x0 < t[2] && x1 > t[0] && y0 < t[3] && y1 > t[1]);
-  }
-
-  _write(text, x, y, colour) {
-    const c = this._context;
-    c.textAlign = 'left';
-    c.textBaseline = 'alphabetic';
-    c.lineJoin = 'round';
-    c.lineWidth = 4;
-    c.strokeStyle = colours.paper;
-    c.strokeText(text, x, y);
-    c.fillStyle = colour;
-    c.fillText(text, x, y);
-  }
+/** Write a name beside the point (x, y), `away` pixels from it. `across` is -1 for left, 1 for
+ *  right, and 0 for the middle. `down` is -1 for above, 1 for below, and 0 for the middle. */
+export function writeName(c, name, x, y, colour, {across = 0, down = 0, away = 0}) {
+  const at = [x + across * away, y + down * away];
+  c.font = '600 13px system-ui, sans-serif';
+  c.textAlign = ALIGNS[across];
+  c.textBaseline = BASELINES[down];
+  c.lineJoin = 'round';
+  c.lineWidth = 4;
+  c.strokeStyle = colours.paper;
+  c.strokeText(name, ...at);
+  c.fillStyle = colour;
+  c.fillText(name, ...at);
 }

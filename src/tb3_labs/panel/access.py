@@ -36,7 +36,7 @@ class PanelConfig(Config):
     address: str = setting(LOOPBACK, 'address of the page; 0.0.0.0 is every address of this host; '
                                      'any address but 127.0.0.1 needs the printed token')
     control: bool = setting(True, 'pages may drive and reset the robot; false: they only show it')
-    rate: float = setting(20.0, 'pictures', '1/s', 1.0, 60.0)
+    rate: float = setting(20.0, 'pictures', unit='1/s', low=1.0, high=60.0)
 
 
 class Access:

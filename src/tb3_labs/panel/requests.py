@@ -1,5 +1,5 @@
-"""Reads the messages of one page, and answers the page. An invalid message raises ``ValueError``
-with the invalid value and the valid values.
+"""Reads the messages of one page, and answers the page. An invalid message raises ``ValueError``,
+which names the invalid value and the valid values.
 
 A request is a JSON object:
 
@@ -10,15 +10,15 @@ A request is a JSON object:
     {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot's present pose in local [m, deg]
 
 "pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}, or null if the
-person does not hold the pad. "mouse" is 0 in the middle of the square and -1 or 1 at the edges, x
-right, y up, or null if the person does not hold the mouse. "first" is true in the first message
-after the person gripped pad or mouse.
+person does not hold the pad. "mouse" is the place in the square, or null if the person does not
+hold the mouse: x is -1 at the left edge and 1 at the right edge, y is -1 at the lower edge and 1 at
+the upper edge. "first" is true in the first message after the person gripped pad or mouse.
 
 Each request may have an "id", a whole number, which the answer repeats. "stops" is the number of
 stops in the picture that the page had when the person acted; see
-:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on the panel's clock [s]: "now" of
-the last picture that the page got, plus the time since then. So a message may seem later than it
-is, but never earlier, unless the clock of the browser jumps.
+:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending [s] on the panel's clock. The page
+adds the time since its last picture to the "now" of this picture. So a message may seem later than
+it is, but never earlier, unless the clock of the browser jumps.
 """
 import json
 from contextlib import suppress
@@ -40,8 +40,8 @@ MAX_TURN_DEG = 360.0
 
 
 class BrowserPad(NamedTuple):
-    """The pad of a page: the sticks from -1 to 1, forward and left positive. For each button: does
-    a person press it? For B a page sends a "stop", and `b` stays False."""
+    """The pad of a page. The sticks are from -1 to 1, forward and left positive. A button is True
+    while a person presses it. For B a page sends a "stop", and `b` stays False."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -81,7 +81,7 @@ class PageRequest(NamedTuple):
     value: Any = None              # see READERS
     id: Optional[int] = None
     stops: Optional[int] = None    # number of stops that the page knew, None if missing
-    sent_at: float = 0.0           # [s, the panel's clock]; 0, a very late request, if missing
+    sent_at: float = 0.0           # on the panel's clock [s]; 0 if missing, which is very late
 
     def lateness(self, now: float) -> float:
         """The delay of the message [s]. Raises ``ValueError`` if `sent_at` is in the future."""
@@ -130,11 +130,12 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
 
 
 def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
-    sent_at = 0.0
+    request = PageRequest(kind=message['type'], value=read(message),
+                          id=_read_optional(message, 'id', int, None),
+                          stops=_read_optional(message, 'stops', int, None))
     if message.get('t') is not None:
-        sent_at = _read_number(message, 't', LATEST_TIME)
-    return PageRequest(message['type'], read(message), _read_optional(message, 'id', int, None),
-                       _read_optional(message, 'stops', int, None), sent_at)
+        return request._replace(sent_at=_read_number(message, 't', LATEST_TIME))
+    return request
 
 
 def _read_pose(message: Dict) -> TypedPose:
@@ -149,9 +150,9 @@ def _read_grip(message: Dict) -> Grip:
     pad = _read_optional(message, 'pad', dict, None)
     mouse = _read_optional(message, 'mouse', list, None)
     if pad is not None:
-        buttons = [_read_optional(pad, name, bool, False) for name in ('a', 'y', 'hold')]
-        pad = BrowserPad(_read_number(pad, 'forward', 1.0), _read_number(pad, 'left', 1.0),
-                         *buttons)
+        buttons = {name: _read_optional(pad, name, bool, False) for name in ('a', 'y', 'hold')}
+        pad = BrowserPad(forward=_read_number(pad, 'forward', 1.0),
+                         left=_read_number(pad, 'left', 1.0), **buttons)
     if mouse is not None:
         if len(mouse) != 2:
             raise ValueError('mouse is not valid: [x, y], or null')
@@ -176,10 +177,10 @@ def _read_number(message: Dict, name: str, most: float, unit: str = '') -> float
     return float(value)
 
 
-def _read_optional(message: Dict, name: str, kind: type, missing: Any) -> Any:
+def _read_optional(message: Dict, name: str, value_type: type, missing: Any) -> Any:
     """Returns the value called `name`, or `missing` if the message does not have it. ``ValueError``
-    if the type of the value is not `kind`."""
+    if the type of the value is not `value_type`."""
     value = message.get(name, missing)
-    if value is not missing and type(value) is not kind:    # to Python a bool is an int
-        raise ValueError(f'{name} is not valid: {kind.__name__}')
+    if value is not missing and type(value) is not value_type:    # to Python a bool is an int
+        raise ValueError(f'{name} is not valid: {value_type.__name__}')
     return value

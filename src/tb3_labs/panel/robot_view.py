@@ -13,7 +13,6 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "state", "phase"     the text of `goal_state`, and its kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
-    "holder"             a text that names the node that may drive
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        heading by the IMU, 0 to 360
     "ages"               {sensor: time since the last message [s]}
@@ -21,7 +20,6 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
                          publishes
     "page"               the page that drives the robot: "", "this" or "other"
     "stops"              number of stops so far; see tb3_labs.supervision.dead_man
-    "can"                {type of a request: does any node listen to it?}
     "pad"                "ready", or why the pad of a page does not drive
 
 Nodes may publish NaN and infinity, which JSON does not have. A picture has null instead.
@@ -38,14 +36,13 @@ from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.watch.printed_pose import declared_by
 
-#: After a larger jump of its position [m] or yaw [rad] the odometry was set to zero.
+#: If the odometry's position [m] or yaw [rad] jumps by more than this, it was set to zero.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
 #: If the stamps of truth and odometry are farther apart than this, truth is not moved in time [s].
 MAX_TIME_APART = 0.3
-#: A robot is at rest if its odometry is slower than this [m/s], [rad/s].
+#: A robot stands still if both speeds of its odometry are below this [m/s], [rad/s].
 STANDSTILL_SPEED = 0.02
-
 #: A page no longer shows a node's variables after a silence of this length [s].
 VARIABLES_TIMEOUT = 2.0
 
@@ -67,7 +64,8 @@ class RobotView:
 
     def on_message(self, kind: str, value: Any, now: float) -> None:
         """Store `value` as the latest value of a `kind`. A kind is an entry of the picture, or
-        'origin' (pose of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad])."""
+        'origin' (pose of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad]),
+        'holder' (the text of control_holder)."""
         self._latest[kind] = value
         self._arrivals[kind] = now
 
@@ -137,18 +135,13 @@ class RobotView:
         _, latest = max(moving, default=(now, ''))
         return latest
 
-    def holder(self, now: float) -> str:
-        """Returns a text that names the node that may drive."""
-        if self.latest('has_control'):
-            return 'move_to_goal (it has control)'
-        return self.driver(now) or self.latest('holder') or 'nobody'
-
     def picture(self, now: float) -> Dict[str, Any]:
-        """Returns the picture without "page", "stops", "can" and "pad"."""
+        """Returns the picture without "page", "stops" and "pad"."""
         driver = self.driver(now)
         command = None
         if driver:
-            command = [_rounded(speed) for speed in self._commands[driver][1:]]
+            _, linear, angular = self._commands[driver]
+            command = [_rounded(linear), _rounded(angular)]
         odom_pose = self.latest('odom').pose if self.latest('odom') else None
         local, frame = self.latest('local'), self.latest('frame')
         is_published = local or frame
@@ -166,9 +159,8 @@ class RobotView:
             'goal': _pose_numbers(goal),
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
-            'has_control': self.latest('has_control'), 'holder': self.holder(now),
-            'driver': driver,
-            'command': command, 'heading_deg': _heading_deg(self.latest('imu')),
+            'has_control': self.latest('has_control'), 'driver': driver, 'command': command,
+            'heading_deg': _heading_deg(self.latest('imu')),
             'ages': {sensor: _rounded(now - self._arrivals.get(sensor, math.nan))
                      for sensor in ('imu', 'odom')},
             'inside': [{'node': node, 'values': values}

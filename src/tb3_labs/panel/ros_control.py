@@ -22,7 +22,7 @@ from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 from tb3_labs.supervision.dead_man import DeadMan
 
-#: A request with a larger delay is rejected, since the person expects no motion any more [s].
+#: A request with a larger delay [s] is rejected, since the person no longer expects a motion.
 MAX_REQUEST_AGE = 2.0
 #: A stop is confirmed if the robot stands still within this time [s].
 CONFIRM_WITHIN = 1.5
@@ -51,20 +51,12 @@ class PanelRobot:
 
     def picture(self, now):
         """Returns the picture of :mod:`tb3_labs.panel.robot_view`, without "page"."""
-        goal = subscribers_of(self._goal)
-        joy = subscribers_of(self._joy) - {rospy.get_name()}
-        # the handout's node listens to ctrl_relinq, but not to goals
-        control = subscribers_of(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
         return dict(self.subscriptions.read_view(lambda view: view.picture(now)),
-                    stops=self.dead_man.stops,
-                    can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
-                         'turn': bool(subscribers_of(self._turn)),
-                         'mouse': bool(subscribers_of(self._mouse))},
-                    pad=self._pad_status(joy))
+                    stops=self.dead_man.stops, pad=self._pad_status())
 
-    def _pad_status(self, listeners):
+    def _pad_status(self):
         """Returns 'ready', or the reason why the pad of a page does not drive."""
-        if not listeners:
+        if not subscribers_of(self._joy) - {rospy.get_name()}:
             return 'the node gamepad does not run'
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
@@ -89,11 +81,13 @@ class PanelRobot:
                 self._release()
             return ''
         if grip.mouse:
+            self._require(self._mouse, 'mouse_info: is the controller running?')
             self._refuse_beside_move_to_goal()
         is_new = self.dead_man.page is None
         now = steady_time()
         lateness = request.lateness(now)
-        if not self.dead_man.hold(page, request.stops, now, lateness, grip.is_first):
+        if not self.dead_man.hold(page, known_stops=request.stops, now=now, lateness=lateness,
+                                  is_first=grip.is_first):
             return ''
         if is_new:
             run_in_thread(self._read_pad_numbers)
@@ -161,7 +155,8 @@ class PanelRobot:
         """Stop the robot, whichever node drives."""
         self._control.publish(False)
         self._send_pad(BrowserPad(b=True))    # the handout's gamepad reads no ctrl_relinq
-        self._send_mouse((0.0, 0.0))    # an active mouse, so that _release() ends a turn
+        # an active mouse first, because only the release of an active mouse ends a turn
+        self._send_mouse((0.0, 0.0))
         self._release()
         self._cmd_vel.publish(Twist())    # for drivers that do not read ctrl_relinq
         self.dead_man.stop()

@@ -7,7 +7,6 @@ import secrets
 import socket
 import threading
 from pathlib import Path
-from weakref import WeakSet
 
 import rosgraph.network
 import rospy
@@ -32,8 +31,6 @@ PING_PERIOD = 1.0
 PONG_TIMEOUT = 3.0
 #: The server closes a connection without a complete request after this time [s].
 REQUEST_TIMEOUT = 10.0
-#: Most open connections, since this node may open about 1000 files.
-MAX_CONNECTIONS = 128
 #: The panel tries at most this many ports.
 MAX_PORTS = 10
 #: With these headers the page loads files of this server only, and no site shows it in a frame.
@@ -71,7 +68,6 @@ class Server:
         self.address = f'http://{shown_name}:{port}/'
         if token:
             self.address += '?token=' + token
-        self._admitted = WeakSet()
         self._loop = asyncio.new_event_loop()
 
     def start(self):
@@ -92,8 +88,7 @@ class Server:
     def _run(self):
         asyncio.set_event_loop(self._loop)
         application = web.Application([
-            (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page,
-                                   'admit': self._admitted.add}),
+            (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page}),
             (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FOLDER)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
@@ -101,31 +96,10 @@ class Server:
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_TIMEOUT)
         # tornado reads a request's body before Access checks the request. The page sends no body,
         # so 1 byte is enough. tornado 5 would take 0 for no limit.
-        server = _ConnectionLimit(application, max_body_size=1, body_timeout=REQUEST_TIMEOUT,
-                                  idle_connection_timeout=REQUEST_TIMEOUT)
-        server.admitted = self._admitted
+        server = httpserver.HTTPServer(application, max_body_size=1, body_timeout=REQUEST_TIMEOUT,
+                                       idle_connection_timeout=REQUEST_TIMEOUT)
         server.add_sockets(self._sockets)
         self._loop.run_forever()
-
-
-class _ConnectionLimit(httpserver.HTTPServer):
-    """Limits the number of open connections. Above MAX_CONNECTIONS the server closes the oldest
-    connection that belongs to no page. A browser does not need such a connection, since a browser
-    sends its request as soon as it has connected. If all older connections belong to pages, the new
-    connection is closed."""
-
-    #: The streams of the open pages.
-    admitted = frozenset()
-    _open = ()    # oldest first
-
-    def handle_stream(self, stream, address):
-        self._open = [older for older in self._open if not older.closed()]
-        self._open.append(stream)
-        if len(self._open) > MAX_CONNECTIONS:
-            rospy.logwarn_throttle(10.0, f'more than {MAX_CONNECTIONS} connections: one is closed')
-            next(each for each in self._open if each not in self.admitted).close()
-        if not stream.closed():
-            super().handle_stream(stream, address)
 
 
 def run_in_thread(job):
@@ -163,15 +137,10 @@ class _File(_CheckedHandler, web.StaticFileHandler):
 class _Socket(_CheckedHandler, websocket.WebSocketHandler):
     """The connection of one page."""
 
-    def initialize(self, access, open_page, admit):
+    def initialize(self, access, open_page):
         super().initialize(access)
-        self._open_page, self._admit = open_page, admit
+        self._open_page = open_page
         self._on_text = self._on_end = None
-
-    def prepare(self):
-        super().prepare()
-        if not self._finished:
-            self._admit(self.request.connection.stream)
 
     def open(self):
         self.set_nodelay(True)

@@ -22,13 +22,15 @@ from tb3_labs.ros.topics import subscribe, subscribe_events
 ODOMETRY_PERIOD = 0.045
 #: Time between two readings of another sensor's topic [s]. Each reading costs computing time.
 NUMBERS_PERIOD = 0.2
-
-
 _read_data = attrgetter('data')
 
 
 def _read_pose(message):
     return to_pose2(message.pose)
+
+
+def _read_truth(message):
+    return to_pose2(message.pose), message.header.stamp.to_sec()
 
 
 class RobotSubscriptions:
@@ -42,28 +44,29 @@ class RobotSubscriptions:
         self._lock = threading.Lock()    # guards the view
         self._view = RobotView()
         self._odom, self._local = frame('odom'), frame('local')
-        transforms = TFMessage, self._callback(_store_transforms), self._read_transforms
-        subscribe_events('ctrl_relinq', Bool, self._on_permission)
-        for topic, *arguments in (    # every message is read
-                ('goal_state', String, self._store_as('state'), _read_data),
-                ('has_control', Bool, self._on_control, _read_data),
-                ('control_holder', String, self._store_as('holder'), _read_data),
-                ('current_goal', PoseStamped, self._store_as('goal'), _read_pose),
-                ('move2goal/cancel', GoalID, lambda goal: on_stop()),
-                ('/tf_static', *transforms)):
+
+        def read_all(topic, *arguments):    # reads every message
             subscribe(topic, *arguments, queue_size=None)
-        for topic, period, *arguments in (    # one sample is read in each `period` [s]
-                ('odom', ODOMETRY_PERIOD, Odometry, self._callback(RobotView.on_odometry),
-                 to_odometry_sample),
-                ('local_pose', NUMBERS_PERIOD, PoseStamped, self._store_as('local'), _read_pose),
-                ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._store_as('truth'),
-                 lambda truth: (to_pose2(truth.pose), truth.header.stamp.to_sec())),
-                ('imu', NUMBERS_PERIOD, Imu, self._store_as('imu'),
-                 lambda imu: to_imu_sample(imu).yaw),
-                ('cmd_vel', NUMBERS_PERIOD, Twist, self._callback(_store_command)),
-                ('variables', NUMBERS_PERIOD, DiagnosticArray, self._callback(_store_variables)),
-                ('/tf', NUMBERS_PERIOD, *transforms)):
-            subscribe(topic, *arguments, idle_for=lambda now, period=period: period)
+
+        def read_some(topic, *arguments, period=NUMBERS_PERIOD):    # reads one in each `period` [s]
+            subscribe(topic, *arguments, idle_for=lambda now: period)
+
+        subscribe_events('ctrl_relinq', Bool, self._on_permission)
+        read_all('goal_state', String, self._store_as('state'), _read_data)
+        read_all('has_control', Bool, self._on_control, _read_data)
+        read_all('control_holder', String, self._store_as('holder'), _read_data)
+        read_all('current_goal', PoseStamped, self._store_as('goal'), _read_pose)
+        read_all('move2goal/cancel', GoalID, lambda goal: on_stop())
+        read_some('odom', Odometry, self._callback(RobotView.on_odometry), to_odometry_sample,
+                  period=ODOMETRY_PERIOD)
+        read_some('local_pose', PoseStamped, self._store_as('local'), _read_pose)
+        read_some('ground_truth', PoseStamped, self._store_as('truth'), _read_truth)
+        read_some('imu', Imu, self._store_as('imu'), lambda imu: to_imu_sample(imu).yaw)
+        read_some('cmd_vel', Twist, self._callback(_store_command))
+        read_some('variables', DiagnosticArray, self._callback(_store_variables))
+        transforms = TFMessage, self._callback(_store_transforms), self._read_transforms
+        read_all('/tf_static', *transforms)
+        read_some('/tf', *transforms)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def read_view(self, question):

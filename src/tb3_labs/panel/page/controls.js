@@ -1,71 +1,34 @@
 // The controls of the page. A control sends a request of the person to the panel.
 //
-// The panel decides whether a request is carried out. If a request would be refused now, the page
-// disables the control, and the control's title shows the reason. STOP and B are never disabled.
+// The panel decides whether a request is carried out. If the panel refuses a request, the page shows
+// the reason.
 
 import {degrees, radians} from './drawing.js';
-import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
+import {Keys, PAD_BUTTONS, RealGamepad, mousePad, onPress, stick} from './inputs.js';
 import {MapInput} from './map.js';
-import {$, say, setPressed, setReason, setText} from './page.js';
-
-const ABSENT_TEXTS = {
-  goal: 'no node hears move_base_simple/goal', reset: 'no node offers reset_pose or set_pose',
-  turn: 'no node hears turn (the handout\'s node reads its keyboard)',
-  pad: 'no node hears joy: start a gamepad.py',
-  mouse: 'no node hears mouse_info: start a turtlebot_controller.py',
-};
+import {$, onClick, say, setPressed, setText} from './page.js';
 
 const MIN_DRAG_LENGTH = 14;    // [px] a shorter drag does not set the heading
 /** id of a button -> turn [degrees] */
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);
 const HANDS = ['pad', 'mouse'];      // the two ways to drive by hand
-/** {key of _reasons(): the ids of the elements that a reason disables} */
-const CONTROLS = {
-  turn: [...TURNS.keys()], goal: ['goal'], reset: ['reset'], mouse: ['mouse-pad'],
-  pad: ['button-a', 'button-y', 'stick-left', 'stick-right'],
-};
 
 export class Controls {
-  /** `state` is {control, picture} of the page. `redraw()` draws the page again. */
-  constructor({link, pad, map, state, redraw}) {
-    Object.assign(this, {_link: link, _pad: pad, _state: state, _redraw: redraw});
+  /** `redraw()` draws the page again. */
+  constructor({link, pad, map, redraw}) {
+    Object.assign(this, {_link: link, _pad: pad, _redraw: redraw});
     this._mapInput = new PoseInput(map, {
       // a dragged pose is sent, and stays in the fields
       redraw, placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
     });
-    // may keys and a real gamepad drive now?
-    const driving = () => this._state.control && !this._reasons().pad;
     this._letGo = [stick($('stick-left'), 'forward', pad),
                    stick($('stick-right'), 'left', pad), mousePad($('mouse-pad'), pad)];
-    for (const name of PAD_BUTTONS) padButton($('button-' + name), name, pad);
-    this._keys = new Keys(pad, {driving, stop: () => this._stop()});
-    this._gamepad = new RealGamepad(pad, driving, (text) => setText($('gamepad-hint'), text));
+    for (const name of PAD_BUTTONS) onPress($('button-' + name), () => pad.press(name));
+    this._keys = new Keys(pad, () => this._stop());
+    this._gamepad = new RealGamepad(pad, (text) => setText($('gamepad-hint'), text));
     pad.onstop = () => this._stop();
     pad.ondrop = () => this._dropped();
     this._connect();
-  }
-
-  /** Disable the controls that cannot be used now, and show the reasons. */
-  show() {
-    const {picture} = this._state, reasons = this._reasons();
-    const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
-    for (const [kind, ids] of Object.entries(CONTROLS)) {
-      for (const id of ids) setReason($(id), reasons[kind]);
-    }
-    for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
-    setText($('drive-hint'), reasons.turn);
-    setText($('poses-hint'), reasons.goal || reasons.reset || drag);
-    setText($('hand-hint'), $('pad').hidden ? reasons.mouse || this._mouseHint()
-      : reasons.pad || this._padHint());
-  }
-
-  _mouseHint() { return this._pad.holdsMouse ? 'driving' : 'hold to drive'; }
-
-  _padHint() {
-    if (this._pad.hasGivenControl) {
-      return 'move_to_goal drives while this page stays open and in sight';
-    }
-    return this._pad.isHeld ? this._state.picture?.pad : 'grip a stick to drive';
   }
 
   /** End a drive, because nobody sees a hidden page, and the timers of a hidden page are slow. */
@@ -75,26 +38,11 @@ export class Controls {
     say('The page was hidden: it drives again when something is gripped anew.', true);
   }
 
-  /** Returns {kind of control: the reason why it cannot be used now, or ''}. */
-  _reasons() {
-    const {picture} = this._state, can = picture?.can || {};
-    const noPicture = picture ? '' : 'no data yet';
-    const unknown = this._link.connected ? noPicture : 'not connected';
-    const absent = (kind) => unknown || (can[kind] ? '' : ABSENT_TEXTS[kind]);
-    const hasControl = picture?.has_control === true;
-    const other = picture?.page === 'other' ? 'another page drives' : '';
-    return {
-      turn: absent('turn') || (hasControl ? 'move_to_goal has control: B takes it' : ''),
-      goal: absent('goal'), reset: absent('reset'),
-      pad: absent('pad') || other, mouse: absent('mouse') || other,
-    };
-  }
-
   // -- requests of a person
 
   async _request(message) {
     const answer = await this._link.ask(message);
-    say(answer.text || (answer.ok ? 'done' : 'refused'), !answer.ok);
+    say(answer.text, !answer.ok);
   }
 
   _sendTyped(kind) {
@@ -104,11 +52,12 @@ export class Controls {
 
   /** Stop the robot, after STOP or B. Returns false if this panel only shows the robot. */
   _stop() {
-    if (!this._state.control) return false;
+    if (!this._pad.isEnabled) return false;
     this._mapInput.cancel();
     say('STOP: waiting for the answer');
     this._pad.stop().then(({ok, text}) => {
-      say(ok ? text : `STOP is not confirmed: ${text}`, !ok);
+      const outcome = ok ? text : `STOP is not confirmed: ${text}`;
+      say(outcome, !ok);
     });
     this._redraw();
     return true;
@@ -124,9 +73,7 @@ export class Controls {
   // -- the page's elements
 
   _connect() {
-    // A stop must not wait until the person lifts the finger.
-    $('stop').addEventListener('pointerdown', () => this._stop());
-    $('stop').addEventListener('click', (event) => { if (event.detail === 0) this._stop(); });
+    onPress($('stop'), () => this._stop());
     for (const [id, angle] of TURNS) {
       onClick(id, () => this._request({type: 'turn', degrees: angle}));
     }
@@ -173,18 +120,19 @@ class PoseInput extends MapInput {
     this.redraw();
   }
 
-  down(event, at) {
-    super.down(event, at);
+  down(event) {
+    super.down(event);
     if (this.pointers.size > 1) { this.cancel(); return; }     // two fingers zoom
     if (!this._tool || event.button !== 0) return;
+    const at = [event.offsetX, event.offsetY];
     const point = this.map.localAt(...at);
     if (!point) return;
     this._start = {pixel: at, point};
     this._show(at);
   }
 
-  move(event, at) {
-    if (this._start) this._show(at); else super.move(event, at);
+  move(event) {
+    if (this._start) this._show([event.offsetX, event.offsetY]); else super.move(event);
   }
 
   up(event) {
@@ -199,19 +147,19 @@ class PoseInput extends MapInput {
 
   /** Show the pose of the drag so far. A short drag has the heading of the field. */
   _show(at) {
-    const {pixel, point} = this._start, end = this.map.localAt(...at);
+    const {pixel, point} = this._start;
+    const end = this.map.localAt(...at);
     if (!end) return;
     const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= MIN_DRAG_LENGTH;
     const yaw = isFar ? Math.atan2(end[1] - point[1], end[0] - point[0])
       : radians(numberIn(this._tool + '-yaw') || 0);
-    const words = `${this._tool === 'goal' ? 'goal' : 'robot is at'} ${point[0].toFixed(2)} `
-      + `${point[1].toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
-    this.map.draft = {pose: [point[0], point[1], yaw], words};
+    const [x, y] = point;
+    const name = this._tool === 'goal' ? 'goal' : 'robot is at';
+    const words = `${name} ${x.toFixed(2)} ${y.toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
+    this.map.draft = {pose: [x, y, yaw], words};
     this.redraw();
   }
 }
-
-const onClick = (id, action) => $(id).addEventListener('click', action);
 
 function showTool(tool) {
   for (const name of ['goal', 'reset']) setPressed('tool-' + name, tool === name);

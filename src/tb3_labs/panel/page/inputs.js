@@ -9,6 +9,11 @@ const ARROWS = {
   ArrowUp: [ARROW_DEFLECTION, 0], ArrowDown: [-ARROW_DEFLECTION, 0],
   ArrowLeft: [0, ARROW_DEFLECTION], ArrowRight: [0, -ARROW_DEFLECTION],
 };
+/** {axis of a stick: its direction on the screen} */
+const STICKS = {
+  forward: {place: 'clientY', side: 'height', translate: 'translateY'},
+  left: {place: 'clientX', side: 'width', translate: 'translateX'},
+};
 /** The buttons of the pad on the screen, and their keys. */
 export const PAD_BUTTONS = ['a', 'b', 'y'];
 const TYPING = 'input, textarea, select';
@@ -19,26 +24,23 @@ const DRIVING_BUTTONS = ['a', 'y'];    // B is a stop, which works at any time
 /** A stick that moves along one axis, 'forward' or 'left'. The place of the grip is its middle.
  *  Returns a function that lets the stick go. */
 export function stick(element, axis, pad) {
-  const knob = element.querySelector('.knob'), up = axis === 'forward';
-  const at = (event) => (up ? event.clientY : event.clientX);
+  const knob = element.querySelector('.knob');
+  const {place, side, translate} = STICKS[axis];
   let from = 0;
-  const travel = () => {
-    const side = up ? 'height' : 'width';
-    return (element.getBoundingClientRect()[side] - knob.getBoundingClientRect()[side]) / 2;
-  };
+  const travel = () => (
+    (element.getBoundingClientRect()[side] - knob.getBoundingClientRect()[side]) / 2);
   const show = (value) => {
-    const shift = Math.round(-value * travel());
-    knob.style.transform = `translate${up ? 'Y' : 'X'}(${shift}px)`;
+    knob.style.transform = `${translate}(${Math.round(-value * travel())}px)`;
   };
   const grip = (event) => {
-    from = at(event);
+    from = event[place];
     pad.grip(element.id);
   };
   const move = (event) => {
-    const pushed = clamp((from - at(event)) / travel());
+    const pushed = clamp((from - event[place]) / travel());
     const value = Math.abs(pushed) < REST_ZONE ? 0 : pushed;
     show(value);
-    pad.move(element.id, up ? value : 0, up ? 0 : value);
+    pad.move(element.id, {[axis]: value});
   };
   return onHold(element, grip, move, () => {
     show(0);
@@ -67,12 +69,11 @@ export function mousePad(element, pad) {
   });
 }
 
-/** A button of the pad. Enter presses the button, too. */
-export function padButton(element, name, pad) {
-  onHold(element, () => pad.press(name), () => {}, () => {});
-  element.addEventListener('click', (event) => {
-    if (event.detail === 0) pad.press(name);      // of Enter, not of a pointer
-  });
+/** Calls act() when a pointer or Enter presses a button. A click of a pointer would come only when
+ *  the person lifts the finger. */
+export function onPress(button, act) {
+  button.addEventListener('pointerdown', act);
+  button.addEventListener('click', (event) => { if (event.detail === 0) act(); });
 }
 
 /** Calls grip(), move() and letGo() when a pointer grips the element, moves, and lets go.
@@ -80,7 +81,7 @@ export function padButton(element, name, pad) {
 function onHold(element, grip, move, letGo) {
   let pointer = null;
   element.addEventListener('pointerdown', (event) => {
-    if (pointer !== null || event.button !== 0 || element.disabled) return;
+    if (pointer !== null || event.button !== 0) return;
     pointer = event.pointerId;
     element.setPointerCapture(pointer);
     element.classList.add('held');
@@ -107,9 +108,9 @@ function onHold(element, grip, move, letGo) {
 /** The keys of the pad: the arrows are sticks at half deflection while a person holds them. The keys
  *  A, B, Y are the buttons. Space and Escape stop the robot. */
 export class Keys {
-  /** `stop()` returns false if this page may not stop. `driving()`: may the arrows drive now? */
-  constructor(pad, {stop, driving}) {
-    Object.assign(this, {_pad: pad, _stop: stop, _driving: driving});
+  /** `stop()` returns false if this page may not stop. */
+  constructor(pad, stop) {
+    Object.assign(this, {_pad: pad, _stop: stop});
     this._arrows = new Set();
     this._spaceStops = false;      // did the last press of the space key stop the robot?
     // In the capture phase this listener gets the stop key before every element of the page.
@@ -130,22 +131,17 @@ export class Keys {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(TYPING)) return;
     if (event.key in ARROWS) { this._arrow(event); return; }
     const key = event.key.toLowerCase();
-    if (event.repeat || !PAD_BUTTONS.includes(key)) return;
-    if (key === 'b' || this._driving()) this._pad.press(key);
+    if (!event.repeat && PAD_BUTTONS.includes(key)) this._pad.press(key);
   }
 
   _stopKey(event) {
-    if (event.repeat ? this._spaceStops : this._stop()) {
-      // The space key must not press the focused button, and not scroll.
-      if (event.key === ' ') event.preventDefault();
-      this._spaceStops = event.key === ' ';
-    } else {
-      this._spaceStops = false;
-    }
+    if (!event.repeat) this._spaceStops = this._stop() && event.key === ' ';
+    // The space key must not press the focused button, and not scroll.
+    if (this._spaceStops) event.preventDefault();
   }
 
   _arrow(event) {
-    if (!this._driving()) return;
+    if (!this._pad.isEnabled) return;
     event.preventDefault();
     if (event.repeat) return;          // after a stop, a key that is still down repeats
     this._arrows.add(event.key);
@@ -161,18 +157,21 @@ export class Keys {
 
   _moveKeys() {
     let forward = 0, left = 0;
-    for (const key of this._arrows) { forward += ARROWS[key][0]; left += ARROWS[key][1]; }
-    this._pad.move('keys', forward, left);
+    for (const key of this._arrows) {
+      const [up, aside] = ARROWS[key];
+      forward += up;
+      left += aside;
+    }
+    this._pad.move('keys', {forward, left});
   }
 }
 
 // -- a real gamepad
 
 export class RealGamepad {
-  /** `driving()`: may the gamepad drive now? `show(text)` shows a text about the gamepad. */
-  constructor(pad, driving, show) {
+  /** `show(text)` shows a text about the gamepad. */
+  constructor(pad, show) {
     this._pad = pad;
-    this._driving = driving;
     this._show = show;
     this._timer = 0;
     // If false, only B is sent, until the person has let go all sticks and buttons.
@@ -215,7 +214,7 @@ export class RealGamepad {
     }
     const still = Math.abs(now.forward) < TOUCH_ZONE && Math.abs(now.left) < TOUCH_ZONE;
     const rest = still && !now.hold && !now.a && !now.b && !now.y;
-    if (document.hidden || !this._driving()) this.disarm();
+    if (document.hidden || !this._pad.isEnabled) this.disarm();
     else if (!this._armed) this._armed = rest;
     else this._drive(now, still);
   }
@@ -223,7 +222,7 @@ export class RealGamepad {
   _drive(now, still) {
     const touched = !still || now.hold;
     if (touched && !this._pad.has('gamepad')) this._pad.grip('gamepad', now.hold);
-    if (touched) this._pad.move('gamepad', now.forward, now.left, now.hold);
+    if (touched) this._pad.move('gamepad', now, now.hold);
     else this._pad.release('gamepad');
     for (const name of DRIVING_BUTTONS) {
       if (now[name] && !this._lastState[name]) this._pad.press(name);

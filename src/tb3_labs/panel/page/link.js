@@ -3,7 +3,6 @@
 const RETRY_PERIOD = 1000;    // [ms] between two attempts to connect
 const MAX_SILENCE = 4000;    // [ms] after this time without a message the connection is broken
 const ANSWER_TIMEOUT = 6000;    // [ms] after this time without an answer a request has failed
-const MAX_WAITING = 2000;    // [bytes] behind more waiting data a joy would arrive too late
 
 export class Link {
   /** `handlers` is {type of a message: function of the message}. Its function `connection` gets
@@ -26,11 +25,6 @@ export class Link {
     if (!this._socket || this._socket.readyState !== WebSocket.OPEN) return false;
     this._socket.send(JSON.stringify(message));
     return true;
-  }
-
-  /** Do so many messages wait in this browser that a joy would arrive too late? */
-  get crowded() {
-    return this._socket !== null && this._socket.bufferedAmount > MAX_WAITING;
   }
 
   /** The time on the panel's clock [s], without the delay of the last picture. So the panel may

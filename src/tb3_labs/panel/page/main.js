@@ -1,11 +1,10 @@
 // The main program of the page takes in the messages of the panel, and draws the page.
 
 import {Controls} from './controls.js';
-import {readColours} from './drawing.js';
 import {Link} from './link.js';
 import {FRAMES, RobotMap} from './map.js';
 import {Pad} from './pad.js';
-import {$, log, say, setPressed, setText, showBanner, showStatus} from './page.js';
+import {$, log, onClick, say, setPressed, setText, showBanner, showStatus} from './page.js';
 
 const link = new Link({
   hello, connection, picture: see,
@@ -15,8 +14,7 @@ const link = new Link({
 const pad = new Pad(link, say);
 const map = new RobotMap($('map'));
 
-/** The last picture, and whether the panel lets pages control the robot. */
-const state = {picture: null, control: false};
+let lastPicture = null;
 let drawing = false;
 
 // -- drawing: at most once in each frame of the browser, and only after a change
@@ -31,8 +29,8 @@ function redraw() {
 }
 
 function draw() {
-  if (state.picture) showStatus(state.picture);
-  controls.show();
+  if (lastPicture) showStatus(lastPicture);
+  setText($('hand-hint'), pad.hint);
   for (const frame of FRAMES) setPressed('fixed-' + frame, map.fixed === frame);
   map.draw();
   setPressed('fit', map.view.auto);
@@ -41,7 +39,7 @@ function draw() {
 // -- messages of the panel
 
 function hello({control, radius, robot}) {
-  state.control = control;
+  pad.isEnabled = control;
   map.radius = radius;
   document.body.dataset.control = control ? 'yes' : 'no';
   setText($('title'), robot || 'Robot panel');
@@ -57,7 +55,7 @@ function connection(connected) {
 }
 
 function see(picture) {
-  state.picture = picture;
+  lastPicture = picture;
   map.see(picture);
   pad.see(picture);
   redraw();
@@ -65,32 +63,27 @@ function see(picture) {
 
 // -- the buttons that change only the map
 
-const changeMap = (change) => () => {
+function changeMap(change) {
   change();
   redraw();
-};
-const buttons = {
-  'zoom-in': changeMap(() => map.view.zoom(1.25)), 'zoom-out': changeMap(() => map.view.zoom(0.8)),
-  fit: changeMap(() => map.fit()),
-};
-for (const frame of FRAMES) buttons['fixed-' + frame] = changeMap(() => map.fix(frame));
-for (const [id, action] of Object.entries(buttons)) $(id).addEventListener('click', action);
+}
 
-const controls = new Controls({link, pad, map, state, redraw});
+onClick('fit', () => changeMap(() => map.fit()));
+for (const frame of FRAMES) onClick('fixed-' + frame, () => changeMap(() => map.fix(frame)));
+
+const controls = new Controls({link, pad, map, redraw});
 
 document.addEventListener('visibilitychange', () => {
   if (document.hidden) controls.hide(); else redraw();
 });
 addEventListener('pagehide', () => controls.hide());
 new ResizeObserver(redraw).observe($('map-box'));
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', changeMap(readColours));
-readColours();
 showBanner(link.connected);
 redraw();
 
 // For tests, and for a person at the browser's console.
 window.panel = {
-  get latest() { return state.picture; },
+  get latest() { return lastPicture; },
   /** Client coordinates of a point in the frame local; null while the frame is unknown. */
   pixel(x, y) {
     const at = map.drawn('local', [x, y, 0]);

@@ -27,14 +27,20 @@ export class Pad {
     this._controlGivenAt = -Infinity;    // time of the A that gave control
     this._picture = null;
     this._timer = 0;             // 0 while the person holds nothing
+    this.isEnabled = false;      // does the panel let pages drive?
+  }
+
+  /** A hint for the person. */
+  get hint() {
+    if (this._mouse) return 'driving';
+    if (this._hasGivenControl) {
+      return 'move_to_goal drives while this page stays open and in sight';
+    }
+    return this._timer ? this._picture.pad : 'grip to drive';
   }
 
   /** Does move_to_goal drive by this page's A? */
-  get hasGivenControl() { return this._controlGivenAt > -Infinity; }
-
-  get isHeld() { return this._timer !== 0; }
-
-  get holdsMouse() { return this._mouse !== null; }
+  get _hasGivenControl() { return this._controlGivenAt > -Infinity; }
 
   // -- acts of a person
 
@@ -45,7 +51,7 @@ export class Pad {
     this._begin();
   }
 
-  move(name, forward, left, hold = true) {
+  move(name, {forward = 0, left = 0}, hold = true) {
     const grip = this._grips.get(name);
     if (grip) Object.assign(grip, {forward, left, hold});
   }
@@ -69,7 +75,7 @@ export class Pad {
   }
 
   releaseMouse() {
-    if (!this.holdsMouse) return;
+    if (!this._mouse) return;
     this._mouse = null;
     this._send();
   }
@@ -117,7 +123,7 @@ export class Pad {
   // -- sending
 
   _begin() {
-    if (!this._picture) { this.drop(); return; }
+    if (!this.isEnabled || !this._picture || !this._link.connected) { this.drop(); return; }
     if (!this._timer) {
       this._stops = this._link.stops;
       this._gripAt = performance.now();
@@ -129,26 +135,26 @@ export class Pad {
   }
 
   _end() {
+    this._sendsPad = false;
+    this._pressedButton = null;
     if (!this._timer) return;
     clearInterval(this._timer);
     this._timer = 0;
-    this._sendsPad = false;
-    this._pressedButton = null;
     this._link.send({type: 'joy', t: this._link.time, pad: null, mouse: null});
   }
 
   _send() {
-    const isHeld = this._grips.size || this.holdsMouse || this._presses.length
-      || this._pressedButton;
-    if (!isHeld && !this.hasGivenControl) this._end();
-    if (!this._timer || this._link.crowded) return;
-    const pad = this._sendsPad ? this._state() : null;
+    const isHeld = this._grips.size || this._mouse || this._presses.length || this._pressedButton;
+    if (!isHeld && !this._hasGivenControl) this._end();
+    if (!this._timer) return;
+    const pad = this._sendsPad ? this._takePad() : null;
     this._link.send({type: 'joy', t: this._link.time, stops: this._stops, pad,
                      mouse: this._mouse, first: this._isFirst});
     this._isFirst = false;
   }
 
-  _state() {
+  /** Takes the next press. Returns the pad of the next message. */
+  _takePad() {
     const isHeard = performance.now() - this._gripAt >= BUTTON_DELAY;
     const pad = {forward: 0, left: 0, a: false, y: false, hold: false};
     for (const grip of this._grips.values()) {
@@ -159,7 +165,8 @@ export class Pad {
     pad.forward = clamp(pad.forward);
     pad.left = clamp(pad.left);
     // Each press makes two messages. The button is down in the first, and up in the second.
-    this._pressedButton = !this._pressedButton && isHeard ? this._presses.shift() ?? null : null;
+    const isUp = this._pressedButton || !isHeard;
+    this._pressedButton = isUp ? null : this._presses.shift() || null;
     if (this._pressedButton) pad[this._pressedButton] = true;
     if (this._pressedButton === 'a') this._controlGivenAt = performance.now();
     this._isReady = this._picture.pad === 'ready';    // the next message has the sticks

@@ -5,13 +5,9 @@ import {degrees, wrap} from './drawing.js';
 const MESSAGE_TIME = 9000;    // [ms] a message stays for this time
 const MAX_LINES = 300;    // most lines of the log
 const LATE_AGE = 0.5;    // [s] a sensor whose last message is older is silent
-const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
-const SHAPES = {
-  driving: '\u25b6', reached: '\u2714', waiting: '\u25cf', stopped: '\u25a0', 'gave up': '\u2716',
-  '': '\u25cb',
-};
 
 export const $ = (id) => document.getElementById(id);
+export const onClick = (id, action) => $(id).addEventListener('click', action);
 
 /** Write a text only if it changes, so that a screen reader does not repeat the same text. */
 export function setText(element, text) {
@@ -29,17 +25,9 @@ function make(tag, className, text = '') {
   return element;
 }
 
-/** Disable a control, and show the reason in the title. Without a reason enable the control. */
-export function setReason(element, reason) {
-  element.dataset.plainTitle ??= element.title;
-  element.title = reason || element.dataset.plainTitle;
-  element.disabled = Boolean(reason);
-  element.setAttribute('aria-disabled', String(Boolean(reason)));
-}
-
 /** A number as text, with `digits` after the point. An unknown number is a dash, -0.0 is 0.0. */
 function number(value, digits, unit = '') {
-  if (value === null || value === undefined || !Number.isFinite(value)) return '\u2013';
+  if (!Number.isFinite(value)) return '\u2013';
   const text = value.toFixed(digits);
   return (Number(text) === 0 ? text.replace('-', '') : text) + unit;
 }
@@ -80,8 +68,7 @@ export const log = {
 
 function entry(line) {
   const item = make('li', line.level);
-  const node = make('b', '', (MARKS[line.level] || '') + line.node);
-  item.append(make('time', '', line.time), ' ', node, ' ', line.text);
+  item.append(make('time', '', line.time), ' ', make('b', '', line.node), ' ', line.text);
   return item;
 }
 
@@ -89,28 +76,26 @@ function entry(line) {
 
 export function showStatus(p) {
   setText($('state'), p.state || (p.driver ? p.driver + ' drives' : 'state unknown'));
-  setText($('phase'), SHAPES[p.phase]);
   $('state-box').dataset.phase = p.phase || 'none';
   setText($('distance'), number(p.distance, 3, ' m'));
   setText($('angle'), number(p.angle, 1, '\u00b0'));
-  setText($('brief'), `${$('distance').textContent}  ${$('angle').textContent}`);
   setText($('local-pose'), poseText(p.local));
   setText($('odom-pose'), poseText(p.odom));
   setText($('goal-pose'), poseText(p.goal));
   setText($('truth-error'), errorText(p));
   setText($('heading'), number(p.heading_deg, 1, '\u00b0'));
-  setText($('command'), p.command
-    ? `${number(p.command[0], 2)} m/s ${number(p.command[1], 2)} rad/s` : number(null));
-  setText($('holder'), p.holder);
-  setText($('driver'), p.driver || 'nobody');
+  const [linear, angular] = p.command || [];
+  setText($('command'), `${number(linear, 2)} m/s ${number(angular, 2)} rad/s`);
+  const mayDrive = p.has_control ? 'nobody, but move_to_goal has control' : 'nobody';
+  setText($('driver'), p.driver || mayDrive);
   showAges(p.ages);
   showInside(p.inside);
 }
 
 function poseText(pose) {
   if (!pose) return number(null);
-  const yaw = number(degrees(pose[2]), 1, '\u00b0');
-  return `${number(pose[0], 3)} ${number(pose[1], 3)} ${yaw}`;
+  const [x, y, yaw] = pose;
+  return `${number(x, 3)} ${number(y, 3)} ${number(degrees(yaw), 1, '\u00b0')}`;
 }
 
 function errorText(p) {
@@ -122,28 +107,25 @@ function errorText(p) {
 
 // -- the variables of nodes
 
-let insideNames = '[]';
+let shownNodes = '[]';
 
-/** Show the variables of nodes, which watch.py publishes. Only changed texts are written. */
+/** Show the variables of nodes, which watch.py publishes. Selected text stays until one changes. */
 function showInside(nodes) {
-  const box = $('inside'), names = JSON.stringify(
-    nodes.map(({node, values}) => [node, values.map(([name]) => name)]));
+  const box = $('inside');
+  const text = JSON.stringify(nodes);
+  if (text === shownNodes) return;
+  shownNodes = text;
   box.hidden = !nodes.length;
   document.body.dataset.inside = nodes.length ? 'yes' : 'no';
-  if (names !== insideNames) {
-    insideNames = names;
-    box.replaceChildren(...nodes.flatMap(({node, values}) => {
-      const list = make('dl', 'variables');
-      for (const [name] of values) {
-        const row = make('div', '');
-        row.append(make('dt', '', name), make('dd', ''));
-        list.append(row);
-      }
-      return [make('h2', '', 'inside ' + node), list];
-    }));
-  }
-  const shown = box.querySelectorAll('dd');
-  nodes.flatMap(({values}) => values).forEach(([, text], i) => setText(shown[i], shortened(text)));
+  box.replaceChildren(...nodes.flatMap(({node, values}) => {
+    const list = make('dl', 'variables');
+    for (const [name, value] of values) {
+      const row = make('div', '');
+      row.append(make('dt', '', name), make('dd', '', shortened(value)));
+      list.append(row);
+    }
+    return [make('h2', '', 'inside ' + node), list];
+  }));
 }
 
 /** A number gets three digits after the point. Other texts stay the same. */
@@ -151,14 +133,11 @@ function shortened(text) {
   return /^-?\d+\.\d+(e-?\d+)?$/.test(text) ? String(Number(Number(text).toFixed(3))) : text;
 }
 
+/** Show the age of each sensor. */
 function showAges(ages) {
-  const box = $('ages');
-  for (const [i, [name, age]] of Object.entries(ages).entries()) {
-    if (i === box.childElementCount) box.append(make('span', ''));
-    const chip = box.children[i];
-    const late = age !== null && age > LATE_AGE;
-    chip.className = age === null ? 'never' : late ? 'late' : 'fresh';
-    const heard = late ? `\u25b2 silent for ${age.toFixed(age < 10 ? 1 : 0)} s` : 'fresh';
-    setText(chip, name + ' ' + (age === null ? 'never heard' : heard));
-  }
+  $('ages').replaceChildren(...Object.entries(ages).map(([name, age]) => {
+    if (age === null) return make('span', 'never', `${name} never heard`);
+    if (age <= LATE_AGE) return make('span', 'fresh', `${name} fresh`);
+    return make('span', 'late', `${name} \u25b2 silent for ${age.toFixed(1)} s`);
+  }));
 }

@@ -3,7 +3,7 @@
 // Times are seconds since the recording's start. Poses are [x m, y m, yaw rad], tracks in degrees.
 
 import {Track, curve, element, lastBefore, stepsOf} from './curves.js';
-import {degrees, digits, nice, radians, readColours, wrap} from './drawing.js';
+import {degrees, digits, nice, radians, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
 const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as the style has it
@@ -198,7 +198,7 @@ class Timeline {
       odom: this.odom.pose(now), local: this.local.pose(now), truth: this.truth.pose(now),
       frame: this.frame.pose(now), goal: goal?.[2] || null,
     };
-    map.replaceTrails({odom: this.odom.way(now), local: this.local.way(now)});
+    map.trails = {odom: this.odom.way(now), local: this.local.way(now)};
     map.draw();
     this._showCurves();
     $('time').value = now;
@@ -262,6 +262,5 @@ function timeOf({hash}) { return Number(hash.slice(3)) || 0; }
 /** Returns the text of an angle [degrees], wrapped to +-180. */
 function wrapped(angle) { return `${degrees(wrap(radians(angle))).toFixed(1)}\u00b0`; }
 
-readColours();
 $('timeline').hidden = false;
 new Timeline(JSON.parse($('run-data').textContent));
