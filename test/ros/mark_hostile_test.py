@@ -41,7 +41,7 @@ MISDEEDS = '''    import glob, os, rosgraph, shutil, subprocess, sys, time, xmlr
     from nav_msgs.msg import Odometry
     from std_msgs.msg import Empty
     try:
-        import tb3_labs.control.approach
+        import tb3_labs.control.braking
     except ImportError as problem:
         print('laws:', problem)
     for folder in ({victim!r}, os.path.dirname({victim!r})):

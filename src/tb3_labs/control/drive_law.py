@@ -1,5 +1,5 @@
 """The settings and the law of a drive to a goal. The law gives the command in each state, and
-:mod:`tb3_labs.control.approach` brakes.
+:mod:`tb3_labs.control.braking` brakes.
 
 Units: metres, radians, seconds. Poses are in the local frame.
 """
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Optional
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.approach import Approach, ApproachConfig
+from tb3_labs.control.braking import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import PreciseTurn

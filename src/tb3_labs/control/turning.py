@@ -8,7 +8,7 @@ Units: radians, seconds; counter-clockwise positive.
 import math
 from typing import Optional
 
-from tb3_labs.control.approach import Approach, ApproachConfig
+from tb3_labs.control.braking import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference, unwrap

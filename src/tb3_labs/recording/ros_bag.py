@@ -16,9 +16,9 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
+from tb3_labs.recording.bag_reader import Bag, BagProblem
 from tb3_labs.recording.messages import (
     RecordedClock, resets_in, stamped_samples, times_on_recorders_clock)
-from tb3_labs.recording.records import Bag, BagProblem
 from tb3_labs.recording.run_data import RunData
 
 #: The topics that a recording may lack: {field of RunData: (name of the topic, class)}.

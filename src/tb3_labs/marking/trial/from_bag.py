@@ -9,7 +9,7 @@ import numpy as np
 
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, MAX_FINDINGS, NOT_FINITE, REQUESTED_DEG, NodeProcess, Observation, Stimulus)
-from tb3_labs.recording.records import CLOCK_JUMPED
+from tb3_labs.recording.bag_reader import CLOCK_JUMPED
 from tb3_labs.recording.ros_bag import read_run
 from tb3_labs.recording.run_data import Numbers, Poses, RunData, SamplesType, States
 

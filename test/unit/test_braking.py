@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.approach import Approach, ApproachConfig, braking_speed
+from tb3_labs.control.braking import Approach, ApproachConfig, braking_speed
 from tb3_labs.control.motor_response import MotorResponse
 
 TICK = 0.02
