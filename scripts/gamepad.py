@@ -15,8 +15,8 @@ Publishes
     control_holder  std_msgs/String, latched: gamepad, move_to_goal or nobody
     /diagnostics
 Calls
-    reset_pose      tb3_labs/ResetPose, or, if no node offers that:
-    set_pose        tb3_labs/SetInitialPose
+    reset_pose      tb3_labs/ResetPose
+    set_pose        tb3_labs/SetInitialPose, if no node offers reset_pose
 Parameters
     ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in
         tb3_labs.nodes.gamepad.pad

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tb3_labs.recording.messages import RecordedClock, times_on_recorders_clock
-from tb3_labs.watch.printed_pose import declared_by
+from tb3_labs.watch.printed_pose import declared_pose
 
 #: The robot's clock is ahead of the recorder's by this much [s].
 AHEAD = 0.775
@@ -91,7 +91,7 @@ def test_a_clock_is_computed_from_its_quickest_messages_without_outliers(lags, l
     ('Local pose set to x=0, y=0, yaw=1e999', None), ('Local pose set to the origin', None),
     ('Goal reached!', None)])
 def test_the_line_of_a_reset(line, pose):
-    found = declared_by(line)
+    found = declared_pose(line)
     assert found == pose if pose is None else (
         (found.x, found.y, found.yaw) == pytest.approx(pose, abs=1e-9))
 
@@ -100,5 +100,5 @@ def test_the_line_of_a_reset(line, pose):
                                   'x=1 y=2 yaw=' + '3' * 50000 + 'e'], ids=list('abcd'))
 def test_a_long_line_is_searched_fast(line):
     begun = time.process_time()
-    declared_by('Local pose set to ' + line)
+    declared_pose('Local pose set to ' + line)
     assert time.process_time() - begun < 2.0

@@ -10,8 +10,8 @@ from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
 
-#: A smaller speed is sent as 0. It would not turn a motor, and the firmware takes a speed such as
-#: 1e-40 for full speed [m/s], [rad/s].
+#: A smaller speed [m/s] or [rad/s] is sent as 0. Such a speed would not turn a motor, and the
+#: firmware takes a speed such as 1e-40 for full speed.
 MIN_SPEED = 1e-4
 
 
@@ -27,8 +27,8 @@ class CmdVel:
         write_at_once(self._publisher)
 
     def send(self, command):
-        """Send `command`, a Twist2. A speed below MIN_SPEED is zero. For zero, and while the
-        clock stands still, call :meth:`stop`. ``ValueError`` if a speed is not finite."""
+        """Send `command`, a Twist2. A zero command, and any command while the clock stands still,
+        is a :meth:`stop`. ``ValueError`` if a speed is not finite."""
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError(f'command ({linear}, {angular}) is not finite')
