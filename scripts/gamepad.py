@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives the robot by a gamepad, hands it over to move_to_goal, and resets its local frame.
+"""Drives the robot by a gamepad, hands the robot over to move_to_goal, and resets the local frame.
 
 Left stick up/down drives, right stick left/right turns; A lets move_to_goal drive, B takes the
 robot back, Y declares the robot to be at (0, 0, 0) in local.

@@ -16,7 +16,7 @@ the upper edge. "first" is true in the first message after the person gripped pa
 
 Each request may have an "id", a whole number, which the answer repeats. "stops" is the number of
 stops in the picture that the page had when the person acted; see
-:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending [s] on the panel's clock. The page
+:mod:`tb3_labs.supervision.dead_man`. "t" is the time [s] of sending on the panel's clock. The page
 adds the time since its last picture to the "now" of this picture. So the panel may overestimate the
 delay of a message. It underestimates the delay only if the clock of the browser jumps.
 """

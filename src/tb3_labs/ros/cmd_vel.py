@@ -1,7 +1,7 @@
 """The commands of a node to the robot, and the zero at their end.
 
 When a node stops the robot, it publishes exactly one zero and is then silent, so that another node
-may drive. The node also stops the robot when it ends, and when its clock stands still.
+may drive. At its end, and while ROS time stands still, the node also stops the robot.
 """
 import math
 

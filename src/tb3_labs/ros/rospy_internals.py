@@ -19,9 +19,9 @@ from rospy.msg import serialize_message
 
 
 def connection_of(message):
-    """Returns the header of a message's connection, a dict of strings: 'callerid' is the sender;
-    'latching' is '1' if each new connection first gets the sender's last message;
-    :func:`record_connections` adds 'connected_at' and 'process'."""
+    """Returns the header of a message's connection, a dict of strings. 'callerid' is the sender.
+    'latching' is '1' if each new connection first gets the sender's last message. 'connected_at'
+    and 'process' are from :func:`record_connections`."""
     return message._connection_header
 
 

@@ -42,7 +42,7 @@ class Drivetrain:
         self.set_goals(self._left_goal, self._right_goal)
 
     def set_goals(self, left: float, right: float) -> None:
-        """Set the goal speeds of the motors [rad/s]."""
+        """Set the goal speeds [rad/s] of the motors."""
         self._left_goal, self._right_goal = left, right
         self._update_rates()
 
@@ -72,7 +72,7 @@ class Drivetrain:
 
     @property
     def angles(self) -> Tuple[float, float]:
-        """(left, right) angle of the motors since the start [rad]."""
+        """(left, right) angle [rad] of the motors since the start."""
         return self._left_angle, self._right_angle
 
     def advance(self, dt: float) -> None:

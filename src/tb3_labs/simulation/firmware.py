@@ -39,7 +39,7 @@ RESET_COMMAND = 'reset'
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
-    """Returns the (left, right) goal speeds [rad/s] of the motors for a command [m/s], [rad/s]."""
+    """Returns the motors' (left, right) goal speeds [rad/s] by a command in [m/s] and [rad/s]."""
     linear = clamp(_by_rosserial(linear), -model.max_linear, model.max_linear)
     angular = clamp(_by_rosserial(angular), -model.max_angular, model.max_angular)
     turning = angular * model.half_track

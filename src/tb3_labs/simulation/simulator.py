@@ -141,7 +141,7 @@ class Simulator:
             self._body.motion_changed()
 
     def _read(self, stamp: float) -> None:
-        """Let the board read its messages, and calibrate its gyro after a reset."""
+        """Let the board read its messages. After a reset the board calibrates the gyro."""
         if self._board.read_up_to_reset(self._command_link.pop(stamp)):
             self._body.advance_to(stamp)
             self._board.begin_calibration(stamp, self.config.reset_pause, self._body.yaw)

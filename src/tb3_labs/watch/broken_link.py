@@ -61,7 +61,7 @@ class NodeRun:
 
     @cached_property
     def reading_times(self) -> np.ndarray:
-        """The times at which any variable was read [s]."""
+        """The times [s] at which any variable was read."""
         times = [series.time for series in self.variables.values()]
         return np.unique(np.concatenate([np.empty(0), *times]))
 

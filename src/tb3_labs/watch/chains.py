@@ -90,8 +90,8 @@ VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
 
 def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None
                  ) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link, with its Link, or None. Only links of these `parts` of the lab
-    are checked, by default all links."""
+    """Returns the first broken link, with its Link, or None. Checks only links of these `parts` of
+    the lab, by default all links."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)

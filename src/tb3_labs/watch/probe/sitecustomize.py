@@ -225,7 +225,7 @@ def rospy_runs():
 
 
 def run():
-    """Wait for the node, and publish its variables until it ends."""
+    """Wait for the node, and publish its variables until the process ends."""
     signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # the node handles them
     while not rospy_runs():
         time.sleep(READ_PAUSE)
