@@ -1,7 +1,7 @@
 """Copies strangers' folders and zip files, within limits.
 
-A zip file may be made to fill the disk, and its paths may lead out of its folder. Therefore a
-process with limits runs this code, see submissions.py.
+A hostile zip file may fill the disk, or have paths that lead out of its folder. Therefore a process
+with limits runs this code, see submissions.py.
 """
 import hashlib
 import os

@@ -53,7 +53,7 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
     """Make a submission's workspace, whose folder COPY has the submission. Returns its NodeStart.
 
     The node's environment is `environment` and the folders of the workspace. This function adds
-    remarks and findings to `parsed`. Under `protection` it makes messages and services.
+    remarks and findings to `parsed`, and makes messages and services under `protection`.
     """
     remarks = parsed.remarks
     copy, made = workspace / COPY, workspace / 'python'

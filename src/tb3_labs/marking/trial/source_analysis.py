@@ -1,4 +1,4 @@
-"""Finds three properties of a submission in its text, since no trial shows them:
+"""Finds in the text of a submission what no trial shows:
 
 * the sign of y in the submission's own mouse client,
 * a function that assigns an angle to an orientation instead of a quaternion,
