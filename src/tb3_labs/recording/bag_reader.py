@@ -92,9 +92,9 @@ class Bag:
     def _read(self, data: Union[bytes, mmap.mmap], at: int) -> None:
         """Read the records from `at` to the end of the file, or of an unpacked chunk."""
         while at < len(data):
-            header_size = _uint32(data, at)
+            [header_size] = UINT32.unpack_from(data, at)
             header_end = at + UINT32.size + header_size
-            data_size = _uint32(data, header_end)
+            [data_size] = UINT32.unpack_from(data, header_end)
             begin = header_end + UINT32.size
             end = begin + data_size
             if header_size > MAX_HEADER_BYTES:
@@ -168,11 +168,6 @@ class Bag:
         return chunk
 
 
-def _uint32(data: Union[bytes, mmap.mmap], at: int) -> int:
-    [number] = UINT32.unpack_from(data, at)
-    return number
-
-
 def _text(name: bytes) -> str:
     return name[:MAX_NAME_BYTES].decode(errors='replace')
 
@@ -182,7 +177,7 @@ def _fields(data: bytes) -> Dict[bytes, bytes]:
     at = 0
     while at < len(data):
         begin = at + UINT32.size
-        at = begin + _uint32(data, at)
+        at = begin + UINT32.unpack_from(data, at)[0]
         name, equals, value = data[begin:at].partition(b'=')
         if not equals:
             raise ValueError('not a header')

@@ -178,8 +178,7 @@ class Commands(Samples):
 
 @dataclass(frozen=True)
 class MouseSamples(Samples):
-    """The place of the mouse on mouse_info, x to the right and y up, from -1 to 1. `active` is 1 or
-    0."""
+    """Places of the mouse on mouse_info: x to the right, y up, -1 to 1. `active` is 1 or 0."""
 
     x: np.ndarray
     y: np.ndarray
@@ -211,8 +210,7 @@ class Numbers(Samples):
 
 @dataclass(frozen=True)
 class Variables(Samples):
-    """Readings of the variables of nodes, each with a node, the variable's name, and its value as a
-    text."""
+    """Readings of variables, each with the node, the variable's name, and the value as a text."""
 
     node: np.ndarray
     name: np.ndarray

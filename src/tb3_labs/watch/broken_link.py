@@ -136,8 +136,7 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
 
 
 def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
-    """Returns a clause on the first of these fields that is not 0 in some command; '' if all are
-    always 0."""
+    """Returns a clause on the first of these fields that is ever not 0; '' if there is none."""
     for field, field_text in fields:
         speeds = getattr(sent, field)
         if speeds.any():
@@ -146,7 +145,6 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
 
 
 def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on the first field that is not 0, apart from angular.z; '' if there is no
-    such field."""
+    """Returns a clause on the first field but angular.z that is not 0; '' if all are 0."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return f'; {clause}' if clause else ''

@@ -94,9 +94,8 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
 
 
 def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
-    """Returns (formula, gain) of the heading error that the commands of a rotation follow. If
-    they follow several errors, one with the handout's gain is preferred. `formula` is '' if they
-    follow no error."""
+    """Returns (formula, gain) of the heading error that the commands of a rotation follow. Of
+    several errors, one with the handout's gain is preferred. If there is none, `formula` is ''."""
     requested = GAINS[part.state]
     angular = part.commands.angular
     another = '', requested

@@ -59,8 +59,7 @@ def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
 
 
 def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for its local yaw in `frame`. The first two are
-    correct."""
+    """Yields the quantities that a node may take for its local yaw. The first two are correct."""
     yaw, *others = yaw_readings(imu, odometry)
     degrees = yaw._replace(name='the yaw in degrees', value=np.degrees(yaw.value))
     rows = [(yaw, ' since the reset', frame.declared_yaw - frame.imu_yaw),

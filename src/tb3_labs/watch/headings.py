@@ -51,8 +51,7 @@ def angles_of(imu: Any) -> Dict[str, np.ndarray]:
 
 
 def heading_candidates(node_run: NodeRun) -> List[Quantity]:
-    """Returns the quantities of the IMU that a node may take for the heading. The first is the
-    correct heading."""
+    """Returns the IMU's quantities that a node may take for the heading, the correct one first."""
     imu = node_run.run.imu
     candidates = []
     for (angle, radians), (unit, factor) in product(angles_of(imu).items(), UNITS):

@@ -20,8 +20,7 @@ RESET_LINE = re.compile(
 
 
 def declared_pose(line: str) -> Optional[Pose2]:
-    """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
-    line."""
+    """Returns the robot's pose in ``local`` that the line of a reset declares; else None."""
     match = RESET_LINE.search(line)
     if match is None:
         return None

@@ -1,5 +1,4 @@
 """The links of the turns in the IMU lab: curr_yaw -> goal_yaw -> turning -> command -> stop."""
-import math
 from typing import Iterator
 
 import numpy as np
@@ -52,7 +51,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         change_deg = float(wrap_all(change, 360.0))
         asked_deg = TURNS_DEG.get(turn.letter)
         if asked_deg is None:
-            asked_deg = math.copysign(TURN_DEG, change_deg)
+            asked_deg = float(np.copysign(TURN_DEG, change_deg))
         if abs(wrap_all(change_deg - asked_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
             correct_turn = correct_turn or turn
             continue
@@ -86,8 +85,7 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom. Also yields zeros that another callback sends during a
-    turn."""
+    """Yields commands that come too seldom, and zeros that another callback sends during a turn."""
     for turn in node_run.cached(letter_turns):
         moving = turn.moving_indices
         if len(moving) >= 3:

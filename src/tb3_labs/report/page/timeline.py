@@ -124,8 +124,7 @@ def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _resets(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
-    """Returns the index of the first sample after each reset. `time` is the times [s] of the
-    samples."""
+    """Returns the index of the first sample after each reset. The samples are at `time` [s]."""
     found = np.searchsorted(time, [interval.begin for interval in frames[1:]])
     return [int(index) for index in found if 0 < index < len(time)]
 
@@ -147,8 +146,7 @@ def _first_of_runs(rows: np.ndarray) -> np.ndarray:
 
 
 def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> TimelineEvent:
-    """Returns the TimelineEvent of a moment; if `end` [s] is after `begin`, of a stretch of time.
-    """
+    """Returns the TimelineEvent of a moment, or of the time from `begin` to a later `end` [s]."""
     return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(max(begin, end)), 3),
             'text': text[:MAX_TEXT_LENGTH]}
 
