@@ -47,7 +47,7 @@ class ApproachConfig:
     #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
     #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: A nudge is close enough by the larger of this and `close_enough`.
+    #: If this is larger than `close_enough`, it replaces `close_enough` for a nudge.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0

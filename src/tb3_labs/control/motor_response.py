@@ -61,7 +61,7 @@ FIRST_LAG_DEVIATION = 0.05      # [s]
 FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation [s] of a sample's time, and of a command's time.
 TIME_DEVIATION = 0.002
-#: Each measurement at steady speed changes the start values of the next approach by this weight.
+#: Each measurement at steady speed changes the start values of the next approach with this weight.
 LEARNING_WEIGHT = 0.1
 #: The usual delay is learned over several approaches. Each measurement has at least this weight.
 MIN_LEARNING_WEIGHT = 0.01

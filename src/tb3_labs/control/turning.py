@@ -1,4 +1,4 @@
-"""Turns on the spot precisely, and finds when a turn has settled.
+"""Turns precisely on the spot, and finds when a turn has settled.
 
 A turn has settled when the samples show a robot at rest inside the tolerance. A noisy IMU needs
 more samples at rest, until the remaining angle is known well.
@@ -52,7 +52,7 @@ class PreciseTurn:
     """Turns as fast as the limits allow, in the requested direction. The turn ends when the robot
     has settled inside the tolerance."""
 
-    period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
+    period = 1.0 / CONTROL_RATE    # [s]; one command in each control period of the firmware
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
     #: If the IMU is noisy, a turn at rest waits for more samples, for at most this time [s].
     MAX_WAIT_AT_REST = 0.6

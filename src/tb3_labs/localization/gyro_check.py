@@ -178,7 +178,7 @@ class GyroMonitor:
             self._rested_for += seconds
         nearest = clamp(reading.rate, *_plausible_rates(turns))
         is_slow = abs(reading.rate) < REST_ANGULAR
-        shows_rest = is_slow and abs(reading.rate) < abs(nearest)    # while the wheels turn
+        shows_rest = is_slow and abs(reading.rate) < abs(nearest)    # although the wheels turn
         if shows_rest or reading.rate == nearest:
             self._agree(seconds, wheels_rest)
         elif not reading.is_repeated:

@@ -58,7 +58,7 @@ class RequestedPose:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
             pose = odom_T_local.inverse() @ pose
-        TypedPose(float(pose.x), float(pose.y))     # raises the error; refuses a float of numpy
+        TypedPose(float(pose.x), float(pose.y))    # raises the error; Config refuses numpy's floats
         return pose
 
 

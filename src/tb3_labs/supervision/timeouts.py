@@ -5,7 +5,7 @@ its stamp. SleepMonitor finds a sleep of this process by a long time between two
 A process sleeps when it is stopped or swapped out, or when its computer is suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
-infinite age. If the clock goes back, the last message has the present time. Otherwise an old
+infinite age. If the clock goes back, the last message counts as received now. Otherwise an old
 message would be fresh for too long.
 """
 import math
@@ -28,7 +28,7 @@ ROBOT_WAIT = 5.0
 RESET_SILENCE = 1.0
 #: A pad, a page that drives, or an active mouse is lost if it is silent for longer than this.
 INPUT_TIMEOUT = 0.25
-#: After a longer silence the odometry may make a longer step. A silence counts as at most this.
+#: The longer a silence, the longer a step the odometry may make. A silence counts as at most this.
 LONGEST_COUNTED_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -44,9 +44,9 @@ BRIDGED_GAP = 1.0
 
 # -- a message is late, or repeats an earlier one
 
-#: The least delay is searched among the messages of this last time.
+#: The least delay is the delay of the fastest message within this time.
 DELAY_WINDOW = 5.0
-#: The time of listening to a sender is the sum of its gaps. A longer gap counts only as this.
+#: The gaps between a sender's messages are added up. A longer gap counts only as this.
 MAX_RECEIVED_STEP = 0.1
 #: A sample that is older than this shows that the network stalls.
 STALL_AGE = 0.1

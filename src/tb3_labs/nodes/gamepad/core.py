@@ -183,7 +183,7 @@ class GamepadCore:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
-        """Is a press accepted? Otherwise log the reason. `max_lateness` [s]."""
+        """Is a press accepted, up to `max_lateness` [s] after it? Otherwise log the reason."""
         lateness = self.pad.lateness
         was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:

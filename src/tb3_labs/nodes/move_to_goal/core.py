@@ -151,16 +151,16 @@ class MoveToGoalCore:
         """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
-        might_drive = self.may_drive
+        was_allowed = self.may_drive
         self.may_drive = permission.grant_holds
-        if permission.pop_new_grant() and (machine.failure or not might_drive):
+        if permission.pop_new_grant() and (machine.failure or not was_allowed):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
             self._restart()
-        elif self.may_drive and not might_drive:
+        elif self.may_drive and not was_allowed:
             machine.interrupt()
-        elif might_drive and not self.may_drive:
+        elif was_allowed and not self.may_drive:
             self._pause()
 
     # -- outputs
