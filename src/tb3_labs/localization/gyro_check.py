@@ -150,7 +150,7 @@ class GyroMonitor:
 
     @property
     def awaits_comparison(self) -> bool:
-        """Must a motion wait until gyro and wheels were compared at rest, or cannot be compared?"""
+        """Must a motion still wait for the comparison of gyro and wheels at rest?"""
         waited_for = max(self._rested_for, self._uncompared_for)
         return self._sends_wheels and waited_for < AGREEMENT_TIME
 

@@ -90,8 +90,8 @@ class _OdometryMessage(NamedTuple):
         return min(stamp_interval, arrival_interval) if stamp_interval > 0.0 else arrival_interval
 
     def longest_gap(self, earlier: '_OdometryMessage') -> float:
-        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer. It
-        is at least 0, and at most LONGEST_COUNTED_SILENCE."""
+        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer. This
+        time is at least 0, and at most LONGEST_COUNTED_SILENCE."""
         stamp_interval = self.sample.stamp - earlier.sample.stamp
         arrival_interval = self.arrival - earlier.arrival
         return clamp(max(stamp_interval, arrival_interval), 0.0, LONGEST_COUNTED_SILENCE)
