@@ -37,7 +37,7 @@ from tb3_labs.ros.node import begin_shutdown, exit_process
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: The option by which rostest names the file for the results.
 XML_OPTION = '--gtest_output=xml:'
-#: words of rosrun -> what a student can do
+#: {words of rosrun: what a student can do}
 REMEDIES = {'not executable': 'Type: chmod +x FILE',
             'not found': 'Build its workspace, and type: source devel/setup.bash',
             'non-unique': 'Give each file its own name, or source only one workspace.'}
@@ -53,7 +53,7 @@ def marks_of_node():
         executable = f'{node}_{executable}'
     lab = LABS[name]
     parts = lab.read_parts(parts)
-    for hidden in ('lab', 'points', 'parts', 'record'):      # so that no node can read these
+    for hidden in ('lab', 'points', 'parts', 'record'):      # so that no node can read them
         rospy.delete_param('~' + hidden)
     criterion_points = points_of(name, read_points(points))
     pad = pad_called(rospy.get_param('~pad', HANDOUT_PAD))

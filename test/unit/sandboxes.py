@@ -9,7 +9,7 @@ import pytest
 
 
 def hand_in(folder, files):
-    """Write files: path -> text or bytes. Returns the folder."""
+    """Write files, {path: text or bytes}. Returns the folder."""
     for name, text in files.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -36,7 +36,7 @@ def unchangeable(column):
 
 
 class SimulatedNode:
-    """A node and its robot. `offset` is the IMU's yaw minus the odometry's yaw [rad]."""
+    """A node and its robot. `offset` [rad] is the IMU's yaw minus the odometry's yaw."""
 
     def __init__(self, text, pose=(0.0, 0.0, 0.0), offset=0.3):
         self.pose, self.offset, self.command, self.step = pose, offset, (0.0, 0.0), 0

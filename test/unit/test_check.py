@@ -39,7 +39,7 @@ def test_a_verdict_is_one_line(made, line):
 
 
 def results(marks, strict):
-    """Returns test -> text of its failure, or None, from the file that rostest reads."""
+    """Returns {test: text of its failure, or None} from the file that rostest reads."""
     file = io.StringIO()
     runner = rosunit.xmlrunner.XMLTestRunner(file)
     runner.run(unittest.TestSuite(checks_of(marks, strict)))

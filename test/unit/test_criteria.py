@@ -1,4 +1,4 @@
-"""A good node meets each criterion of each lab. Each change of what it does misses certain criteria."""
+"""A good node meets each criterion of each lab. Each changed node misses certain criteria."""
 import copy
 import math
 from dataclasses import replace
@@ -32,7 +32,7 @@ SLOT, LASTS = 10.0, 8.0
 
 
 def scene(*commands, truth=(), printed='', lines=1, died=False, **facts):
-    """What is seen in a stimulus. `commands` are (time, linear, angular), `truth` has (time, x, y, yaw). Time 0 is
+    """What is seen in a stimulus. `commands` are (time, linear, angular), `truth` are (time, x, y, yaw). Time 0 is
     the time at which the stimulus begins."""
     return dict(commands=commands, truth=truth, printed=printed, lines=lines, died=died,
                 facts=facts)
@@ -143,7 +143,7 @@ def verdicts(lab, seen, parts=()):
 
 
 def missed_verdicts(lab, seen):
-    """Returns name of the criterion -> Verdict for the missed criteria. A met criterion has no sentence."""
+    """Returns {name of the criterion: Verdict} of the missed criteria. A met criterion has no sentence."""
     judged = verdicts(lab, seen)
     assert all(isinstance(v.reason, str) and (v.reason == '') is (v.outcome is Outcome.MET)
                for v in judged)
@@ -369,7 +369,7 @@ def test_turns_across_180_and_0_degrees_cross_them_and_no_others_do(name):
 # ----- other observations -----
 
 def missed_of(lab, name, seen):
-    """Returns the Reason of the criterion `name`. It is '' if the criterion is met."""
+    """Returns the Reason of the criterion `name`; '' if the criterion is met."""
     criterion, = [criterion for criterion in LABS[lab].criteria if criterion.name == name]
     return criterion.judge(seen)
 

@@ -60,7 +60,7 @@ def test_every_name_becomes_a_different_one_that_files_and_lines_can_have():
 # -- archives
 
 def zipped(path, files, **changes):
-    """Write a zip file. `files` has name -> text, or the pairs (name, text). Returns the path."""
+    """Write a zip file. `files` is a dict {name: text}, or a list of (name, text). Returns the path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(str(path), 'w', zipfile.ZIP_DEFLATED) as archive:
         for name, text in files.items() if isinstance(files, dict) else files:

@@ -53,7 +53,7 @@ def observation(lab='turn', commands=(), truth=(), **parts):
 
 
 def turned(degrees):
-    """After the letter l, the robot turned by `degrees` within two seconds. It began at 3 rad."""
+    """After the letter l, the robot turned by `degrees` within two seconds, from 3 rad on."""
     angle = math.radians(degrees)
     return observation(
         stimuli=[stimulus('l', facts={'moved': True, 'rested': True})],

@@ -29,7 +29,7 @@ MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
 RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'
 FLOW = yaml.safe_load((ROOT / 'doc' / 'instructor' / 'classroom.yml').read_text(encoding='utf-8'))
 JOB, = FLOW['jobs'].values()
-#: The fields of the file and of a test in it, with their types or valid values. Source:
+#: The fields of results.json and of its tests, with their types or valid values. Source:
 #: https://gradescope-autograders.readthedocs.io/en/latest/specs/
 NUMBER, STATUS = (int, float), ('passed', 'failed')
 FORMAT, SEEN = ('text', 'html'), ('hidden', 'after_due_date', 'after_published', 'visible')

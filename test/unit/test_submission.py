@@ -98,7 +98,7 @@ del LAWS['lab1/package.xml'], LAWS['lab1/msg/MouseController.msg']
 TWICE = course(NODE.replace('runs', 'src'), **{
     'lab2/scripts/turtlebot_controller.py': NODE.replace('runs', 'scripts')})
 
-#: These modules import lab1's message for the node. They are in a folder beside it, in the package of a setup.py,
+#: These modules import lab1's message for the node. They are in a folder beside the node, in the package of a setup.py,
 #: and in a folder where Python does not look.
 THROUGH = {path: 'import cv3\nfrom lab1.msg import MouseController\n' + more for path, more in (
     ('lab2/src/utils/mouse.py', 'from . import near\n'), ('lab2/src/lab2/mouse.py', 'from .near import name\n'),
@@ -118,8 +118,8 @@ def imported(line, kind='MouseController'):
     return {'turtlebot_controller.py': PYTHON + line + '\nprint({}()._md5sum)\n'.format(kind)}
 
 
-#: A package with a message and no package.xml. CMakeLists.txt or only the import names it. The message is loose,
-#: or in another folder of its package.
+#: A package with a message and no package.xml. CMakeLists.txt or only the import names the package. The message is
+#: loose, or in another folder of the package.
 OWN_MESSAGE = PYTHON + 'from lab2.msg import MouseController\nprint(MouseController().activestatus)\n'
 UNNAMED = [{'my work/' + path: text for path, text in files.items()} for files in (
     {'src/turtlebot_controller.py': OWN_MESSAGE, 'msg/MouseController.msg': LAB1_MESSAGE,
@@ -134,7 +134,7 @@ FORMS = ['from lab1.msg import *', 'import lab1.msg\nMouseController = lab1.msg.
          'from lab1 import msg\nMouseController = msg.MouseController',
          'from lab1.msg._MouseController import MouseController']
 
-#: name -> (files of a submission, begin of the node's output, part of a line for the student or the instructor)
+#: {name: (files of a submission, begin of the node's output, part of a line for the student or the instructor)}
 HANDED_IN = {
     'unused modules': (course(UNUSED), "False <module 'math'", 'cv3, nothing_here.msg: imported, but not used'),
     'Windows': (course(GUARDED), 'False\n', 'Windows line endings'),
@@ -404,7 +404,7 @@ def test_a_folder_that_was_not_put_aside():
 
 
 def test_what_listens_can_be_the_node(tmp_path):
-    """A node of another lab listens to the same topic. Its file's name shows it, unless it has this lab's class."""
+    """A node of another lab listens to this topic. Its file's name shows its lab, unless it has this lab's class."""
     listens = "rospy.Subscriber('imu', Imu, f)"
     for path, text in (('a/b.py', listens), ('a/b.py', 'rospy.Subscriber("/imu", Imu, f)'),
                        ('a/b.py', 'Subscriber( name="robot3/imu" , data_class=Imu)'),
@@ -430,7 +430,7 @@ def test_package_and_name_overrule(tmp_path):
 
 
 def test_the_package_of_a_node_has_the_package_xml_above_it(tmp_path):
-    """Without a package.xml it is guessed. The submission itself may have the name of a folder of nodes."""
+    """Without a package.xml the folder is guessed. The submission itself may have the name of a folder of nodes."""
     folder = hand_in(tmp_path / 'src', {'lab7/package.xml': manifest('lab7')})
     for node, package in (('lab7/deep/src/n.py', 'lab7'), ('lab2/scripts/n.py', 'lab2'), ('scripts/n.py', '.'),
                           ('lab2/n.py', 'lab2')):

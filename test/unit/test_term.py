@@ -1,4 +1,4 @@
-"""The marks of a term have pages, a table with a person's columns, and results.json. A later run keeps them."""
+"""The marks of a term: pages, a table with a person's columns, and results.json. A later run keeps all marks."""
 import csv
 import gc
 import io
@@ -157,7 +157,7 @@ def test_marks_are_not_written_through_a_link(tmp_path):
     ({'reason': 'came late'}, (None, 'came late')),
     ({'points': '28', 'decided': '29'}, (29.0, '')), ({'points': '7,0', 'remarks': 'x'}, (None, ''))])
 def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
-    """A person decides in the columns for it. The node itself earned 7 points."""
+    """A person decides in the columns for decisions. The node itself earned 7 points."""
     changed = dict(TABLE, turn={name: 7.0 * (name == 'starts') if name != 'extra' else {
         each: 0.0 for each in points} for name, points in TABLE['turn'].items()})
     folder = folder_of(tmp_path, changed)

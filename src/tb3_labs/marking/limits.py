@@ -1,6 +1,6 @@
 """The limits of the programs of a submission: memory, processes, files."""
-#: All programs of a sandbox together may use this much. Linux limits only single processes, so
-#: ResourceWatch (trial/processes.py) adds up what the programs use.
+#: All programs of a sandbox together may use this memory. Linux limits only single processes, so
+#: ResourceWatch (trial/processes.py) adds up the memory of the programs.
 MAX_NODE_MEMORY_BYTES = 2 * 10 ** 9
 MAX_DISK_BYTES = 300 * 10 ** 6      # the size of the files in OWN_FOLDERS
 MAX_PROCESSES = 100
@@ -16,5 +16,6 @@ MAX_THREADS_AND_PROCESSES = 500
 LIMIT_FILES_COMMAND = ['prlimit', f'--fsize={MAX_FILE_BYTES}']
 #: This command limits the master, the robot, the check, and the node in a sandbox.
 LIMIT_COMMAND = LIMIT_FILES_COMMAND + [f'--as={MAX_ADDRESS_SPACE_BYTES}']
-#: This command limits the reading of a submission's files: memory [bytes], processor time [s].
+#: This command limits the memory [bytes] and the processor time [s] of the process that reads a
+#: submission's files.
 LIMIT_READER_COMMAND = ['prlimit', '--as=1000000000', '--cpu=30', '--core=0']

@@ -76,8 +76,8 @@ class Marks:
     late: bool = False               # does the learning platform call the submission late?
     remarks: List[str] = field(default_factory=list)      # sentences for the student
     findings: List[str] = field(default_factory=list)     # sentences only for the instructor
-    unjudged: str = ''               # why was it not judged? A sentence; '' if it was judged
-    seconds: float = 0.0             # the duration of the trial [s]
+    unjudged: str = ''               # the reason if it was not judged, a sentence; '' otherwise
+    seconds: float = 0.0             # the duration [s] of the trial
     #: First parts of paths on the marking machine. No page shows them.
     path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
@@ -99,8 +99,8 @@ class Marks:
 
     @property
     def delay_sentence(self) -> str:
-        """A sentence on a machine that was too busy for a fair trial. It is '' after a fair trial,
-        or if the node lost no points."""
+        """A sentence on a machine that was too busy for a fair trial. Without a lost point, or
+        after a fair trial, the sentence is ''."""
         gap = self.observation.longest_gap if self.observation else 0.0
         if gap <= MAX_FAIR_GAP or self.is_full:
             return ''
@@ -173,8 +173,8 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
                       criterion_points: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
     """Returns the Marks of a submission with verdicts and points.
 
-    `observation` is None without a trial. `criterion_points` has name of a criterion -> points.
-    `parts` are the tried parts of the lab. [] means all parts.
+    `observation` is None without a trial. `criterion_points` is a dict {name of a criterion:
+    points}. `parts` are the tried parts of the lab. [] means all parts.
     """
     marks = replace(handed_in, observation=observation)
     observation = observation or Observation(lab, marks.node)
@@ -206,8 +206,8 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
 
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link in the parts of the lab that lost points. A part of the lab is
-    left out if all its criteria are beyond the handout.
+    """Returns the first broken link in the parts of the lab that lost points. A part without
+    criteria of the handout is left out.
 
     Returns None if no link is broken, or if the observation already has the mistake: an exception,
     a sensor's topic that nobody publishes, or a command that is not finite.
@@ -229,16 +229,16 @@ def _broken_link(observation: Observation,
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences, cut and printable, since they may quote a submission."""
+    """Returns the first sentences, short and printable, since they may quote a submission."""
     return [printable(sentence[:MAX_SENTENCE_LENGTH]) for sentence in sentences[:MAX_SENTENCES]]
 
 
 # -- points
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
-    """Returns the points of each criterion: name -> points. `table` is the content of a file of
-    points. Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing
-    or unknown, or if points are not finite or below 0."""
+    """Returns {name of a criterion: points}. `table` is the content of a file of points.
+    Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing or
+    unknown, or if points are not finite or below 0."""
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     graded = dict(table[lab])

@@ -50,7 +50,7 @@ class MarksTable:
         are_headings_unique = len(set(self._heads)) == len(self._heads)
         if not are_headings_unique or any(None in row for row in self._rows):   # None: more cells
             raise ValueError('each column needs a heading of its own in the first row')
-        #: A person's decisions: student -> (points or None, reason).
+        #: A person's decisions: {student: (points or None, reason)}.
         self.decisions: Dict[str, Tuple[Optional[float], str]] = {}
         for row in self._rows:
             decided, reason = row.get(DECIDED, ''), row.get(REASON, '')
@@ -60,7 +60,7 @@ class MarksTable:
 
     def changes(self, all_marks: Sequence[Marks]) -> List[str]:
         """Returns a sentence for the instructor if new marks have other points than the table.
-        Either the criteria have changed, or a person typed over the marker's points."""
+        The criteria may have changed, or a person may have typed over the marker's points."""
         before = {row[STUDENT]: row[POINTS] for row in self._rows}
         changed = []
         for marks in all_marks:
@@ -93,7 +93,7 @@ class MarksTable:
 
 
 def cells_of(marks: Marks) -> Dict[str, str]:
-    """Returns the marker's cells in the row of a student: column -> text."""
+    """Returns the marker's cells in the row of a student: {column: text}."""
     points = f'{marks.points:g}' if marks.is_known else ''
     cells = {STUDENT: safe(marks.student), POINTS: points, OF: f'{marks.full_points:g}'}
     for verdict in marks.graded + marks.extra:

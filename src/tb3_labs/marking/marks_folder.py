@@ -56,9 +56,9 @@ class MarksFolder:
 
     def __init__(self, path: Path, lab: str, parts: Sequence[str],
                  criterion_points: Mapping[str, float], options: Options = Options()) -> None:
-        """Make the folder `path` if it is missing. `criterion_points` has name of a criterion ->
-        points. Raises ``ValueError`` if the folder has marks of another lab or of other parts, or a
-        table that cannot be read."""
+        """Make the folder `path` if it is missing. `criterion_points` is a dict {name of a
+        criterion: points}. Raises ``ValueError`` if the folder has marks of another lab or of other
+        parts, or a table that cannot be read."""
         self._path = output_folder(path)
         self.logs = output_folder(self._path / 'logs')
         self.lab, self.parts, self.options = lab, parts, options
@@ -66,9 +66,9 @@ class MarksFolder:
         files = b''.join(path.read_bytes() for path in trial_files(lab))
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
                      'version': hashlib.sha256(files).hexdigest()}
-        #: student -> the content of STUDENT.marks.json
+        #: {student: the content of STUDENT.marks.json}
         self._records: Dict[str, Dict[str, Any]] = {}
-        #: student -> the Marks whose page this run has written
+        #: {student: the Marks whose page this run has written}
         self._written: Dict[str, Marks] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read_record(file)
@@ -101,7 +101,7 @@ class MarksFolder:
     def write(self, handed_in: Marks, submission: str) -> Marks:
         """Record a tried submission, and write the student's page and results. Returns the Marks
         with points. `submission` is the digest of the submission. If the machine delayed the trial,
-        the digest is not recorded, so that the next run tries the submission again."""
+        the record has no digest. Then the next run tries the submission again."""
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
             'handed_in': {name: getattr(handed_in, name) for name in RECORDED_FIELDS},

@@ -52,7 +52,7 @@ def nodes_of(text: bytes) -> List[Any]:
 
 # -- the start
 
-#: This package, of which a submission's program sees only a part.
+#: This package. A submission's program sees only a part of it.
 OWN_PACKAGE = 'tb3_labs'
 #: The value of this environment variable identifies one try of a submission.
 IDENTITY = 'TB3_LABS_SUBMISSION'
@@ -70,7 +70,7 @@ class NodeStart(NamedTuple):
     """Everything that the start of a node needs. mark.py writes it into a file. The check, another
     process, reads the file and starts the node."""
 
-    prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the node's command begins with it
+    prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the begin of the node's command
     environment: Optional[Dict[str, str]] = None        # None: the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     isolated: bool = False      # is the node in a Sandbox?

@@ -24,7 +24,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 #: A page shows the last lines of each process's output, at most this many.
 SHOWN_LINES = 15
-#: A shown line is cut after this many characters.
+#: A page shows this many characters of a line.
 SHOWN_LINE_LENGTH = 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}

@@ -1,7 +1,7 @@
 """Records the trial of a submission by the check_LAB.test of the lab.
 
 Each submission has its own master, simulated robot, home and log folder, and a time limit. At the
-end of the trial all processes of the submission are killed.
+end of the trial the marking kills all processes of the submission.
 """
 import os
 import re
@@ -36,7 +36,7 @@ INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
 PYTHON_FOLDER = 'lib/python3/dist-packages'
-#: environment variable -> the folder that the variable lists for each prefix
+#: {environment variable: the folder that the variable lists for each prefix}
 PREFIX_FOLDERS = {CMAKE_PREFIX_PATH: '', PYTHONPATH: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
@@ -47,9 +47,9 @@ root: {handlers: []}
 handlers: {stream: {class: rosgraph.roslogging.RosStreamHandler}}
 loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
-#: The check of a submission is ended after this time [s].
+#: The marking ends the check of a submission after this time [s].
 TIME_LIMIT = 300.0
-#: The marking looks with this period whether a check still runs [s].
+#: The marking looks with this period [s] whether a check still runs.
 POLL_PERIOD = 0.1
 
 
@@ -173,13 +173,13 @@ def kill_processes(identity: str) -> None:
     """Kill all processes that have `identity` in their environment, even if they have left their
     process group.
 
-    A program may start processes faster than this function finds them. Therefore all processes are
-    stopped before the first one is killed. A stopped process starts nothing, and no new process
-    gets its number.
+    A program may start processes faster than this function finds them. Therefore this function
+    first stops all processes, and then kills them. A stopped process starts nothing, and no new
+    process gets the number of a stopped process.
     """
     mark = f'{IDENTITY}={identity}'.encode()
     empty_searches = 0
-    # one search may miss a process that is about to start a program: it shows no environment
+    # one search may miss a process that is about to start a program and shows no environment
     while empty_searches < 2:
         stopped: Set[int] = set()
         finds_more = True
@@ -193,8 +193,8 @@ def kill_processes(identity: str) -> None:
 
 
 def _stop_more(mark, stopped):
-    """Stop the processes that have `mark` in their environment, and add them to `stopped`. Their
-    process groups are stopped as well. Returns False if `stopped` had all processes already."""
+    """Stop the processes that have `mark` in their environment, and their process groups. Add the
+    processes to `stopped`. Returns False if `stopped` had all processes already."""
     before = len(stopped)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first
@@ -236,19 +236,14 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     """Returns an environment with two prefixes, the prefix of ROS and the new folder `prefix`. The
     folder gets links to the files of this package.
 
-    The workspaces of the `caller` are left out. In such a workspace an instructor's nodes and
-    messages may lie beside this package, and must not replace a submission's nodes and messages.
+    The workspaces of the `caller` are left out. They may have an instructor's nodes and messages
+    beside this package, and these must not replace a submission's nodes and messages.
     """
     prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
     modules = caller.get(PYTHONPATH, '').split(':')
-    for place, folders in (('share', [rospkg.RosPack().get_path(OWN_PACKAGE)]),
-                           ('lib', [folder + '/lib/' + OWN_PACKAGE for folder in prefixes]),
-                           (PYTHON_FOLDER, [folder + '/' + OWN_PACKAGE for folder in modules])):
-        own = prefix / place / OWN_PACKAGE
-        own.mkdir(parents=True)
-        for folder in list(filter(os.path.isdir, folders))[:1]:
-            for name in os.listdir(folder):
-                (own / name).symlink_to(os.path.join(os.path.abspath(folder), name))
+    _link_files(prefix / 'share', [rospkg.RosPack().get_path(OWN_PACKAGE)])
+    _link_files(prefix / 'lib', [f'{folder}/lib/{OWN_PACKAGE}' for folder in prefixes])
+    _link_files(prefix / PYTHON_FOLDER, [f'{folder}/{OWN_PACKAGE}' for folder in modules])
     (prefix / '.catkin').touch()
     site = Path(sys.prefix).parent / 'devel' / PYTHON_FOLDER / 'sitecustomize.py'
     if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
@@ -259,3 +254,14 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
         made[name] = ':'.join(f'{root}/{folder}'.rstrip('/') for root in [str(prefix), *ros])
     made['PATH'] = ':'.join([os.path.dirname(sys.executable), made['PATH'], SYSTEM_PATH])
     return made
+
+
+def _link_files(place, folders):
+    """Make a folder for this package in `place`. Link the files of the first of the `folders` that
+    exists into the new folder."""
+    own = place / OWN_PACKAGE
+    own.mkdir(parents=True)
+    folder = next(filter(os.path.isdir, folders), None)
+    if folder is not None:
+        for name in os.listdir(folder):
+            (own / name).symlink_to(os.path.join(os.path.abspath(folder), name))

@@ -1,7 +1,7 @@
 """Copies strangers' folders and zip files, within limits.
 
-A zip file may be made to fill the disk, and its paths may lead out of its folder. Therefore a
-process with limits runs this code, see submissions.py.
+A hostile zip file may fill the disk, or have paths that lead out of its folder. Therefore a process
+with limits runs this code, see submissions.py.
 """
 import hashlib
 import os
@@ -20,7 +20,7 @@ ZIP = '.zip'
 UNPACKED = '.unpacked'
 #: The copy of a submission has at most MAX_FILES files and MAX_SUBMISSION_BYTES bytes.
 MAX_FILES, MAX_SUBMISSION_BYTES = 5000, 200000000
-#: A larger file is left out [bytes].
+#: A copy leaves out larger files.
 MAX_COPIED_BYTES = 20000000
 #: A file in deeper folders is refused.
 MAX_FOLDER_DEPTH = 50
@@ -63,9 +63,9 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path) -> List[str]:
     """Make `folder`, copy the files of a submission into it, and unpack the zip files there.
     Returns remarks on files that are left out.
 
-    `handed_in` maps a file or a folder to the file's name on the student's computer. Of files with
-    the same name the last one is copied. Raises ``NotJudged`` if a zip file cannot be unpacked, or
-    if the submission is too large.
+    `handed_in` maps a file or a folder to the file's name on the student's computer. If several
+    files have the same name, the last one is copied. Raises ``NotJudged`` if a zip file cannot be
+    unpacked, or if the submission is too large.
     """
     copy = SubmissionCopy(folder)
     files, remarks = _files_to_copy(handed_in)
@@ -99,8 +99,8 @@ def _files_to_copy(handed_in):
 def submitted_files(folder: Path) -> Tuple[List[Path], List[Path]]:
     """Returns (files to copy, refused files) below `folder`, without the IGNORED_PATHS.
 
-    Links and devices are refused. A file with a second name (a hard link) is refused too, since it
-    may be another person's file. Raises ``OSError`` if a folder cannot be read.
+    Links and devices are refused. A file with a second name (a hard link) is refused too, since the
+    file may be another person's. Raises ``OSError`` if a folder cannot be read.
     """
     files: List[Path] = []
     refused: List[Path] = []
@@ -134,8 +134,8 @@ class SubmissionCopy:
         self._links: List[PurePath] = []
 
     def add(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
-        """Write a file, unless it is large. `path` is the file's path in the copy. `size` is in
-        bytes. If the copy has this path already, the new file replaces the old one."""
+        """Write a file of `size` [bytes], unless it is large. `path` is the file's path in the
+        copy. If the copy has this path already, the new file replaces the old one."""
         if size > MAX_COPIED_BYTES:
             self._large.append(path)
             return
@@ -205,6 +205,6 @@ def shortened(names: Sequence[str], most: int = 6) -> str:
 
 
 def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:
-    """Returns a list with one remark, that these paths are left out; [] if there are no paths."""
+    """Returns a list with one remark on the paths that are left out; [] if there are no paths."""
     shown = [printable(path[:MAX_SHOWN_PATH_LENGTH]) for path in sorted(map(str, paths))]
     return [f'Left out, because {why}: {shortened(shown, 3)}.'] if shown else []

@@ -1,11 +1,10 @@
 """Finds the file of a submission that is the node of a lab.
 
-A repository of a whole course may have several files with the same name. A file is chosen by its
-package, by the signs that it is the node, and by its name. A file in a folder of old files is
-chosen last.
-If the chosen file only defines a class, the file that starts the class is the node.
+A repository of a whole course may have several files with the same name. Package, signs of the
+node, and name decide which file is chosen. A file in a folder of old files is chosen last. If the
+chosen file only defines a class, the file that starts the class is the node.
 
-The files are only read.
+This module only reads the files.
 """
 import os
 import re
@@ -23,6 +22,8 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: Two candidates are alike if their first COMPARED_RANKS fields are equal.
 COMPARED_RANKS = 4
+#: Where is the usual name of a package? These are the values of package_rank, the best first.
+SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
 #: The instructor reads this text if no file can be the node.
 WHAT_IS_READ = 'Only zip files are unpacked, and none in others. Folders such as build, devel, ' \
     'install, logs and venv are left out.'
@@ -40,8 +41,8 @@ class _Candidate(NamedTuple):
     """A file that may be the node. The smallest candidate, compared as a tuple, is chosen."""
 
     aside: bool             # is the file in a folder of old or copied files?
-    package_rank: int       # 0 for the usual package; see _package_rank
-    missing_signs: int      # how many signs of the node are missing? See _signs
+    package_rank: int       # see _package_rank
+    missing_signs: int      # the number of missing signs of the node; see _signs
     name_rank: int          # index in the usual names; len(names) for another name
     is_outside_zip: bool    # was the file in no zip file? Its modules may be in the zip file
     folder_rank: int        # index in FOLDERS; len(FOLDERS) for another folder
@@ -50,14 +51,26 @@ class _Candidate(NamedTuple):
     found_signs: Tuple[bool, ...]       # see _signs
     text: str
 
+    @property
+    def has_usual_package(self) -> bool:
+        """Is the usual name the name of the file's package, or a part of this name?"""
+        return self.package_rank <= PART_OF_NAME
+
+
+class _PackageNames(NamedTuple):
+    """The names of a package in a submission. If there is no package: ([], 0)."""
+
+    names: List[str]        # the name in package.xml, and the name of the folder
+    depth: int              # the number of folders from the submission's folder to the package
+
 
 def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
     """Returns the Choice of the file below `folder` that is the node of a lab.
 
     A file can be the node if it has a usual name, or if it has the handout's names of class and
     node. It can also be the node if it listens to the lab's topic, and does not have the usual name
-    of another lab's node. If `package` or `name` is given, the file must have it. `name` may also
-    be a path, as printed for the instructor.
+    of another lab's node. If `package` or `name` is given, the file must have this package
+    or name. `name` may also be a path, as printed for the instructor.
 
     Raises ``NotJudged`` if no file can be the node.
     """
@@ -65,14 +78,14 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     names = (os.path.basename(name),) if name else lab.files
     handed_in = files_in(folder)
     package_of = {path: package_folder(path, folder) for path in handed_in if _is_program(path)}
-    own_names = {above: _own_names(above, folder) for above in set(package_of.values())}
+    names_of = {above: _package_names(above, folder) for above in set(package_of.values())}
     programs = sorted(
-        _candidate(lab, str(path.relative_to(folder)), own_names[above],
+        _candidate(lab, str(path.relative_to(folder)), names_of[above],
                    path.read_bytes().decode(errors='replace'), packages, names)
         for path, above in package_of.items())
     candidates = [program for program in programs if _can_be_the_node(program, names, name)]
     if package:
-        candidates = [program for program in candidates if program.package_rank == 0]
+        candidates = [program for program in candidates if program.package_rank == SAME_NAME]
     if '/' in name:
         candidates = [program for program in candidates if program.path == os.path.normpath(name)]
     if not candidates:
@@ -132,9 +145,9 @@ def _is_doubtful(best, other, names):
     only_other_has_usual_name = best.name_rank == len(names) and other.name_rank < len(names)
     in_same_place = (other.aside, other.package_rank) == (best.aside, best.package_rank)
     has_better_name = only_other_has_usual_name and in_same_place
-    has_usual_package = other.package_rank < 2 <= best.package_rank
+    has_better_package = other.has_usual_package and not best.has_usual_package
     is_elsewhere = other.is_outside_zip != best.is_outside_zip
-    return is_alike or has_better_name or has_usual_package or is_elsewhere
+    return is_alike or has_better_name or has_better_package or is_elsewhere
 
 
 def _is_program(path):
@@ -145,23 +158,21 @@ def _is_program(path):
     return b'python' in path.read_bytes()[:80]
 
 
-def _own_names(package, folder):
-    """Returns ([name in package.xml, name of the folder], the number of folders from `folder` to
-    the package). Returns ([], 0) if `package` is None."""
+def _package_names(package, folder):
+    """Returns the _PackageNames of a package's folder, or of None, in the submission's folder."""
     if package is None:
-        return [], 0
+        return _PackageNames([], 0)
     places = package.relative_to(folder).parts
-    return [package_name(package), *places[-1:]], len(places)
+    return _PackageNames([package_name(package), *places[-1:]], len(places))
 
 
 def _candidate(lab, path, package, text, packages, names):
     *folders, name = path.lower().split('/')
-    package_names, depth = package
-    own_names = package_names + folders[depth:]
+    own_names, outer_names = package.names + folders[package.depth:], folders[:package.depth]
     found_signs = _signs(lab, text)
     return _Candidate(
         aside=is_aside(path),
-        package_rank=min(_package_rank(usual, own_names, folders[:depth]) for usual in packages),
+        package_rank=min(_package_rank(usual, own_names, outer_names) for usual in packages),
         missing_signs=found_signs.count(False),
         name_rank=_rank(name, [usual.lower() for usual in names]),
         is_outside_zip=UNPACKED + '/' not in path,
@@ -175,16 +186,17 @@ def _rank(name, usual_names):
 
 
 def _package_rank(usual, own_names, outer_names):
-    """Returns 0 if the package has the `usual` name, 1 if the usual name is a part of its name, 2
-    if a folder around the package has the usual name, else 3."""
+    """Returns SAME_NAME if the package has the `usual` name, PART_OF_NAME if the usual name is a
+    part of its name, OUTER_FOLDER if a folder around it has the usual name, else NOWHERE."""
     own_names = list(map(_normalized, own_names))
     if _normalized(usual) in own_names:
-        return 0
+        return SAME_NAME
     # my_lab2 and Lab2-main have the name lab2, but lab20 does not
     has_name = re.compile(re.escape(_normalized(usual)) + r'(?!\d)').search
     if any(map(has_name, own_names)):
-        return 1
-    return 2 if any(map(has_name, map(_normalized, outer_names))) else 3
+        return PART_OF_NAME
+    is_outside = any(map(has_name, map(_normalized, outer_names)))
+    return OUTER_FOLDER if is_outside else NOWHERE
 
 
 def _normalized(name):

@@ -1,7 +1,7 @@
 """Finds the missing modules of a node, also those that other modules of its submission import.
 
-The programs of the submission are only read. Python imports their modules in the trial, and then
-says what is missing.
+This module only reads the programs of the submission. In the trial, Python imports their modules,
+and reports a missing module.
 """
 import ast
 import shutil
@@ -21,7 +21,7 @@ from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_name, nodes_of
 ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
-#: A larger file is not a program [bytes].
+#: A file with more bytes is not a program.
 MAX_PROGRAM_BYTES = 1000000
 #: These modules may be installed, but they cannot be imported without a screen.
 NEED_SCREEN = 'pynput', 'pyautogui'
@@ -102,8 +102,8 @@ def _acts(tree):
 
 
 def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
-    """Returns file -> ParsedProgram, for the node and its modules in the folder `package`. A file
-    is such a module if its name is in an import of the node, or of another of these modules."""
+    """Returns {file: ParsedProgram} of the node and its modules in the folder `package`. A file is
+    such a module if the node, or another of these modules, imports the file's name."""
     modules: Dict[str, List[Path]] = {}
     for path in files_in(package):
         if path.suffix == '.py' and path.stat().st_size <= MAX_PROGRAM_BYTES:
@@ -123,11 +123,11 @@ def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
 def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Path]
                  ) -> MissingModules:
     """Returns the MissingModules of a node. `package` is the folder of the node's package. `folder`
-    is the folder of the submission. `packages` has name -> folder of the submission's packages.
+    is the folder of the submission. `packages` is {name: folder} of the submission's packages.
 
     A node may import types from a package that was not handed in, or that has another name here.
-    Then such a package is made in `folder`, and added to `packages`. Its types are those of the
-    submission and of this package.
+    This function makes such a package in `folder`, and adds it to `packages`. The new package has
+    the types of the submission and of tb3_labs.
     """
     programs = programs_of(node, package).values()
     own_modules = {name for path in files_in(folder) if path.suffix == '.py'

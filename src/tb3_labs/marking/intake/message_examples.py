@@ -1,12 +1,12 @@
 """Makes modules of messages and services, and an example of each type. This program runs in a
 sandbox, since genpy pastes a submission's names into code, and Noetic's genmsg evaluates constants.
 
-It reads a JSON object. `search` has the system's packages and the folders of their messages.
-`definitions` has [package, 'msg' or 'srv', name, text] for each definition.
+The program reads a JSON object: `search` is a dict {package of the system: [folder of its
+messages]}, and `definitions` is a list of [package, 'msg' or 'srv', name, text].
 
-It prints a JSON object. "modules" has [package, 'msg' or 'srv', name of the file, text] for each
-module. "problems" has file -> the reason why the file cannot be built. "msg" and "srv" have type ->
-example, see `example_of`.
+The program prints a JSON object: `modules` is a list of [package, 'msg' or 'srv', name of the file,
+text]. `problems` is a dict {file: the reason why the file cannot be built}. `msg` and `srv` are
+dicts {type: example}; see `example_of`.
 """
 import importlib
 import io
@@ -21,7 +21,7 @@ import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-#: A larger example is left out [bytes].
+#: The program leaves out a larger example.
 MAX_EXAMPLE_BYTES = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 #: The types of the fields that the check fills in, and their formats for struct. In a header the
@@ -31,7 +31,7 @@ FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': 
 
 
 def describe(search, definitions):
-    """Make the modules in the current folder. Returns the object that this program prints."""
+    """Make the modules in the current folder. Returns the object that the program prints."""
     result = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
     paths = [os.path.join('in', package, kind, f'{name}.{kind}')
              for package, kind, name, _ in definitions]
@@ -99,7 +99,7 @@ def _bytes_of(message):
 
 def _first_byte(message, name, type_name, before):
     """Returns the index of the first byte that changes if all bytes of the field become 1. Returns
-    None if FIELD_FORMATS lacks the type. `before` has the message's bytes before this change."""
+    None if FIELD_FORMATS lacks the type. `before` is the message as bytes before this change."""
     if type_name not in FIELD_FORMATS:
         return None
     form = FIELD_FORMATS[type_name]

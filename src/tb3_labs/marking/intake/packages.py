@@ -1,6 +1,6 @@
 """Finds the packages of a submission, with their names, folders, messages and modules.
 
-All files are only read. CMake is not run.
+This module only reads files. It does not run CMake.
 """
 import re
 import xml.etree.ElementTree as ElementTree
@@ -11,7 +11,7 @@ from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.student_nodes import NAME, is_name
 
 MANIFEST = 'package.xml'
-#: At most this much of a package.xml or a setup.py is read [bytes].
+#: At most this many bytes of a package.xml or a setup.py are read.
 MAX_MANIFEST_BYTES = 100000
 #: The folders of a package's messages and services, and the endings of these files.
 MESSAGES = 'msg'
@@ -71,7 +71,7 @@ def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
-    """Returns name -> folder of the packages below `folder` whose names a program can import.
+    """Returns {name: folder} of the packages below `folder` whose names a program can import.
 
     A package has a package.xml, or at least message files. If packages have the same name, the one
     nearest to `node` is returned. A package without a name gets the name of its folder.

@@ -3,9 +3,9 @@
 The rostest, master, robot, check and node of a submission share a network that has only a loopback.
 All these processes end together with the marker. The node is in a sandbox inside that network. The
 sandbox has its own processes, its own /tmp and home. The node sees only the parts of the system
-that it needs, and cannot write them. An ordinary user makes the sandbox with a user namespace. If
-root runs mark.py, the node has a user that owns nothing, since Linux does not count root's
-processes.
+that a node needs, and cannot write these parts. An ordinary user makes the sandbox with a user
+namespace. If root runs mark.py, the node has a user that owns nothing, since Linux does not count
+root's processes.
 """
 import os
 import platform
@@ -34,7 +34,7 @@ LOGS = HOME + '/.ros/log'
 UNUSED_USER_IDS = range(61184, 65519)
 #: The first version of Linux that counts the processes of each user namespace separately.
 LINUX_WITH_COUNT = 5, 14
-#: A sandbox that has not started within this time does not work [s].
+#: A sandbox that has not started within this time [s] does not work.
 SANDBOX_START = 20.0
 #: A sandbox has these parts of /etc: host names, time zone, libraries, fonts and ROS need them.
 ETC_PARTS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
@@ -43,16 +43,18 @@ ETC_PARTS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.co
 SHARED_PARTS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 #: In a sandbox python3 -c first runs this program. Its arguments are the number of the user, or '',
-#: and a command. It makes the user's folders writable, and becomes the user. It makes the folder of
-#: log files, since rospy does not own the folder above it. Then it runs the command.
-ENTER = f'''import errno, os, signal, sys
+#: and a command. The program makes the user's folders writable, and becomes the user. Next the
+#: program makes the folder of log files, since rospy does not own the folder above. Then the
+#: program runs the command.
+ENTER_PROGRAM = f'''import errno, os, signal, sys
 user, *command = sys.argv[1:]
 if user:
     for folder in {OWN_FOLDERS}:
         os.chmod(folder, 0o1777)
     os.setgroups([])
-    os.setresgid(*[int(user)] * 3)
-    os.setresuid(*[int(user)] * 3)
+    number = int(user)
+    os.setresgid(number, number, number)
+    os.setresuid(number, number, number)
 os.makedirs('{LOGS}', exist_ok=True)
 os.environ.pop('{IDENTITY}', None)
 # without this line Ctrl+C would be ignored here, since bubblewrap ignores it
@@ -72,9 +74,11 @@ UNPROTECTED = "No sandboxes: a submission's program can read and delete your fil
 
 class Protection:
     """The commands that start a submission's check and a submission's programs with limits. `words`
-    are the words of a command without limits. This class has the weakest limits, and
-    is for an ordinary user who cannot make sandboxes. A program cannot write a large file, and the
-    check ends with the process that starts it."""
+    are the words of a command without limits.
+
+    This class has the weakest limits, for an ordinary user who cannot make sandboxes: a program
+    cannot write a large file, and the check ends together with its parent process.
+    """
 
     isolates = False
 
@@ -145,7 +149,7 @@ class Sandbox(Protection):
         limit_command = LIMIT_COMMAND + ['--core=0']
         if self.user is not None or _counts_processes():
             limit_command.append(f'--nproc={MAX_THREADS_AND_PROCESSES}')
-        enter_command = ['/usr/bin/python3', '-ISc', ENTER, str(self.user or '')]
+        enter_command = ['/usr/bin/python3', '-ISc', ENTER_PROGRAM, str(self.user or '')]
         # Ctrl+C must end the program and not bubblewrap
         return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap', *options, '--',
                 *limit_command, *enter_command, *words]
@@ -200,7 +204,7 @@ def _mount_options(readable):
     Below, a mount is the words of one option. The last word is the path in the sandbox.
     """
     hidden, shared = _own_package()
-    mounts = _system() + _ros() + [(EMPTY, folder) for folder in hidden] + shared
+    mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden] + shared
     mounts += [(READ_ONLY_TRY, folder, folder) for folder in readable]
     options = _with_parents(mounts)
     for folder in hidden + ['/dev', '/']:
@@ -208,7 +212,7 @@ def _mount_options(readable):
     return options
 
 
-def _system():
+def _system_mounts():
     """Returns the read-only mounts of the system, and the mounts of the program's own folders."""
     mounts = [(READ_ONLY, '/usr', '/usr'), ('--proc', '/proc'), ('--dev', '/dev'),
               (READ_ONLY_TRY, '/sys/devices/system/cpu', '/sys/devices/system/cpu')]
@@ -226,7 +230,7 @@ def _folders_in(*variables):
             for folder in os.environ.get(name, '').split(':') if folder]
 
 
-def _ros():
+def _ros_mounts():
     """Returns the mounts of the folders of Python and ROS that are not in /usr."""
     folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + _folders_in(
         PYTHONPATH, CMAKE_PREFIX_PATH, 'LD_LIBRARY_PATH')

@@ -1,12 +1,12 @@
 """Finds the submissions of a class, which are folders and zip files of a learning platform. Reads
 each submission: copies its files, chooses its node, and finds the node's packages.
 
-Moodle writes ``Ann Miller_12345_assignsubmission_file_`` as the name of a folder. For a file, it
-adds the file's name at the end. Canvas writes ``millerann_12345_67890_lab2.zip``. It adds ``_LATE``
-to the name of a student who is late, and writes ``lab2-1.zip`` for a file that is handed in again.
-A name may be any bytes, so each name is checked.
+Moodle writes ``Ann Miller_12345_assignsubmission_file_`` as the name of a folder. For a file,
+Moodle adds the file's name at the end. Canvas writes ``millerann_12345_67890_lab2.zip``. Canvas
+adds ``_LATE`` to the name of a student who is late, and writes ``lab2-1.zip`` for a file that is
+handed in again. A name may be any bytes, so this module checks each name.
 
-The files that were handed in are neither changed nor run. A separate process reads a submission,
+No handed-in file is changed or run. A separate process reads a submission,
 since a stranger's file may use all memory, or take hours to read. If a limit ends that process, the
 marking goes on.
 """
@@ -35,7 +35,7 @@ CANVAS = re.compile(
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
 #: The folder of marks, or Linux, uses these names. A student's files get other names.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
-#: The longest name [bytes]. Linux allows 255 bytes, which leaves space for an ending.
+#: A name has at most this many bytes. Linux allows 255, which leaves space for an ending.
 MAX_NAME_LENGTH = 180
 #: This program reads a submission. Its input and its output are JSON.
 READ_PROGRAM = '''import json, sys
@@ -80,7 +80,7 @@ def read_name(name: str, is_folder: bool) -> PlatformName:
 
 
 def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
-    """Returns student -> names of the student's files and folders. `names` maps these names to
+    """Returns {student: names of the student's files and folders}. `names` maps these names to
     their parts.
 
     Files with the same name of a student and the same number belong to one student. A file without
@@ -114,7 +114,7 @@ class Submission(NamedTuple):
     """The files and folders that one student handed in."""
 
     student: str
-    #: File or folder -> the file's name on the student's computer. The latest upload is the last.
+    #: {file or folder: the file's name on the student's computer}. The latest upload is the last.
     files: Dict[Path, str]
     number: str = ''            # the student's number on the platform; '' if there is none
     late: bool = False          # does the platform say that the submission is late?
@@ -172,7 +172,7 @@ class ParsedSubmission(NamedTuple):
     node: str                       # the node's file
     package: str                    # the folder of the node's package
     name: str                       # the name in the package's package.xml; '' if it is not valid
-    packages: Dict[str, str]        # name -> folder; the package nearest to the node is last
+    packages: Dict[str, str]        # {name: folder}; the package nearest to the node is last
     unused: List[str]               # missing modules that the node imports and does not use
 
 

@@ -1,8 +1,8 @@
 """Turns the copy of a submission into a workspace in which its node can run.
 
-A missing exec bit, line endings of Windows and a byte order mark are repaired in the copy, since
-the transfer to the marking machine may cause them. A missing module that the node imports but
-never uses is replaced by an empty module. A remark names each repair.
+The transfer to the marking machine may cause a missing exec bit, line endings of Windows and a byte
+order mark, so this module repairs them in the copy. An empty module replaces a missing module that
+the node imports but never uses. A remark names each repair.
 
 catkin is not run, since a CMakeLists.txt is a program of the submission, and often needs packages
 that the marking machine lacks. A Python node needs only messages, services, and the modules of a
@@ -36,13 +36,13 @@ EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
-#: At most this number of packages is built: the packages that are nearest to the node.
+#: At most this many packages are built: those that are nearest to the node.
 MAX_PACKAGES = 20
 #: The text of the program that makes the modules of messages and services.
 MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
 #: The name of a file that MAKE_MODULES makes.
 MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
-#: The program MAKE_MODULES is stopped after this time [s].
+#: The program MAKE_MODULES may run for this time [s].
 BUILD_TIME = 30.0
 #: The folder in a workspace into which the submission is copied.
 COPY = 'src'
@@ -52,8 +52,8 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
             protection: Protection = Protection()) -> NodeStart:
     """Make a submission's workspace, whose folder COPY has the submission. Returns its NodeStart.
 
-    The node's environment is `environment` and the folders of the workspace. Remarks and findings
-    are added to `parsed`. Messages and services are made under `protection`.
+    The node's environment is `environment` and the folders of the workspace. This function adds
+    remarks and findings to `parsed`, and makes messages and services under `protection`.
     """
     remarks = parsed.remarks
     copy, made = workspace / COPY, workspace / 'python'
@@ -95,7 +95,7 @@ def _shown_name(package, file):
 
 
 def _repair(node, remarks, findings):
-    """Repair a node's file. Sentences are added to `remarks` and `findings`."""
+    """Repair a node's file. Add sentences to `remarks` and `findings`."""
     code = node.read_bytes()
     repairs = []
     if code.startswith(codecs.BOM_UTF8):
@@ -125,12 +125,12 @@ def _repair(node, remarks, findings):
 def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
           remarks: List[str], protection: Protection) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
-    or None if the packages define no type. `packages` has name -> folder.
+    or None if the packages define no type. `packages` is a dict {name: folder}.
 
-    If a package has modules of its own, the package's messages are made in the folder of these
-    modules, since Python looks for both in one folder. The messages are read under `protection`
-    with this `environment`. Sentences on the packages whose names are in the text of `node` are
-    added to `remarks`.
+    Python looks for a package's modules and messages in one folder. Therefore the messages are made
+    in the folder of the package's own modules, if there are any. A program that runs under
+    `protection` with this `environment` reads the messages. `remarks` gets sentences on the
+    packages whose names are in the text of `node`.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in modules_of(package, name)}
@@ -194,7 +194,7 @@ def _examples_of(definitions, environment, protection):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """Returns name -> [the folder of its messages] for all ROS packages of this machine; cached.
+    """Returns {name: [the folder of its messages]} of all ROS packages of this machine; cached.
     The folder need not exist."""
     # A RosPack changes during a query, so two threads must not share it.
     ros = rospkg.RosPack()

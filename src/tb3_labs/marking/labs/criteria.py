@@ -1,4 +1,4 @@
-"""Defines what a criterion and a verdict are, and has the criteria that several labs share.
+"""Criteria and verdicts, and the criteria that several labs share.
 
 Students read the `meaning` of a criterion, its place in a lab sheet, and the Reason that its
 function `judge` returns. No text that students read contains the solution.
@@ -63,7 +63,7 @@ class Verdict:
     outcome: Outcome
     reason: Reason
     worth: float             # the points of a met criterion
-    moment: Optional[float] = None      # the time at which the judged stimulus began [s]
+    moment: Optional[float] = None      # the time [s] at which the judged stimulus began
 
     @property
     def points(self) -> float:
@@ -171,14 +171,14 @@ def why_not_printed(observation: Observation, text: str) -> Reason:
 
 # ----- criteria of several labs: stopping the robot -----
 
-#: The Reason if a node ends its commands without a zero velocity. Then the robot stops by itself,
-#: half a second after the last command.
+#: The Reason if a node ends its commands without a zero velocity. Then the robot itself stops, half
+#: a second after the last command.
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
 def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
-    scene began. `event` is a clause on what happened when the scene began."""
+    scene began. `event` is a clause on the begin of the scene."""
     soon, late = scene.commands_before_and_after(limit)
     if late[:, 1:].any():
         return f'the robot was still driven {limit:g} s after {event}'
@@ -204,13 +204,13 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
 Bounds = Tuple[float, float]
 #: The columns of an array of commands. Column 0 is the time.
 LINEAR, ANGULAR = 1, 2
-#: A speed that should be zero is at most this [m/s] or [rad/s].
+#: A speed that should be zero is at most this value, [m/s] or [rad/s].
 OTHER_SPEED = 0.05
 #: The Bounds of a speed that should be zero.
 STANDING = (-OTHER_SPEED, OTHER_SPEED)
 #: The Bounds of a speed that a criterion does not judge.
 ANY_SPEED = (-np.inf, np.inf)
-#: A command may exceed a limit by this, since nodes round their numbers [m/s] or [rad/s].
+#: A command may exceed a limit by this value, [m/s] or [rad/s], since nodes round their numbers.
 ROUNDING = 0.005
 
 

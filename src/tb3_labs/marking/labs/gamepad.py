@@ -27,8 +27,8 @@ FULL_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
 FULL_TURN = (1.5, MAX_ANGULAR_SPEED + ROUNDING)          # [rad/s]
 #: The bounds of the command for a half stick, as shares of the command for the full stick.
 HALF_SHARE = (0.25, 0.75)
-#: A node that does not wait for a service follows a stick within this time [s]. Such a wait takes
-#: 1 s or more.
+#: A node that does not wait for a service follows a stick within this time [s]. A wait for a
+#: service takes 1 s or more.
 UNBLOCKED_TIME = 0.7
 #: The name of the pad with the handout's numbers.
 HANDOUT_PAD = 'handout'
@@ -37,8 +37,8 @@ Y_STEP = BY_THUMB.at_step(3)
 
 
 def pad_called(name: str) -> Dict[str, int]:
-    """Returns the numbers of the axes and buttons of a pad: name -> number. ``ValueError`` with the
-    valid names if there is no such pad."""
+    """Returns {name of an axis or a button: number} of a pad. ``ValueError`` with the names of the
+    pads if there is no such pad."""
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
     known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
     if name not in known:

@@ -14,7 +14,7 @@ from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
 from tb3_labs.watch.chains import HEADING_EXERCISE
 
-#: A printed heading may differ from the IMU's heading by this [deg].
+#: A printed heading may differ by this angle [deg] from the IMU's heading.
 HEADING_TOLERANCE = 1.0
 #: A node may print this many headings after its goodbye. In the handout's code a callback may
 #: already run when the flag is set.
@@ -25,13 +25,13 @@ LISTENING_STEP, EXERCISE_STEP, CTRL_C_STEP = (
 
 
 def printed_headings(text: str) -> List[float]:
-    """Returns the headings in a node's output [deg]."""
+    """Returns the headings [deg] in a node's output."""
     return [float(number) for number in re.findall(
         PRINTED_HEADING.format(r'(-?\d+(?:\.\d+)?)'), text)]
 
 
 def _headings_at_rest(observation):
-    """Yields the IMU's heading, and the list of the printed headings, for each stimulus [deg].
+    """Yields the IMU's heading [deg] and the list of the printed headings [deg] of each stimulus.
     ``NotObserved`` if the node printed no heading in any stimulus."""
     scenes = [observation.scene(name) for name in STANDING_HEADINGS]
     if not any(printed_headings(scene.printed) for scene in scenes):

@@ -27,9 +27,9 @@ from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.chains import (
     FOUR_STATES, THE_LOCAL_POSE, THE_RESET, TRANSFORMATION_SHEET, SheetStep)
 
-#: After its arrival the node may send commands for this time [s].
+#: The node may send commands for this time [s] after its arrival.
 SILENT_AFTER = 0.5
-#: After a reset in a drive, the node turns the robot by at least this angle [deg].
+#: The node turns the robot by at least this angle [deg] after a reset in a drive.
 MIN_TURN_IN_DRIVE = 20.0
 REACHED = re.compile(PRINTED_REACHED, re.IGNORECASE)
 

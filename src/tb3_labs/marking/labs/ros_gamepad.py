@@ -24,7 +24,7 @@ from tb3_labs.ros.rospy_internals import connection_of
 
 #: The marker presses a button for this time [s].
 PRESS_TIME = 0.15
-#: The marker presses Y for this time [s]. While Y is pressed, a node should call the reset once.
+#: The marker presses Y for this time [s]. For one press of Y, a node should call the reset once.
 Y_PRESS_TIME = 0.6
 
 
@@ -32,7 +32,7 @@ class HeldPad(Repeater):
     """The gamepad that the marker plays. At first the sticks are in the middle."""
 
     def __init__(self, numbers):
-        """`numbers` has the number of each axis and button: name -> number."""
+        """`numbers` is a dict {name of an axis or a button: number}."""
         super().__init__(JOY_TOPIC, Joy)
         self.numbers = SimpleNamespace(**numbers)
         self._buttons = [0] * PAD_BUTTONS
@@ -134,7 +134,7 @@ def _hand_over(trial, pad):
 
 
 def try_reset_without_service(trial):
-    """Press Y while no reset service exists. Push a stick as soon as Y is released."""
+    """Press and release Y while no reset service exists. Then push a stick at once."""
     trial.node.start()
     with HeldPad(trial.pad) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
@@ -187,13 +187,13 @@ ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMs
 
 class ResetServices:
     """Offers reset services with the names RESET_NAMES, until the end of a ``with`` block. The
-    services accept calls of any type. A request of a known type is answered with success. A request
-    of an unknown type gets an error. `calls` has (name, request) for each call, with an Empty in
-    place of a request of an unknown type.
+    services accept calls of any type. A request of a known type gets a success. A request of an
+    unknown type gets an error. `calls` is a list of (name, request), with an Empty in place of a
+    request of an unknown type.
 
-    A client's checksum shows the type of its service. If a student made the type, its fields are
-    not read. Another version of rospy may compare checksums in another way, or may hand over an
-    AnyMsg without its header and bytes. Then launch/checks/check_gamepad.test and
+    A client's checksum shows the type of its service. ResetServices does not read the fields of a
+    type that a student made. Another version of rospy may compare checksums in another way, or may
+    hand over an AnyMsg without its header and bytes. Then launch/checks/check_gamepad.test and
     test/ros/mark.test fail.
     """
 

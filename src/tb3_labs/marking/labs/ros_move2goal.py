@@ -24,7 +24,7 @@ from tb3_labs.srv import ResetPoseRequest
 
 #: The topic that resets the odometry of the robot's board.
 ROBOT_RESET = 'reset'
-#: A robot has arrived when it rests and the node has sent no command to move for this time [s].
+#: A robot has arrived when it rests, and for this time [s] the node has sent no command to move.
 ARRIVAL_REST_TIME = 1.5
 #: The pose to which the part `declared` resets the frame.
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
@@ -32,7 +32,7 @@ OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The names of the reset service in the handouts, the likeliest name first.
 RESET_NAMES = ('reset_pose', 'reset', SET_POSE_SERVICE, 'reset_local_pose', 'set_local_pose')
-#: If no service has one of RESET_NAMES, a service with such a word in its name is taken.
+#: If no service has one of RESET_NAMES, the marker calls a service with such a word in its name.
 RESET_WORDS = ('reset', 'pose')
 
 

@@ -21,13 +21,13 @@ from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 
-#: The topic of the IMU that the marker plays. The node's topic imu is remapped to this topic.
+#: The topic of the IMU that the marker plays. The marker remaps the node's topic imu to this topic.
 MARKERS_IMU = 'probe/imu'
 #: The marker repeats an odd sample for this time [s].
 ODD_SAMPLE_TIME = 0.6
-#: The yaws of the samples just below zero [rad].
+#: The yaws [rad] of the samples just below zero.
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
-#: A turn is over when the robot rests and the node has commanded no movement for this time [s].
+#: A turn is over when the robot rests, and for this time [s] the node has commanded no movement.
 TURN_REST_TIME = 0.4
 
 
@@ -109,11 +109,11 @@ NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 def mouse_fields(fields):
     """Returns two lists: the names of the fields for status, x and y, and a sentence on each name
-    that differs from the mouse lab's name. `fields` has (name, type, ...) for each field.
+    that differs from the mouse lab's name. `fields` is a list of (name, type, ...).
 
     The fields for x and y are the first numbers whose names begin with x and y. If such a name is
-    missing, they are the first two numbers. Raises ``ValueError`` with a clause if the message has
-    no flag, or fewer than two numbers.
+    missing, the fields are the first two numbers. Raises ``ValueError`` with a clause if the
+    message has no flag, or fewer than two numbers.
     """
     flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
     numbers = [name for name, type_name, *_ in fields if type_name in NUMBERS]
@@ -131,8 +131,8 @@ def mouse_fields(fields):
 
 
 def mouse_of(trial, names):
-    """Returns a HeldMouse, inactive and in the middle. If the node does not listen to a mouse, the
-    stimuli `names` are recorded as not offered, and ``NotOffered`` ends the part."""
+    """Returns a HeldMouse, inactive and in the middle. If the node does not listen to a mouse,
+    record the stimuli `names` as not offered, and end the part by ``NotOffered``."""
     if rospy.resolve_name(MOUSE_INFO_TOPIC) not in trial.node.graph.at_role(LISTENS):
         trial.not_offered(names, 'it does not listen to mouse_info')
     try:

@@ -10,15 +10,15 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, LEFT_KEY, RIGHT_KEY, 
 # -- several labs
 
 #: Keys of the facts of a Ctrl+C.
-EXIT_SECONDS = 'took'       # how long the node took to end [s]; None if it was killed
+EXIT_SECONDS = 'took'       # the time [s] until the node ended; None if it was killed
 EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 without a signal
-#: A node must subscribe to its topic within this time after its start [s].
+#: A node must subscribe to its topic within this time [s] after its start.
 START_TIME = 15.0
-#: A node must end within this time after Ctrl+C [s]. rospy itself needs up to 2 s.
+#: A node must end within this time [s] after Ctrl+C. rospy itself needs up to 2 s.
 EXIT_TIME = 5.0
 #: A stop is "at once" if the zero velocity comes within this time [s].
 STOP_TIME = 0.5
-#: If a sensor or a device falls silent, a node must stop the robot within this time [s].
+#: A node must stop the robot within this time [s] after a sensor or a device fell silent.
 LOST_STOP_TIME = 1.0
 #: The part of a lab in which a sensor or an input device falls silent.
 LOST = 'lost'
@@ -27,17 +27,17 @@ LOST = 'lost'
 
 #: The parts of the exercise.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
-#: stimulus -> the heading at which the robot stands [deg]
+#: {stimulus: the heading [deg] at which the robot stands}
 STANDING_HEADINGS = {f'at {heading:g} degrees': heading for heading in (50.0, 150.0, 220.0, 350.0)}
-#: The node must print its line at each heading within this time [s].
+#: The node must print its line within this time [s] at each heading.
 READING_TIME = 1.5
 #: The stimuli with samples that a real IMU seldom sends.
 HAIR_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
-#: After the quaternion of zeros the marker sends samples with this heading [deg].
+#: The marker sends samples with this heading [deg] after the quaternion of zeros.
 VALID_HEADING_DEG = 57.0
 #: The marker sends the samples with VALID_HEADING_DEG for this time [s].
 VALID_TIME = 0.9
-#: Key of a fact: the IMU's heading while the robot stands [deg].
+#: Key of a fact: the IMU's heading [deg] while the robot stands.
 HEADING_DEG = 'heading_deg'
 
 # -- the IMU lab
@@ -52,8 +52,8 @@ class TurnStimulus(NamedTuple):
     """A turn that the marker asks for."""
 
     typed: str              # the letter
-    requested_deg: float    # the requested angle, left positive [deg]
-    begins_deg: float       # the heading at which the turn begins [deg]
+    requested_deg: float    # the requested angle [deg], left positive
+    begins_deg: float       # the heading [deg] at which the turn begins
     slip: float = 0.0       # the share of the wheels' travel that slips
     crossing: str = ''      # 'across 180' or 'across 0' if the heading jumps there, else ''
 
@@ -72,12 +72,12 @@ TURN_STIMULI = {
 }
 NONSENSE = 'nonsense'       # the stimulus of an invalid input
 TYPED_NONSENSE = 'x'        # the invalid input
-#: A turn begins within this time after its letter was typed [s].
+#: A turn begins within this time [s] after the marker typed its letter.
 TURN_REACTION = 3.0
 #: A turn lasts at most this time [s].
 TURN_TIME = 8.0
-#: A turn beside an active mouse may take this time [s]. Such a turn is slow if the node sends a
-#: zero for each message of the mouse.
+#: A turn beside an active mouse may take this time [s]. The turn is slow if the node sends a zero
+#: for each message of the mouse.
 BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
 #: The node answers an invalid input within this time [s].
 ANSWER_TIME = 1.0
@@ -87,14 +87,13 @@ MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVAT
     'mouse half right and half down', 'mouse deactivated')
 BESIDE_TURNS = TURN_BESIDE_MOUSE, AFTER_TURN, IN_TURN = (
     'l beside the mouse', 'mouse after a turn', 'mouse in a turn')
-#: stimulus -> the place (x, y) of the active mouse. x is positive to the right, y upward, both from
+#: {stimulus: the place (x, y) of the active mouse}. x is positive to the right, y upward, both from
 #: -1 to 1.
 MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
                 HALF_WAY: (0.6, -0.6)}
 #: The marker holds the mouse at a place for this time [s].
 MOUSE_TIME = 0.8
-#: The marker moves the mouse while the robot turns. Within this time the mouse drives the robot
-#: [s].
+#: If the marker moves the mouse during a turn, the mouse drives the robot within this time [s].
 MOUSE_REACTION = 4.0
 
 # -- the Transformation lab, move to goal
@@ -115,23 +114,23 @@ ODOMETRY_SILENT = 'odometry silent'
 RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
 DROVE_STRAIGHT = 'straight'     # after the marker's turn to the goal, did the robot drive forward?
-#: The marker observes the node for this time, before the node has control and at the goal [s].
+#: The marker observes the node for this time [s] before the node has control, and at the goal.
 OBSERVATION_TIME = 1.5
 #: The reset service answers within this time [s].
 RESET_REPLY_TIME = 3.0
-#: After its answer to a reset, the node prints its line about the reset within this time [s].
+#: The node prints its line about a reset within this time [s] after its answer to the call.
 PRINT_AFTER_RESET_TIME = 0.5
-#: Between the first drive and the reset, the marker turns the robot by this angle [deg].
+#: The marker turns the robot by this angle [deg] between the first drive and the reset.
 ANGLE_BEFORE_RESET = 100.0
-#: After a reset in a drive, the node turns the robot for at most this time [s].
+#: The node turns the robot for at most this time [s] after a reset in a drive.
 TURN_TIME_IN_DRIVE = 3.0
 #: The goal of a drive as (x [m], y [m], heading [rad]).
 GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
-#: After the node got control, its drive begins within this time [s].
+#: A drive begins within this time [s] after the node got control.
 REACTION_TIME = 4.0
 #: A drive lasts at most this time [s].
 DRIVE_TIME = 50.0
-#: A drive may go this far from its start [m].
+#: A drive may go this distance [m] from its start.
 FARTHEST = 3.0
 
 # -- the Transformation lab, gamepad
@@ -143,7 +142,7 @@ LEFT_STICK_UP, LEFT_STICK_DOWN = 'left stick up', 'left stick down'
 BOTH_STICKS = 'left stick half up, right stick half right'
 RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = 'right stick left', 'right stick right'
 STICKS_LET_GO = 'sticks let go'
-#: stimulus -> (left stick, up is positive; right stick, left is positive), each from -1 to 1
+#: {stimulus: (left stick, up is positive; right stick, left is positive)}, each from -1 to 1
 STICK_POSITIONS = {
     LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
@@ -164,7 +163,7 @@ IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
 IS_UNIT = 'unit'                # did each quaternion have the length 1?
 #: The marker holds a stick for this time [s].
 STICK_TIME = 0.8
-#: After A or B, the node publishes a value on ctrl_relinq within this time [s].
+#: The node publishes a value on ctrl_relinq within this time [s] after A or B.
 PUBLISH_TIME = 1.0
-#: After Y, the node calls the reset, or prints an error, within this time [s].
+#: The node calls the reset, or prints an error, within this time [s] after Y.
 CALL_AFTER_Y_TIME = 2.5

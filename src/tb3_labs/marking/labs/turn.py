@@ -26,18 +26,18 @@ MOUSE_STEP, START_STEP, LAW_STEP, RIGHT_STEP, CTRL_C_STEP = (
     TURN_LAB.at_step(step) for step in (2, 4, 5, 6, 7))
 #: The turns in which the heading jumps from 180 to -180 degrees, or from 360 to 0 degrees.
 TURNS_ACROSS = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
-#: After a stop command the robot may coast by this angle [deg].
+#: The robot may coast by this angle [deg] after a stop command.
 COAST_DEG = 1.0
 #: A person can read an answer of at most this many lines.
 MAX_LEGIBLE_LINES = 1000
-#: For the criterion beyond the handout, a turn may differ by this from the requested angle [deg].
+#: The greatest error [deg] of a turn in the criterion beyond the handout.
 EXACT_DEG = 1.0
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
-#: The bounds of a speed for a mouse at the edge of the screen [m/s] or [rad/s].
+#: The bounds of a speed, [m/s] or [rad/s], for a mouse at the edge of the screen.
 EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
-#: The bounds of a speed for a mouse at 0.6 of the way to the edge [m/s] or [rad/s]. The bounds are
+#: The bounds of a speed, [m/s] or [rad/s], for a mouse at 0.6 of the way to the edge. They are
 #: wide, since the mouse lab does not say how the speed grows outside the dead zone.
 HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
 #: Words for the limits of the mouse and of the turns.
@@ -204,10 +204,14 @@ def _why_not_driven_by_mouse(observation: Observation) -> Reason:
 def _printed_only_prompt(observation):
     if not (observation.has(LEFT_KEY) and observation.has(NONSENSE)):
         return False
-    # the lines after the typed letter
-    after_turn, after_nonsense = (observation.scene(name, may_die=True).printed.splitlines()[1:]
-                                  for name in (LEFT_KEY, NONSENSE))
+    after_turn = _lines_after_letter(observation, LEFT_KEY)
+    after_nonsense = _lines_after_letter(observation, NONSENSE)
     return len(after_nonsense) == 1 and after_turn[-1:] == after_nonsense
+
+
+def _lines_after_letter(observation, name):
+    """Returns the lines that the node printed after the typed letter of the stimulus `name`."""
+    return observation.scene(name, may_die=True).printed.splitlines()[1:]
 
 
 def remarks_on_turns(observation: Observation) -> List[str]:

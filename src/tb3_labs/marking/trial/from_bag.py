@@ -13,18 +13,17 @@ from tb3_labs.recording.bag_reader import CLOCK_JUMPED
 from tb3_labs.recording.ros_bag import read_run
 from tb3_labs.recording.run_data import Numbers, Poses, RunData, SamplesType, States
 
-#: Between the call of a reset and the node's printed line on this reset there is at most this time
-#: [s].
+#: At most this time [s] after the call of a reset, the node prints its line on this reset.
 SAME_RESET = 1.0
-#: Of the output of a process, only the beginning and the end are kept. Each of the two has at most
-#: this many characters.
+#: An Observation has at most this many characters of the beginning of a process's output, and at
+#: most this many of the end.
 MAX_OUTPUT_LENGTH = 20000
 #: A program prints such a code to set the colour of its text on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
-#: kind of event -> name of the Observation's list to which the event's sentence is added
+#: {kind of event: name of the Observation's list that gets the event's sentence}
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
-#: key of a fact -> field of NodeProcess, if the two names differ. The keys stay as they are, since
-#: bags of past terms have them.
+#: {key of a fact: field of NodeProcess} if the two names differ. The keys stay, since bags of past
+#: terms have them.
 PROCESS_FIELDS = {'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens': 'subscribed',
                   'publishes': 'published'}
 

@@ -22,17 +22,17 @@ CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 MOVED = 'moved'                     # did the node command a movement during the stimulus?
 RESTED = 'rested'                   # did the robot come to rest?
 WAS_MOVING = 'was_moving'           # was the robot moving when the stimulus began?
-REQUESTED_DEG = 'asked_deg'         # the requested angle of a turn [deg]
+REQUESTED_DEG = 'asked_deg'         # the requested angle [deg] of a turn
 GOAL_POSE = 'goal'                  # the goal of a drive, in the local frame
 LOCAL_T_WORLD = 'local_T_world'     # in a drive, from the robot's true frame to the local frame
-#: A busy machine delays the simulated robot. A trial is fair if no gap between two true poses is
-#: longer than this [s].
+#: A busy machine delays the simulated robot. In a fair trial, no gap between two true poses is
+#: longer than this time [s].
 MAX_FAIR_GAP = 0.15
 #: An Observation has at most this many findings, and at most this many remarks.
 MAX_FINDINGS = 20
 #: A finding or a remark has at most this many characters.
 MAX_SENTENCE_LENGTH = 2000
-#: The words for commands that the marker counts, but does not record.
+#: The words for the commands that the marker counts, but does not record.
 NOT_FINITE = 'commands that are not finite numbers'
 #: The recording of a submission that had no trial.
 NO_RECORDING = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
@@ -51,8 +51,8 @@ class NotTried(NotObserved):
 
 
 class Ended(NotObserved):
-    """The node ended during a stimulus. The text of the exception is the node's output during the
-    stimulus, and not a clause."""
+    """The node ended during a stimulus. The text of the exception is no clause, but the node's
+    output during the stimulus."""
 
 
 @dataclass
@@ -63,7 +63,7 @@ class Stimulus:
     begin: float
     end: float = math.nan
     printed: str = ''           # the last part of the node's output during the stimulus
-    lines: int = 0              # the number of lines in all its output
+    lines: int = 0              # the number of lines of the whole output
     died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
 
@@ -83,7 +83,7 @@ class NodeProcess:
     needed_topic: str = ''          # the topic to which the node must subscribe
     nodes: List[str] = field(default_factory=list)      # the names of the node at the master
     subscribed: List[str] = field(default_factory=list)         # the subscribed topics
-    published: Dict[str, str] = field(default_factory=dict)     # published topic -> type
+    published: Dict[str, str] = field(default_factory=dict)     # {published topic: type}
     #: The subscribed topics on which the node has no connection to the robot.
     unconnected: List[str] = field(default_factory=list)
     #: The exit status of a process that ended by itself. It is -N if signal N ended the process.
@@ -101,26 +101,26 @@ class Observation:
     parts: List[Tuple[str, float]] = field(default_factory=list)
     stimuli: List[Stimulus] = field(default_factory=list)
     processes: List[NodeProcess] = field(default_factory=list)
-    #: stimulus -> the reason why the node could not get the stimulus
+    #: {stimulus: the reason why the node could not get the stimulus}
     not_offered: Dict[str, str] = field(default_factory=dict)
     remarks: List[str] = field(default_factory=list)    # sentences for the student
     marker_error: str = ''      # the marker's own error, which ended the trial
     findings: List[str] = field(default_factory=list)   # sentences for the instructor
-    #: kind of message -> the number of messages that were not recorded
+    #: {kind of message: the number of messages that were not recorded}
     omitted: Dict[str, int] = field(default_factory=dict)
     #: [time, text] of each command that is not a finite number.
     not_finite: List[List[Any]] = field(default_factory=list)
     #: [begin, end] of each movement that the marker commanded.
     own_moves: List[List[float]] = field(default_factory=list)
-    #: The sign of y in the upper half of the screen, as the submission's mouse client sends y; 0 if
-    #: the sign is unknown.
+    #: The sign of the y that the submission's mouse client sends in the upper half of the screen; 0
+    #: if this sign is unknown.
     mouse_y_sign: int = 0
-    #: variable -> the lines of the node's file that assign the variable
+    #: {variable: the lines of the node's file that assign the variable}
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
     calls: List[List[Any]] = field(default_factory=list)
-    #: The time in the timeline to which the present verdict belongs [s]. Each call of `scene` sets
-    #: the moment to the time at which the stimulus began, or to None without a stimulus.
+    #: The time [s] in the timeline to which the present verdict belongs. Each call of `scene` sets
+    #: the time to the begin of the stimulus, or to None without a stimulus.
     moment: Optional[float] = None
 
     @property
@@ -141,7 +141,7 @@ class Observation:
 
     @property
     def longest_gap(self) -> float:
-        """The longest gap between two true poses [s]."""
+        """The longest gap [s] between two true poses."""
         return float(np.diff(self.truth[:, 0]).max(initial=0.0))
 
     @property
@@ -238,7 +238,7 @@ class Scene(Stimulus):
 
     @property
     def turned_deg(self) -> float:
-        """The robot's true turn during the stimulus, left positive [deg]; 0 without a pose."""
+        """The robot's true turn [deg] during the stimulus, left positive; 0 without a pose."""
         if not len(self.truth):
             return 0.0
         return math.degrees(self.truth[-1, 3] - self.truth[0, 3])

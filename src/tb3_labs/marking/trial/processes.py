@@ -19,8 +19,8 @@ from tb3_labs.marking.limits import (
 
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
-#: At most this many characters of the output are recorded in each second, or a tenth of this number
-#: if the bag is full. If the node prints more, the last characters are recorded.
+#: In each second at most this many characters of the output are recorded, the last ones. If the bag
+#: is full, at most a tenth of this number is recorded.
 PRINTED_A_SECOND = 20000
 
 
@@ -86,18 +86,18 @@ class NodeOutput:
         """`recording` is the Recording of the trial."""
         self._recording = recording
         self._guard = threading.Lock()
-        #: The output that is not recorded yet.
+        #: The collected output, which is not recorded yet.
         self._text = ''
         #: The characters and lines that are left out before `_text`.
         self._omitted_characters = self._omitted_lines = 0
-        #: Until this time the output is collected, and only `flush` records it [s].
+        #: Time [s] until which output is collected. Until then only `flush` records the output.
         self._free_at = 0.0
         #: The last characters of the output since the last call of `flush`.
         self.last = ''
 
     def add(self, text):
-        """Record a part of the output. If a part comes soon after another part, it is recorded
-        later, together with the next part or by `flush`."""
+        """Record a part of the output. A part that comes soon after another part is recorded later,
+        together with the next part or by `flush`."""
         with self._guard:
             self.last = (self.last + text)[-PRINTED_A_SECOND:]
             self._text += text
@@ -136,9 +136,9 @@ class ResourceWatch:
     """Kills a process group that exceeds a limit. Set the event `over` to end the watch."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], check_parent_pid: int) -> None:
-        """`pid` is the first process of the group, which starts the sandbox. `own_folders` are
-        paths in the sandbox. Master, robot and check have the same parent process: its number is
-        `check_parent_pid`."""
+        """`pid` is the number of the group's first process, which starts the sandbox. `own_folders`
+        are paths in the sandbox. `check_parent_pid` is the number of the parent process of master,
+        robot and check."""
         self._pid = pid
         self._own_folders = own_folders
         self._check_parent_pid = check_parent_pid
@@ -183,8 +183,8 @@ def _descendants(pid):
 
 
 def _memory(pid):
-    """Returns the memory of a process [bytes]. Memory that several processes share is added in full
-    for each process. Pages of files are left out."""
+    """Returns the memory [bytes] of a process, without pages of files. Shared memory counts in full
+    for each of its processes."""
     try:
         _, resident, shared, *_ = Path(f'/proc/{pid}/statm').read_text().split()
     except OSError:
@@ -193,8 +193,8 @@ def _memory(pid):
 
 
 def _disk_used(pid, folder):
-    """Returns the size of the files in a folder of a sandbox [bytes]. `pid` is a process in the
-    sandbox."""
+    """Returns the size [bytes] of the files in a folder of a sandbox. `pid` is the number of a
+    process in the sandbox."""
     try:
         state = os.statvfs(f'/proc/{pid}/root{folder}')
     except OSError:

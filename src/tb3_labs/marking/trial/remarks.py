@@ -10,12 +10,12 @@ from tb3_labs.watch.broken_link import wrong_field
 
 #: The type of cmd_vel.
 TWIST = 'geometry_msgs/Twist'
-#: A robot that gets no command turns less than this [deg].
+#: A robot without a command turns less than this angle [deg].
 STILL_DEG = 3.0
 #: Clauses that quote an exception begin with these words.
 STOPPED_BY = 'an exception had stopped it'
 
-#: A traceback begins with these words. In a log the words may be in the middle of a line.
+#: A traceback begins with these words. In a log they may be in the middle of a line.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
@@ -37,7 +37,7 @@ MAX_ERROR_LENGTH, MAX_LINE_LENGTH = 160, 160
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
     """Returns the sentences for the student that belong to no criterion. `verdict_text` is the text
-    of the verdicts. An exception is left out if `verdict_text` quotes it."""
+    of the verdicts. Exceptions that this text quotes are left out."""
     remarks = list(observation.remarks)
     if observation.unpublished_topic:
         remarks.append(f'Note that {observation.unpublished_topic}.')
@@ -50,7 +50,7 @@ def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
 def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:
     """Returns a sentence on each exception that the node printed before Ctrl+C, unless
     `verdict_text` quotes the exception."""
-    first_stimulus: Dict[str, str] = {}     # quoted exception -> the name of a stimulus
+    first_stimulus: Dict[str, str] = {}     # {quoted exception: the name of a stimulus}
     for stimulus in observation.stimuli:
         if stimulus.name not in CTRL_C:
             for error in exceptions(stimulus.printed, observation.file):

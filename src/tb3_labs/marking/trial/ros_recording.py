@@ -6,7 +6,7 @@ The bag has these topics:
     cmd_vel         the node's commands, without the marker's own commands
     variables       the node's variables
     ground_truth    the robot's true pose, to which no node can subscribe
-    trial           events, std_msgs/String in JSON: {"kind": ..., facts}; from_bag.py has the kinds
+    trial           events, std_msgs/String in JSON: {"kind": ..., facts}; see from_bag.py
     printed         the output of the node, std_msgs/String
 
 A message gets its time as soon as it arrives. A separate thread writes the bag.
@@ -47,17 +47,17 @@ MAX_COMMANDS = 40000
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000          # events of all kinds
-#: A line of the log is cut after this many characters.
+#: At most this many characters of a line of the log are recorded.
 LOG_LINE_LENGTH = 300
 #: A message of more bytes than this is not recorded.
 MAX_MESSAGE_BYTES = 10000
-#: A command that equals the last command is recorded only after this time [s].
+#: A command that equals the last command is recorded only if this time [s] has passed.
 SAME_COMMAND = 0.04
-#: A bag of this size is full [bytes].
+#: A bag with this many bytes is full.
 FULL_SIZE = 3 * 10 ** 6
 #: If the bag is full, only these topics are recorded.
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL_TOPIC}
-#: rosbag compresses the messages in parts of this size [bytes].
+#: rosbag compresses the messages in parts of this many bytes.
 CHUNK_SIZE = 2 ** 17
 #: A robot rests if it moved and turned less than this in the last ROBOT_REST_TIME.
 REST_WAY = 0.002        # [m]
@@ -93,8 +93,8 @@ class Recording:
         return at
 
     def event(self, kind, at=None, **facts):
-        """Record an event of the trial, and return its time [s]. A text in `facts` is cut after
-        MAX_SENTENCE_LENGTH characters."""
+        """Record an event of the trial, and return its time [s]. Of a text in `facts`, the first
+        MAX_SENTENCE_LENGTH characters are recorded."""
         self._event_count += 1
         if self._event_count > MAX_EVENTS:      # a node may cause events for ever
             return ros_time()
@@ -112,8 +112,8 @@ class Recording:
         return ros_time()
 
     def close(self):
-        """Write the waiting messages, and close the bag. If the bag cannot be written, `problem` is
-        the error, and the bag is removed, since half a trial would cost the node points."""
+        """Write the waiting messages, and close the bag. After an error in writing, `problem` is
+        this error, and the bag is removed, since half a trial would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -132,15 +132,15 @@ class Recording:
 
 
 class Recorder:
-    """Records the topics of the robot and of the node, and tells what the two did. Times are in
-    seconds of ROS. ``RuntimeError`` if the robot does not run."""
+    """Records the topics of the robot and of the node, and tells what the two did. All times are
+    ROS times [s]. ``RuntimeError`` if the robot does not run."""
 
     def __init__(self, recording):
         self.recording = recording
         self._lock = threading.Lock()
         self._truth = []        # [time, x, y, yaw], the yaw continuous over whole turns
         self._commands = []     # [time, linear, angular]
-        self._counts = {}       # kind of message -> the number of messages so far
+        self._counts = {}       # {kind of message: the number of messages so far}
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         record_connections()

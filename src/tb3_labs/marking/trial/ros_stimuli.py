@@ -19,11 +19,11 @@ from tb3_labs.ros.node import guarded
 
 #: The settings of the robot that make a sensor silent.
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
-#: The robot rests within this time after its last command [s].
+#: The robot rests within this time [s] after its last command.
 STOP_REST_TIME = 2.0
-#: Before a stimulus interrupts a movement, the movement has lasted for this time [s].
+#: A movement has lasted for this time [s] when a stimulus interrupts the movement.
 INTERRUPTION_TIME = 0.5
-#: The output and the messages of a node reach the marker within this time [s].
+#: Time [s] within which the output and the messages of a node reach the marker.
 DELIVERY_TIME = 0.3
 
 

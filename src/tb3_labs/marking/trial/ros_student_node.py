@@ -24,8 +24,7 @@ from tb3_labs.marking.student_nodes import OWN_FOLDERS, NodeStart
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import watched
 
-#: A node's roles at a topic or a service. The master's system state has one list for each role, in
-#: this order.
+#: A node's roles at a topic or a service, in the order of the lists in the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
 #: Topics that every node may have.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
@@ -71,8 +70,8 @@ class StudentNode:
         """End the present process of the node, and start a new process.
 
         The node needs the topics `needed`, by default its `sensors`. The new process is ready when
-        it subscribes to the first needed topic. Raises ``NotTried`` if it is not ready in time. If
-        the first process of a trial was not ready, no other process is started.
+        it subscribes to the first needed topic. Raises ``NotTried`` if the process is not ready in
+        time, or if the first process of the trial was not ready.
         """
         self._needed = list(map(rospy.resolve_name, needed or self._sensors))
         self.stop()
@@ -177,7 +176,7 @@ class Graph:
         self.names = set()
 
     def nodes(self):
-        """Returns name of a node -> {(role, topic or service)} for all nodes but the marker.
+        """Returns {name of a node: {(role, topic or service)}} of all nodes but the marker.
         Returns {} if the master does not answer."""
         nodes = {}
         with suppress(OSError, rosgraph.MasterException):
@@ -191,8 +190,8 @@ class Graph:
     def at_role(self, role):
         """Returns the topics or services at which the student's node has the `role`.
 
-        Raises an error if the master does not answer. The error ends the trial, so that the node
-        does not lose points.
+        Raises an error if the master does not answer. This error ends the trial, so that the
+        silence of the master does not cost the node points.
         """
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.names.intersection(names)}

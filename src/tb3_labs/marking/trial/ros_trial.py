@@ -28,7 +28,7 @@ from tb3_labs.ros.clocks import wait_until
 
 #: A node's file lies in the folder of its package, or at most this many folders deeper.
 MAX_PACKAGE_DEPTH = 3
-#: lab -> part -> script. A script is a function of a Trial.
+#: {lab: {part: script}}. A script is a function of a Trial.
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
 
@@ -71,7 +71,7 @@ class Trial:
     @lru_cache(maxsize=None)
     def source_findings(self, *packages):
         """Returns the findings of source_analysis.read_findings in the submission. If mark.py has
-        prepared no submission, the node's package and `packages` are read."""
+        prepared no submission, they are the findings in the node's package and `packages`."""
         copy = NodeStart.from_environment().copy
         if copy:
             return read_findings([copy])
@@ -80,8 +80,8 @@ class Trial:
         return read_findings([known.get_path(name) for name in names.intersection(known.list())])
 
     def record_assigned(self):
-        """Record the lines of the node's file that assign each variable. If the package has several
-        files of this name, no file is read."""
+        """Record the lines of the node's file that assign each variable. Record nothing if the
+        package has several files of this name."""
         package, name = self._name.split('/')
         program = NodeStart.from_environment().program
         if program:
@@ -133,8 +133,8 @@ class Trial:
         """Make the node move the robot by `act()`, and return True while the robot moves. Returns
         False if the node does not move the robot within `reaction` [s] after `act()`.
 
-        If `is_ready()` is False, the node is started first. A failed attempt is repeated with a new
-        process, because the last stimulus may have upset the node.
+        If `is_ready()` is False, this method starts the node first. After a failed attempt it tries
+        a new process, because the last stimulus may have upset the node.
         """
         for _ in range(2):
             if not is_ready():
@@ -157,8 +157,8 @@ class Trial:
         self.robot.change(**{switch: False})
 
     def set_slip(self, share):
-        """Let a share of the wheels' travel slip. Before the slip changes, the node is ended,
-        because a running node may take the change for a fault of a sensor."""
+        """Let a share of the wheels' travel slip. First end the node, because a running node may
+        take the change of the slip for a fault of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change(slip=share)

@@ -44,7 +44,7 @@ class Types:
         return known
 
     def by_sum(self) -> Dict[str, Any]:
-        """Returns checksum -> class for all known services."""
+        """Returns {checksum: class} of all known services."""
         classes: Dict[str, Any] = {}
         for type_name, example in self._services.items():
             checksum = example['sum']
@@ -62,7 +62,7 @@ class Types:
 class Example(genpy.Message):
     """A message as bytes. A new message is a copy of its type's example."""
 
-    fields: List[List[Any]] = []    # name, type and first byte of each field
+    fields: List[List[Any]] = []    # [name, type, first byte] of each field
 
     def __init__(self) -> None:
         self._data = bytearray(self._example)

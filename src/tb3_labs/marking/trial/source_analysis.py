@@ -1,4 +1,4 @@
-"""Finds three properties of a submission in its text, since no trial shows them:
+"""Finds in the text of a submission what no trial shows:
 
 * the sign of y in the submission's own mouse client,
 * a function that assigns an angle to an orientation instead of a quaternion,
@@ -24,7 +24,7 @@ del sys.path[0]
 from tb3_labs.marking.trial import source_analysis
 print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1:]))))
 '''
-#: A larger file is not read [bytes].
+#: A file with more bytes is not read.
 MAX_TEXT_BYTES = 200000
 #: The result has at most MAX_NAMES variables, and for each variable at most MAX_LISTED_LINES lines.
 MAX_NAMES, MAX_LISTED_LINES = 200, 6
@@ -41,8 +41,8 @@ ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
 ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a yaw becomes a ' \
     'quaternion by sine and cosine of its half. Y sends 0, so it costs no points.'
 
-#: variable -> the slope of its value: positive if the value grows with the pixel's y, negative if
-#: the value falls, 0 if the value does not depend on y, NaN if this is unknown.
+#: {variable: slope of its value}. The slope is positive if the value grows with the pixel's y,
+#: negative if the value falls, 0 if the value does not depend on y, and NaN if this is unknown.
 Slopes = Dict[str, float]
 
 
@@ -50,8 +50,8 @@ def read_findings(paths: Iterable[str]) -> Dict[str, Any]:
     """Returns the findings in programs. Each of the `paths` is a program or a folder of programs.
 
     `mouse_y_sign` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction
-    is unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
-    variable; see the function `assigned`.
+    is unknown. `remarks` are sentences for the student. `assigned` is the result of the function
+    `assigned`.
     """
     done = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', ANALYSE_FILES, *paths], cwd='/',
@@ -77,7 +77,7 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
 
 
 def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
-    """Returns name -> the lines that assign this variable or field. A field of a field has two
+    """Returns {name: the lines that assign this variable or field}. A field of a field has two
     names, NAME and FIELD.NAME."""
     lines: Dict[str, List[int]] = {}
     for node in nodes:
@@ -134,7 +134,8 @@ def _slopes_sent(nodes: List[Any]) -> List[float]:
     read = {_dotted_name(node) for node in nodes
             if isinstance(getattr(node, 'ctx', None), ast.Load)}
     unread = sent - read       # a client writes the fields of its message, and does not read them
-    return [slopes[name] for name in unread or sent if abs(slopes[name]) > 0.0]
+    sent_slopes = [slopes[name] for name in unread or sent]
+    return [slope for slope in sent_slopes if slope > 0.0 or slope < 0.0]       # neither 0 nor NaN
 
 
 def _assigned_slopes(node: Any, slopes: Slopes) -> Iterator[Tuple[str, float]]:
@@ -175,7 +176,7 @@ def _slope(node: Any, slopes: Slopes) -> float:
             return left + right
         if isinstance(node.op, ast.Sub):
             return left - right
-        # of a product or quotient one factor has a slope; the other factor gives the sign
+        # in a product or quotient one factor has a slope; the other factor gives the sign
         return left * _sign(node.right) + right * _sign(node.left)
     called = getattr(node, 'func', getattr(node, 'value', None))
     if PIXEL_NAME.search(_last_name(called)) and _dotted_name(called) not in slopes:
