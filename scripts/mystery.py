@@ -10,7 +10,7 @@ import sys
 from argparse import RawDescriptionHelpFormatter
 
 from tb3_labs.command_line import Parser
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, draw
 from tb3_labs.terminal import run_tool
 
@@ -27,7 +27,7 @@ def judge(number, name, value):
         return False, f'Wrong: mystery {number} has another fault.'
     error = value - right
     if hidden.unit == 'deg':
-        error = difference_degrees(value, right)
+        error = wrap_all(error, 360.0)
     if abs(error) <= hidden.tolerance + ROUNDING:
         return True, f'Right: mystery {number} is {hidden.name!r}, {hidden.text(right)}.'
     return False, ('The fault is right, its value is not: it may be off by '

@@ -13,7 +13,7 @@ K_HDG = 0.1               # the command for each degree of error [rad/s]
 MIN_ANG_Z = 0.5           # the slowest turn [rad/s]
 MAX_ANG_Z = 1.5           # the fastest turn [rad/s]
 MOUSE_DEAD_ZONE = 0.25    # up to this position the command is zero; 1 is the edge of the screen
-MOUSE_FULL = 0.5          # the command of the mouse at the edge of the screen [m/s], [rad/s]
+MOUSE_FULL = 0.5          # the command [m/s] or [rad/s] of the mouse at the edge of the screen
 PRINTED_HEADING = 'Current heading is {} degrees'
 #: The last line that each node prints.
 IMU_GOODBYE = 'Shutting down the IMU subscriber'
@@ -23,8 +23,11 @@ CONTROLLER_GOODBYE = 'Controller exiting. Halting robot.'
 
 #: The goal in the local frame, with x, y [m] and heading [deg]. Edit this line for another goal.
 GOAL_X, GOAL_Y, GOAL_YAW_DEG = -0.61, 0.61, 0.0
-STATES = ROTATE_TO_GOAL, MOVE_FORWARD, ROTATE_TO_FINAL, GOAL_REACHED = (
-    'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED')
+ROTATE_TO_GOAL = 'ROTATE_TO_GOAL'
+MOVE_FORWARD = 'MOVE_FORWARD'
+ROTATE_TO_FINAL = 'ROTATE_TO_FINAL'
+GOAL_REACHED = 'GOAL_REACHED'
+STATES = (ROTATE_TO_GOAL, MOVE_FORWARD, ROTATE_TO_FINAL, GOAL_REACHED)
 ANGLE_TOLERANCE = 0.05      # the largest error of both rotations at the end [rad]
 DISTANCE_TOLERANCE = 0.15   # the largest distance from the goal after MOVE_FORWARD [m]
 GAIN_TO_GOAL = 0.3          # the gain of the first rotation [1/s]

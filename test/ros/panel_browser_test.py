@@ -6,7 +6,7 @@ import unittest
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 
 from browser import MISSING, Browser, Cable
@@ -71,8 +71,8 @@ class PanelBrowserTest(PanelCase):
         """Wait until the picture shows this pose, about as exactly as a pixel of the map."""
         def is_there():
             shown = self.page.picture(name)
-            return self.is_at(shown, Pose2(x, y), 0.02) and abs(difference_degrees(
-                math.degrees(shown[2]), yaw_deg)) < 3.0
+            return self.is_at(shown, Pose2(x, y), 0.02) and abs(wrap_all(
+                math.degrees(shown[2]) - yaw_deg, 360.0)) < 3.0
         self.page.wait_until(is_there, 5.0, name)
 
     def test_a_reset_and_a_goal_are_dragged_and_a_typed_goal_is_reached(self):

@@ -12,7 +12,7 @@ from actionlib_msgs.msg import GoalID
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool
 
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 
 from masters import free_port, process_of
@@ -126,8 +126,8 @@ class PanelTest(PanelCase):
         self.page.wait_until(lambda: abs(self.page.picture['distance'] - math.hypot(0.3, 0.2))
                              < 0.005, 5.0, 'the distance')
         # the yaw of this robot's IMU is 140.6 degrees ahead of its odometry
-        self.assertLess(abs(difference_degrees(
-            seen['heading_deg'], math.degrees(pose.yaw) + 140.6)), 1.5)
+        self.assertLess(abs(wrap_all(
+            seen['heading_deg'] - math.degrees(pose.yaw) - 140.6, 360.0)), 1.5)
         self.assertEqual((seen['state'], seen['phase']), ('waiting for control', 'waiting'))
 
     # -- driving

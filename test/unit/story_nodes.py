@@ -86,7 +86,7 @@ class Ahead:
     def start(self, *_):
         pass
 
-    extend = start
+    move_goal = start
 
     def step(self, *_):
         self.left -= 0.1

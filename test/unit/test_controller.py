@@ -34,7 +34,7 @@ class GivenTurnLaw:
     def start(self, yaw, angle):
         self.requested.append(angle)
 
-    def extend(self, angle):
+    def move_goal(self, angle):
         pass
 
     def step(self, yaw, rate, dt, age=0.0, noise=0.0):

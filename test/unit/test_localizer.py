@@ -96,7 +96,7 @@ def test_a_reset_in_motion_is_as_exact_as_at_rest(robot, seed):
     measured_at = reset.stamp - robot.clock_ahead
     assert -1e-9 <= requested_at - measured_at <= most + 1e-9
     if not most:
-        assert_pose(reset.before, Truth(*robot.moved(requested_at)), 1e-4, 1e-6)
+        assert_pose(reset.pose_before, Truth(*robot.moved(requested_at)), 1e-4, 1e-6)
     assert len(fixes) >= 58
     assert_fixes(fixes, robot, declared, measured_at, metres=1e-4 if robot is CURVING else 1e-9)
     # Place and heading were taken at one and the same instant.
@@ -157,7 +157,7 @@ def test_a_reset_may_be_the_first_frame():
         if not time:
             reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), 0.05)
     assert localizer.pop_resets() == [reset]
-    assert reset.before is None and reset.is_done
+    assert reset.pose_before is None and reset.is_done
     assert_pose(localizer.pop_fix().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
 
 

@@ -202,4 +202,4 @@ def test_a_clock_that_was_set_back_is_used_after_5_seconds(step):
 def test_the_step_is_by_arrivals_if_the_stamps_stand_or_jump(stamp, step):
     timing = SampleTiming()
     timing.on_imu(ImuSample(100.0, 0.0, 0.0), 1.0)
-    assert timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.1).step == pytest.approx(step)
+    assert timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.1).interval == pytest.approx(step)

@@ -108,7 +108,7 @@ def test_one_sample_that_is_read_again_does_not_end_a_turn():
 
 def test_the_mean_starts_again_after_a_push_or_a_new_goal():
     """The goal moves by 3 standard deviations of a sample, which is not noise: the robot does not rest any more."""
-    for move in ('extend', 'aim'):
+    for move in ('move_goal', 'aim'):
         turn, _ = resting_turn(5, noise=0.1)
         getattr(turn, move)(0.3)
         step = turn.step(0.0, 0.0, 0.035, noise=0.1)

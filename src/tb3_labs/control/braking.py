@@ -9,8 +9,8 @@ this way would remain:
 The middle term is the way that a first-order motor coasts, since the integral of v exp(-t / lag) is
 v lag. Each sample predicts the way after a stop from the delay, lag and gain that `motor_response`
 identifies. An `Estimate` filters the noise of the predictions. Between two samples, only the
-command changes the way after a stop. A braking profile gives the speed for this way. *Nudges* are
-short commands after the first stop, which correct the last error.
+command changes the way after a stop. A braking profile gives the speed for this way. After the
+first stop, *nudges* correct the last error. A nudge is a short command.
 
 Units: radians or metres for ways, per second for speeds; seconds. Both directions are alike.
 Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
@@ -25,17 +25,17 @@ from tb3_labs.geometry.angles import clamp
 
 #: Times that differ by less than this [s] belong to the same sample, since times are rounded.
 SAME_SAMPLE_TIME = 1e-6
-#: The divisor of the gain is larger by this for nudges, since a nudge may last two periods.
+#: For a nudge, this is added to the divisor of the gain, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 
 
 @dataclass(frozen=True)
 class ApproachConfig:
-    """Settings of an approach of one axis, turning or driving. Lengths are [rad] or [m]."""
+    """Settings of an approach of one axis, turning or driving. A way is in [rad] or [m]."""
 
-    #: The robot obeys each command for this long [s].
+    #: The robot obeys each command for this time [s].
     period: float
-    #: Greatest rate of change of the command [1/s^2].
+    #: Greatest acceleration [1/s^2] of the command.
     acceleration: float
     #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that the
     #: robot can follow the profile in spite of disturbances.
@@ -47,7 +47,7 @@ class ApproachConfig:
     #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
     #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: The `close_enough` of a nudge, if this is larger.
+    #: If this is larger than `close_enough`, it replaces `close_enough` for a nudge.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
@@ -92,8 +92,8 @@ class Approach:
         self._identification = Identification(self._response, self._config.speed_is_prompt)
         self._begin(math.nan, 0.0)    # the first step begins again, from its own sample
 
-    def extend(self, by: float) -> None:
-        """Add the length `by` to the remaining way, since the goal was moved."""
+    def move_goal(self, by: float) -> None:
+        """Move the goal. The way `by` is added to the remaining way."""
         self._start_remaining += by
         self.way_after_stop.shift(by, 0.0)
 

@@ -1,13 +1,13 @@
 """The commands of a law: their times, and the commanded travel that the robot has not driven yet.
 
 A step of a law reads the latest samples and gives one command. The robot takes one new command in
-each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and a `Pace`
-finds when the step is due. A command reaches the robot after the *delay*, and the motors follow
-with a first-order *lag*.
+each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period. A `Pace` finds
+when this step is due. A command reaches the robot after the *delay*, and the motors follow with a
+first-order *lag*.
 
 Units: seconds; metres or radians for ways, per second for speeds. Both directions are alike.
 Edge cases of a Pace: A step is due if the clock went back. The first step after the start or a
-pause is treated as one period long.
+pause counts as one period long.
 """
 import math
 from collections import deque
@@ -23,9 +23,9 @@ STEP_LEAD = 0.0035
 MAX_IDLE = 0.036
 #: In 95 of 100 cases the estimate is off by less than this number of standard deviations.
 STANDARD_ERRORS = 2.0
-#: If a sample is off by more standard deviations than this, it contradicts the estimate.
+#: A sample contradicts the estimate if it is off by more than this number of standard deviations.
 CONTRADICTING_DEVIATIONS = 4.0
-#: Commands are remembered for this long [s], more than any delay and any age of a sample.
+#: Commands are remembered for this time [s]. Delays and ages of samples are shorter.
 COMMAND_MEMORY = 1.4
 #: A smaller lag [s] is replaced by this lag, to avoid a division by zero.
 MIN_LAG = 1e-6
@@ -58,11 +58,11 @@ class Pace:
         return now >= self._next or clock_went_back
 
     def idle_for(self, now: float) -> float:
-        """Returns the time for which no sample needs to be read [s]."""
+        """Returns the time [s] for which no sample needs to be read."""
         return clamp(self._next - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
-        """Take a step. Returns the time since the last step [s]."""
+        """Take a step. Returns the time [s] since the last step."""
         last = self._last
         self._last = now
         if last is None:
@@ -83,7 +83,7 @@ class Pace:
 class _SentCommand(NamedTuple):
     """A command, and the travel that was commanded before its period."""
 
-    start: float      # start of the period in which the robot obeys the command [s]
+    start: float      # start [s] of the period in which the robot obeys the command
     command: float
     travel: float     # [m or rad]
 
@@ -96,7 +96,7 @@ class CommandHistory:
         self._period = period
         self._sent = deque([_SentCommand(-COMMAND_MEMORY, 0.0, 0.0)])
         self.now = 0.0        # time since the start [s]
-        #: Start of the period in which the robot obeys a command that is sent now [s].
+        #: Start [s] of the period in which the robot obeys a command that is sent now.
         self.period_start = 0.0
         self.command = 0.0          # the latest command
         self.first_command = 0.0    # 0 before the first command
@@ -104,7 +104,7 @@ class CommandHistory:
 
     @property
     def unchanged_for(self) -> float:
-        """Time since the latest change of the command [s]."""
+        """Time [s] since the latest change of the command."""
         return self.now - self._same_since
 
     def advance(self, dt: float) -> None:

@@ -51,11 +51,11 @@ class DriveLaw:
 
     Each turn is a PreciseTurn. An Approach drives along the line from start to goal. Meanwhile the
     robot steers towards a point on the line, a little ahead of itself. Each driving state has a
-    method. `dt` is the time since the last step [s].
+    method. `dt` is the time [s] since the last step.
     """
 
     period = PreciseTurn.period
-    #: The robot starts to drive when its heading differs from the line by less than this [rad].
+    #: The robot starts to drive when its heading differs less than this angle [rad] from the line.
     FACING_ANGLE = 0.1
     #: The drive ends when a stop now would be at most this distance [m] before the goal.
     STOP_AHEAD = 0.0005
@@ -84,7 +84,7 @@ class DriveLaw:
             response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
-        """Choose the line to the goal, and whether the robot drives it forwards or backwards."""
+        """Choose the line to the goal. The robot drives along this line forwards or backwards."""
         self._line = pose.bearing_to(goal)
         self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)

@@ -20,8 +20,8 @@ from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.sensors_and_stalls import StallMonitor
 
-#: If a drive ends outside its tolerance, for instance after a stall of the network, it starts again
-#: from there. This is the greatest number of such starts.
+#: If a drive ends outside its tolerance, for instance after a stall of the network, the robot
+#: starts again from its place. This is the greatest number of such starts.
 MORE_TRIES = 2
 
 
@@ -40,7 +40,7 @@ class GoalMachine:
         self._law_is_started = False
         self._stalls: Dict[GoalState, StallMonitor] = defaultdict(StallMonitor)
         self._settling = Settling()
-        self._time = 0.0             # sum of `dt` of all steps [s]
+        self._time = 0.0             # time of all steps [s]
 
     @property
     def active(self) -> bool:
@@ -76,25 +76,28 @@ class GoalMachine:
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
         """Returns the command for now, `dt` [s] after the last step. None: no drive is active."""
-        goal = self.goal
-        if goal is None or not self.active:
-            return None
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
-        while self.active:    # if a state is finished, the next state gives the command
-            if not self._law_is_started:
-                self._start_law(motion.pose, goal)
-            step = self._law_step(motion, goal, dt)
-            if not step.finished:
-                self.failure = self._stalls[self.state].update(
-                    step.remaining, rests, dt, must_move=step.command != Twist2())
-                return None if self.failure else step.command
+        return self._command(motion, rests, dt)
+
+    def _command(self, motion: Motion, rests: bool, dt: float) -> Optional[Twist2]:
+        """Returns the command of the present state. If this state is finished, the next state gives
+        the command."""
+        goal = self.goal
+        if goal is None or not self.active:
+            return None
+        if not self._law_is_started:
+            self._start_law(motion.pose, goal)
+        step = self._law_step(motion, goal, dt)
+        if step.finished:
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
             self._finish_state(motion.pose, goal)
-            dt = 0.0
-        return None
+            return self._command(motion, rests, dt=0.0)
+        self.failure = self._stalls[self.state].update(
+            step.remaining, rests, dt, must_move=step.command != Twist2())
+        return None if self.failure else step.command
 
     def _start_law(self, pose: Pose2, goal: Pose2) -> None:
         """Begin to drive from `pose`, perhaps after an interruption."""

@@ -14,8 +14,8 @@ smaller if its standard deviation is larger.
 
 At steady speed the equation shows only the sum of delay and lag. So the first sample of a motion is
 used in a different way. From rest, with the command u, a first-order motor has
-v = gain u (1 - exp(-(t - delay) / lag)). With speed_share = v / (gain u), and with the motion_time
-x / (gain u) of the travel at steady speed,
+v = gain u (1 - exp(-(t - delay) / lag)). With speed_share = v / (gain u), and with
+motion_time = x / (gain u), which the travel x takes at steady speed,
 
     lag = motion_time / (-log(1 - speed_share) - speed_share)
     delay = t - motion_time - lag speed_share
@@ -37,17 +37,17 @@ import numpy as np
 from tb3_labs.control.commands import CommandHistory
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
-from tb3_labs.supervision.timeouts import MAX_AGE
+from tb3_labs.supervision.timeouts import STALL_AGE
 
-#: Lag of the motors before the first measurement [s].
+#: Lag [s] of the motors before the first measurement.
 FIRST_LAG = 0.05
-#: Delay before the first measurement [s]. It is half a control period of the firmware, and 25 ms
+#: Delay [s] before the first measurement. It is half a control period of the firmware, plus 25 ms
 #: for a step of the node and a quiet network.
 FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: A real robot's motors begin to follow a command after this time [s]. It is half a control period,
-#: and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
+#: plus 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: The delays of two commands differ by up to this [s]. So a smaller excess is not a sample delay.
+#: The delays of two commands differ by up to this time [s]. A smaller excess is not a sample delay.
 COMMAND_SPREAD = 0.025
 #: A sample delay is clipped to these limits [s]. The lower limit is for a fast host.
 MIN_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
@@ -59,9 +59,9 @@ FIRST_DELAY_DEVIATION = 0.03    # [s]
 FIRST_LAG_DEVIATION = 0.05      # [s]
 #: Standard deviation of the lag [s] if the measured speed is a mean, which does not show the lag.
 FIXED_LAG_DEVIATION = 1e-6
-#: Standard deviation of the time of a sample, or of a command [s].
+#: Standard deviation [s] of a sample's time, and of a command's time.
 TIME_DEVIATION = 0.002
-#: Weight of each measurement at steady speed in the start values of the next approach.
+#: Each measurement at steady speed changes the start values of the next approach with this weight.
 LEARNING_WEIGHT = 0.1
 #: The usual delay is learned over several approaches. Each measurement has at least this weight.
 MIN_LEARNING_WEIGHT = 0.01
@@ -93,12 +93,12 @@ class MotorResponse:
         self.delay = delay
         self.lag = lag      # time constant of the motors [s]
         self.gain = gain    # steady speed as a share of the command
-        self._count = 0             # of measurements
+        self._count = 0             # number of measurements
         self._usual_delay = 0.0     # mean of the measured delays [s]
 
     @property
     def sample_delay(self) -> float:
-        """The part of a sample's age that its stamp does not show [s]."""
+        """The part [s] of a sample's age that its stamp does not show."""
         excess = self._usual_delay - COMMAND_TIME
         if excess <= MIN_SAMPLE_DELAY + COMMAND_SPREAD:
             return MIN_SAMPLE_DELAY
@@ -139,8 +139,8 @@ class Identification:
     """Identifies delay, lag and gain during one approach."""
 
     def __init__(self, response: MotorResponse, speed_is_prompt: bool) -> None:
-        """`response` has the values of earlier approaches, and learns from this approach. An
-        ApproachConfig has `speed_is_prompt`."""
+        """`response` has the values of earlier approaches, and learns from this approach. For
+        `speed_is_prompt`, see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = copy(response)
         self._learned = response                # the mean of all approaches
@@ -161,7 +161,7 @@ class Identification:
     def update(self, history: CommandHistory, travelled: float, speed: float,
                fastest: float, age: float = 0.0) -> None:
         """Take in the travel since the start and the `speed`, which were measured `age` [s] ago."""
-        if age > MAX_AGE:
+        if age > STALL_AGE:
             self._from_rest = False    # then commands may be delayed, too
         if not self._from_rest:
             return

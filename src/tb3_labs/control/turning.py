@@ -1,4 +1,4 @@
-"""A precise turn on the spot, and when a turn has settled.
+"""Turns precisely on the spot, and finds when a turn has settled.
 
 A turn has settled when the samples show a robot at rest inside the tolerance. A noisy IMU needs
 more samples at rest, until the remaining angle is known well.
@@ -52,9 +52,9 @@ class PreciseTurn:
     """Turns as fast as the limits allow, in the requested direction. The turn ends when the robot
     has settled inside the tolerance."""
 
-    period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
+    period = 1.0 / CONTROL_RATE    # [s]; one command in each control period of the firmware
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: If the IMU is noisy, a turn at rest waits for more samples, at most for this time [s].
+    #: If the IMU is noisy, a turn at rest waits for more samples, for at most this time [s].
     MAX_WAIT_AT_REST = 0.6
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     KNOWN_WELL_SHARE = 0.35
@@ -73,22 +73,22 @@ class PreciseTurn:
 
     def start(self, yaw: float, angle: float) -> None:
         """Turn a robot at rest by `angle` from its heading `yaw` [rad]."""
-        self._goal_yaw = yaw + angle    # the heading at the end of the turn [rad]
-        #: The remaining angle, which may be many whole turns [rad].
+        self._goal_yaw = yaw + angle    # heading [rad] at the end of the turn
+        #: The remaining angle [rad], which may be many whole turns.
         self.remaining = angle
-        self._time = 0.0    # since the start [s]
+        self._time = 0.0    # time since the start [s]
         self._settling = Settling()
         self._approach.start()
 
-    def extend(self, angle: float) -> None:
-        """Move the goal of the turn by `angle` [rad]."""
-        self._goal_yaw += angle
-        self.remaining += angle
-        self._approach.extend(angle)
+    def move_goal(self, by: float) -> None:
+        """Move the goal of the turn by an angle [rad]."""
+        self._goal_yaw += by
+        self.remaining += by
+        self._approach.move_goal(by)
 
     def aim(self, goal_yaw: float) -> None:
         """From now on, turn to the heading `goal_yaw` [rad] the short way round."""
-        self._approach.extend(difference(goal_yaw, self._goal_yaw))
+        self._approach.move_goal(difference(goal_yaw, self._goal_yaw))
         self._goal_yaw = goal_yaw
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,

@@ -1,8 +1,8 @@
 """Angles on the circle, clipped numbers, and the headings of quaternions.
 
 The library squaternion has the order w, x, y, z, and checks nothing. Another order, or a norm that
-is not 1, gives a plausible wrong yaw. So the parts are keywords here, and a quaternion is invalid
-if no robot on a floor can have it.
+is not 1, gives a plausible wrong yaw. So the four numbers of a quaternion must be given by keyword.
+A quaternion is invalid if no robot on a floor can have it.
 
 Units: radians, counter-clockwise positive (REP-103). Edge cases: A wrapped angle or yaw is in
 (-pi, pi], so half a turn is +pi. The angle NaN stays NaN. An infinite angle raises ``ValueError``.
@@ -15,7 +15,7 @@ from squaternion import Quaternion
 WHOLE_TURN = 2.0 * math.pi
 #: A norm is invalid if it differs from 1 by more than this. A real TurtleBot3 sends 0.999996.
 NORM_TOLERANCE = 0.05
-#: A larger tilt is invalid, because the parts of the quaternion must be in a wrong order [rad].
+#: A larger tilt [rad] is invalid: the numbers of the quaternion must be in a wrong order.
 MAX_TILT = math.radians(45.0)
 
 
@@ -35,12 +35,6 @@ def difference(target: float, start: float) -> float:
     return wrap(target - start)
 
 
-def difference_degrees(target: float, start: float) -> float:
-    """Returns the turn from `start` to `target` the short way round, in (-180, 180] [deg]."""
-    turn = math.remainder(target - start, 360.0)
-    return 180.0 if turn <= -180.0 else turn
-
-
 def unwrap(angle: float, previous: float) -> float:
     """Returns `angle` plus the whole turns that bring it nearest to `previous`."""
     return previous + difference(angle, previous)
@@ -52,7 +46,7 @@ def interpolate_angle(start: float, end: float, fraction: float) -> float:
 
 
 def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
-    """Returns the heading of a quaternion [rad]. Raises ``ValueError`` with the reason for NaN,
+    """Returns the heading [rad] of a quaternion. Raises ``ValueError`` with the reason for NaN,
     infinity, a norm that is not 1, and a tilt of more than MAX_TILT."""
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     is_unit = abs(norm - 1.0) <= NORM_TOLERANCE    # False for NaN
@@ -72,6 +66,6 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
 
 def quaternion_from_yaw(yaw: float, roll: float = 0.0,
                         pitch: float = 0.0) -> Tuple[float, float, float, float]:
-    """Returns (w, x, y, z) of a heading and a tilt [rad]."""
+    """Returns (w, x, y, z) of a heading [rad] and a tilt [rad]."""
     quaternion = Quaternion.from_euler(roll, pitch, yaw)
     return quaternion.w, quaternion.x, quaternion.y, quaternion.z

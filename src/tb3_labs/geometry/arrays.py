@@ -17,8 +17,9 @@ def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
     angles = np.asarray(angles, dtype=float)
     half_turn = whole_turn / 2.0
     with np.errstate(invalid='ignore'):
-        wrapped = np.minimum(angles - whole_turn * np.round(angles / whole_turn), half_turn)
-        return np.where(wrapped <= -half_turn, half_turn, wrapped)
+        wrapped = angles - whole_turn * np.round(angles / whole_turn)
+        wrapped = np.clip(wrapped, -half_turn, half_turn)    # rounding may go a little beyond
+        return np.where(wrapped == -half_turn, half_turn, wrapped)
 
 
 def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,

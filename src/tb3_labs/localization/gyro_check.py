@@ -30,21 +30,21 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.timeouts import (
     GYRO_GAP, INTERPOLATED_GAP, MEAN_ONLY_GAP, RESUME_TIME)
 
-#: The gyro may show a turn later than the wheels, by at most this time [s].
+#: The gyro may show a turn up to this time [s] later than the wheels.
 MAX_GYRO_LAG = 0.13
-#: The gyro may show a turn earlier than the wheels, by at most this time [s].
+#: The gyro may show a turn up to this time [s] earlier than the wheels.
 MAX_GYRO_LEAD = 0.04
 #: Up to this share of the wheels' turn is slip, as on a carpet.
 MAX_SLIP_SHARE = 0.45
 #: Worn wheels are uneven by up to this share of _WheelTurn.rate_of_one_wheel.
 UNEVEN_SHARE = 0.1
-#: A healthy gyro drifts by up to this [rad/s].
+#: A healthy gyro drifts by up to this rate [rad/s].
 GYRO_DRIFT = 0.02
-#: The gyro contradicts the wheels when the unexplained turn is larger than this [rad].
+#: If an unexplained turn [rad] is larger than this, the gyro contradicts the wheels.
 MAX_UNEXPLAINED_TURN = 0.015
 #: A contradiction is over when gyro and wheels agreed for this time [s], with the wheels at rest.
 AGREEMENT_TIME = 1.0
-#: Turns of the wheels are remembered for this long [s].
+#: Turns of the wheels are remembered for this time [s].
 WHEEL_MEMORY = 0.6
 #: The problem in words, and its remedy.
 GYRO_CONTRADICTION = (
@@ -57,8 +57,8 @@ class _WheelTurn(NamedTuple):
 
     begin: float
     end: float
-    rate: float                 # rate at which both wheels turned the robot [rad/s]
-    rate_of_one_wheel: float    # rate at which the faster wheel alone would turn the robot [rad/s]
+    rate: float                 # rate [rad/s] at which both wheels turned the robot
+    rate_of_one_wheel: float    # rate [rad/s] at which the faster wheel alone would turn the robot
 
 
 class _GyroRate(NamedTuple):
@@ -77,8 +77,8 @@ class _Comparison:
         self.wheels: Optional[WheelSample] = None    # the latest sample
         self.readings: Deque[_GyroRate] = deque()    # rates of the gyro that are not compared yet
         self.turns: Deque[_WheelTurn] = deque()
-        self.unexplained = 0.0      # sum of the turns that the wheels do not explain [rad]
-        self.agreed_for = 0.0       # time for which gyro and wheels agreed [s]
+        self.unexplained = 0.0      # sum [rad] of the turns that the wheels do not explain
+        self.agreed_for = 0.0       # time [s] for which gyro and wheels agreed
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
         """Returns the turns of the wheels that `reading` may show; None if not all are known."""
@@ -108,8 +108,8 @@ class GyroMonitor:
         self._contradiction = GYRO_CONTRADICTION.format(model.name, reset_topic)
         self.has_compared = False    # was any rate of the gyro compared with the wheels?
         self._sends_wheels = False
-        self._rested_for = 0.0       # time of all comparisons at rest [s]
-        self._uncompared_for = 0.0   # time of gyro samples since the last comparison [s]
+        self._rested_for = 0.0       # time [s] of all comparisons at rest
+        self._uncompared_for = 0.0   # time [s] of all gyro samples since the last comparison
         self._contradicts = False
         self._comparison = _Comparison()
 
@@ -121,11 +121,11 @@ class GyroMonitor:
             self._rested_for = self._uncompared_for = 0.0
         elif self._uncompared_for < AGREEMENT_TIME:
             self._uncompared_for += timed.silence
-        sample, last = timed.sample, timed.before
-        if timed.by_stamps < -SMALL_STEP:
+        sample, last = timed.sample, timed.previous_sample
+        if timed.stamp_interval < -SMALL_STEP:
             self._comparison = _Comparison()
         readings = self._comparison.readings
-        if 0.0 < timed.by_stamps <= GYRO_GAP:
+        if 0.0 < timed.stamp_interval <= GYRO_GAP:
             readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
                                       sample[1:] == last[1:]))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
@@ -134,10 +134,10 @@ class GyroMonitor:
     def on_wheels(self, sample: WheelSample) -> None:
         self._sends_wheels = True
         last = self._comparison.wheels
-        step = 0.0 if last is None else sample.stamp - last.stamp
-        if step < -SMALL_STEP or step > INTERPOLATED_GAP:
+        interval = 0.0 if last is None else sample.stamp - last.stamp
+        if interval < -SMALL_STEP or interval > INTERPOLATED_GAP:
             self._comparison = _Comparison()
-        elif last is not None and step > 0.0:
+        elif last is not None and interval > 0.0:
             self._add_turn(last, sample)
         self._comparison.wheels = sample
         readings = self._comparison.readings
@@ -149,10 +149,10 @@ class GyroMonitor:
         return self._contradiction if self._contradicts else ''
 
     @property
-    def is_checked(self) -> bool:
-        """May a motion begin? Gyro and wheels were compared at rest, or cannot be compared."""
+    def awaits_comparison(self) -> bool:
+        """Must a motion still wait for the comparison of gyro and wheels at rest?"""
         waited_for = max(self._rested_for, self._uncompared_for)
-        return not self._sends_wheels or waited_for >= AGREEMENT_TIME
+        return self._sends_wheels and waited_for < AGREEMENT_TIME
 
     def _add_turn(self, last: WheelSample, sample: WheelSample) -> None:
         begin, end = last.stamp, sample.stamp
@@ -177,7 +177,8 @@ class GyroMonitor:
         if wheels_rest:
             self._rested_for += seconds
         nearest = clamp(reading.rate, *_plausible_rates(turns))
-        shows_rest = abs(reading.rate) < min(REST_ANGULAR, abs(nearest))
+        is_slow = abs(reading.rate) < REST_ANGULAR
+        shows_rest = is_slow and abs(reading.rate) < abs(nearest)    # although the wheels turn
         if shows_rest or reading.rate == nearest:
             self._agree(seconds, wheels_rest)
         elif not reading.is_repeated:

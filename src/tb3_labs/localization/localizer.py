@@ -49,9 +49,9 @@ class Reset:
     requested_at: float = 0.0        # [s, receiver's clock]
     stamp: Optional[float] = None    # `requested_at` [s, sender's clock]; None: no sample yet
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
-    sample_delay: float = 0.0        # samples are older than their stamps show, by this time [s]
-    before: Optional[Pose2] = None   # the pose in the old frame at the request, if known
-    declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
+    sample_delay: float = 0.0        # samples are this much [s] older than their stamps show
+    pose_before: Optional[Pose2] = None    # in the old frame, at the request; None: not known
+    declared: Optional[Pose2] = None       # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
     hint: str = ''                   # a text for the caller, added to the answer
 
@@ -87,7 +87,7 @@ class Localizer:
         self.is_lost = False    # True from a loss of the pose to the next reset
         self._driven_at = -math.inf    # time of the last known command to move
         self._jump_finder = JumpFinder()
-        self.jumps: Queue[Jump] = Queue()    # of both sensors
+        self.jumps: Queue[Jump] = Queue()    # jumps of both sensors
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of the requests, until pop_resets()
@@ -95,7 +95,7 @@ class Localizer:
         self._awaits_imu = True    # no sample of the IMU since a silence of both sensors?
 
     def on_imu(self, timed: TimedSample) -> None:
-        jump = heading_jump(timed.before, timed.sample)
+        jump = heading_jump(timed.previous_sample, timed.sample)
         if jump:
             self.jumps.append(Jump(jump))
         self._buffer.add_imu(timed)
@@ -147,7 +147,7 @@ class Localizer:
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
         """Declare that the robot is at the pose `reset.requested` at the time `now`. Resets are
-        carried out in order. Samples are older by `sample_delay` [s] than their stamps show."""
+        carried out in order. Samples are `sample_delay` [s] older than their stamps show."""
         reset.requested_at = now
         reset.sample_delay = sample_delay
         self._convert_request(reset)
@@ -224,7 +224,7 @@ class Localizer:
             reset.problem = str(problem)
             return
         if self.frame is not None:
-            reset.before = self.frame.pose(odom_T_base, imu_yaw)
+            reset.pose_before = self.frame.pose(odom_T_base, imu_yaw)
         self.frame = LocalFrame.declare(reset.declared, odom_T_base, imu_yaw)
         self._frame_number += 1
         self.is_lost = False

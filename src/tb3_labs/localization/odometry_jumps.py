@@ -15,30 +15,30 @@ A jump moves the frame ``odom``. The *shift* is the pose of the old ``odom`` in 
 Each pose in ``odom`` must be multiplied by the shift.
 
 Units: metres, radians, seconds. Source: OpenCR firmware 1.2.6 (see
-:mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s, and the odometry's new yaw is the turn
-of the IMU meanwhile. In a recording of a real Burger, a reversed displacement is 7.3 mm.
+:mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s. Afterwards the odometry's yaw is the
+turn of the IMU in this time. In a recording of a real Burger, a reversed displacement is 7.3 mm.
 """
 import math
 from typing import NamedTuple, Optional
 
-from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import REST_LINEAR, ImuSample, OdometrySample, WheelSample, is_at_rest
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
-from tb3_labs.supervision.timeouts import MAX_SILENCE, RESET_SILENCE
+from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 
 #: No TurtleBot3 drives faster than this [m/s].
 SPEED_BOUND = 0.5
 #: No TurtleBot3 turns faster than this [rad/s].
 TURN_BOUND = 4.0
-#: If messages arrive unevenly, a true step may exceed the bound by this [m].
+#: If messages arrive unevenly, a true step may exceed the bound by this distance [m].
 STEP_SLACK = 0.05
-#: If messages arrive unevenly, a true turn may exceed the bound by this [rad].
+#: If messages arrive unevenly, a true turn may exceed the bound by this angle [rad].
 TURN_SLACK = 0.3
-#: A rate of turn above this is the firmware's spike [rad/s].
+#: A rate of turn [rad/s] above this is the firmware's spike.
 SPIKE_RATE = 10.0
-#: A step to zero is a reset only if the place before the step was farther from zero than this [m].
+#: A step to zero is a reset only if it begins farther than this distance [m] from zero.
 ZERO_PLACE = 0.001
 #: The first place after a reset may be this far [m] from zero, since the robot may move.
 NEAR_ZERO_PLACE = 0.03
@@ -50,7 +50,7 @@ RESTING_TURN = 0.1
 CALIBRATION_TURN = 0.005
 #: If the messages of a turning robot stop, the robot comes to rest within this time [s].
 STOPPING_TIME = 0.5
-#: The odometry contradicts the wheels if the odometry moves for this time [s], and the wheels rest.
+#: The odometry contradicts the wheels if it moves for this time [s] while the wheels rest.
 CONTRADICTION_TIME = 0.5
 #: The text about an odometry that contradicts the wheels.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
@@ -67,7 +67,7 @@ class Jump(NamedTuple):
     text: str                 # describes the step; '' if nobody needs to know about the step
     outcome: str = ''         # POSE_KEPT, POSE_LOST or ''
     shift: Pose2 = Pose2()    # pose of the old ``odom`` in the new ``odom``
-    imu_turn: float = 0.0     # turn of the IMU that the robot did not make [rad]
+    imu_turn: float = 0.0     # turn [rad] of the IMU that the robot did not make
 
 
 class _OdometryMessage(NamedTuple):
@@ -82,18 +82,19 @@ class _OdometryMessage(NamedTuple):
         """Do the wheels and the gyro show a robot at rest?"""
         return is_at_rest(self.sample.linear, self.imu.yaw_rate)
 
-    def shortest_gap(self, before: '_OdometryMessage') -> float:
-        """Returns the time since `before` by stamps or by arrivals, whichever is shorter [s]. A
+    def shortest_gap(self, earlier: '_OdometryMessage') -> float:
+        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is shorter. A
         delay does not make this time longer, and neither does a clock that is set."""
-        by_stamps = self.sample.stamp - before.sample.stamp
-        by_arrival = self.arrival - before.arrival
-        return min(by_stamps, by_arrival) if by_stamps > 0.0 else by_arrival
+        stamp_interval = self.sample.stamp - earlier.sample.stamp
+        arrival_interval = self.arrival - earlier.arrival
+        return min(stamp_interval, arrival_interval) if stamp_interval > 0.0 else arrival_interval
 
-    def longest_gap(self, before: '_OdometryMessage') -> float:
-        """Returns the time since `before` by stamps or by arrivals, whichever is longer, up to
-        MAX_SILENCE [s]."""
-        by_stamps = self.sample.stamp - before.sample.stamp
-        return min(max(by_stamps, self.arrival - before.arrival, 0.0), MAX_SILENCE)
+    def longest_gap(self, earlier: '_OdometryMessage') -> float:
+        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer. This
+        time is at least 0, and at most LONGEST_COUNTED_SILENCE."""
+        stamp_interval = self.sample.stamp - earlier.sample.stamp
+        arrival_interval = self.arrival - earlier.arrival
+        return clamp(max(stamp_interval, arrival_interval), 0.0, LONGEST_COUNTED_SILENCE)
 
 
 class JumpFinder:
@@ -117,69 +118,71 @@ class JumpFinder:
             self._moved = latest
         if _is_reset(received, latest):
             return _after_reset(received, latest, driven_at)
-        before, sample = moved.sample.pose, latest.sample
-        problem = _problem_of_step(before, sample.pose, latest.longest_gap(moved))
+        old_pose, sample = moved.sample.pose, latest.sample
+        problem = _problem_of_displacement(old_pose, sample.pose, latest.longest_gap(moved))
         if problem:
             return _stand_still(problem, moved, latest)
-        if _is_backwards(before, sample):    # mirror the step at `before`
-            mirrored = Pose2(2.0 * before.x - sample.pose.x, 2.0 * before.y - sample.pose.y,
+        if _is_backwards(old_pose, sample):    # mirror the new place at the old place
+            mirrored = Pose2(2.0 * old_pose.x - sample.pose.x, 2.0 * old_pose.y - sample.pose.y,
                              sample.pose.yaw)
             return Jump('', shift=_shift(mirrored, sample.pose))
         return None
 
 
-def _is_reset(before: _OdometryMessage, after: _OdometryMessage) -> bool:
+def _is_reset(earlier: _OdometryMessage, later: _OdometryMessage) -> bool:
     """Was the robot, or its board, reset between two messages?"""
-    if after.shortest_gap(before) <= RESET_SILENCE:
+    if later.shortest_gap(earlier) <= RESET_SILENCE:
         return False
-    was, now = before.sample.pose, after.sample.pose
-    turned = difference(after.imu.yaw, before.imu.yaw)
-    is_zero = now.x == now.y == 0.0
+    old_pose, new_pose = earlier.sample.pose, later.sample.pose
+    turned = difference(later.imu.yaw, earlier.imu.yaw)
     # after the reset of a board the IMU is near zero, too
-    yaw_from_zero = min(abs(now.yaw), abs(difference(now.yaw, turned)))
-    place_is_near = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE
-    is_near_zero = place_is_near and yaw_from_zero <= NEAR_ZERO_YAW
+    yaw_is_near = (abs(new_pose.yaw) <= NEAR_ZERO_YAW
+                   or abs(difference(new_pose.yaw, turned)) <= NEAR_ZERO_YAW)
+    place_is_near = math.hypot(new_pose.x, new_pose.y) <= NEAR_ZERO_PLACE
+    is_zero = new_pose.x == new_pose.y == 0.0
+    is_near_zero = place_is_near and yaw_is_near
     if not is_zero and not is_near_zero:
         return False
-    has_moved = was.distance_to(now) > NEAR_ZERO_PLACE
-    contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
-    is_calibrated = is_zero and before.rests and abs(turned) > CALIBRATION_TURN
+    has_moved = old_pose.distance_to(new_pose) > NEAR_ZERO_PLACE
+    contradicts_imu = abs(difference(new_pose.yaw - old_pose.yaw, turned)) > NEAR_ZERO_YAW
+    is_calibrated = is_zero and earlier.rests and abs(turned) > CALIBRATION_TURN
     return has_moved or contradicts_imu or is_calibrated
 
 
-def _after_reset(before: _OdometryMessage, after: _OdometryMessage, driven_at: float) -> Jump:
+def _after_reset(earlier: _OdometryMessage, later: _OdometryMessage, driven_at: float) -> Jump:
     """Returns the jump of a reset. The pose is kept if the robot was surely at rest."""
-    turned = difference(after.imu.yaw, before.imu.yaw)
-    stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
-    is_short = after.longest_gap(before) < MAX_SILENCE
+    turned = difference(later.imu.yaw, earlier.imu.yaw)
+    stood = earlier.rests and driven_at < earlier.arrival - COMMAND_TIMEOUT
+    is_short = later.longest_gap(earlier) < LONGEST_COUNTED_SILENCE
     was_turned = abs(turned) > RESTING_TURN
     if not stood or not is_short or was_turned:
         return Jump(SET_TO_ZERO, POSE_LOST)
-    return Jump(SET_TO_ZERO, POSE_KEPT, _shift(before.sample.pose, after.sample.pose), turned)
+    return Jump(SET_TO_ZERO, POSE_KEPT, _shift(earlier.sample.pose, later.sample.pose), turned)
 
 
-def _stand_still(problem: str, before: _OdometryMessage, after: _OdometryMessage) -> Jump:
-    """Returns the jump of a robot that has not moved since the message `before`."""
-    turned = difference(after.imu.yaw, before.imu.yaw)
-    if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(before.imu.yaw_rate):
+def _stand_still(problem: str, earlier: _OdometryMessage, later: _OdometryMessage) -> Jump:
+    """Returns the jump of a robot that has not moved since the message `earlier`."""
+    turned = difference(later.imu.yaw, earlier.imu.yaw)
+    if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(earlier.imu.yaw_rate):
         return Jump(problem, POSE_LOST)
-    here = before.sample.pose
+    here = earlier.sample.pose
     return Jump(problem, POSE_KEPT,
-                _shift(Pose2(here.x, here.y, here.yaw + turned), after.sample.pose))
+                _shift(Pose2(here.x, here.y, here.yaw + turned), later.sample.pose))
 
 
-def _shift(before: Pose2, after: Pose2) -> Pose2:
-    """Returns the shift of ``odom`` for a robot that is at `before` in the old ``odom``, and at
-    `after` in the new ``odom``."""
-    return after @ before.inverse()
+def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
+    """Returns the shift of ``odom`` for a robot that is at `old_pose` in the old ``odom``, and at
+    `new_pose` in the new ``odom``."""
+    return new_pose @ old_pose.inverse()
 
 
-def _problem_of_step(before: Pose2, after: Pose2, seconds: float) -> str:
-    """Returns a text about the step between two poses; '' if a robot can make this step."""
-    moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
+def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
+    """Returns a text about the displacement; '' if a robot can move so far in this time."""
+    moved = old_pose.distance_to(new_pose)
+    turned = abs(difference(new_pose.yaw, old_pose.yaw))
     moved_too_far = moved > SPEED_BOUND * seconds + STEP_SLACK
     turned_too_far = turned > TURN_BOUND * seconds + TURN_SLACK
-    at_zero = after.x == after.y == 0.0
+    at_zero = new_pose.x == new_pose.y == 0.0
     if at_zero and (moved > ZERO_PLACE or turned_too_far):
         return SET_TO_ZERO
     if moved_too_far or turned_too_far:
@@ -187,10 +190,10 @@ def _problem_of_step(before: Pose2, after: Pose2, seconds: float) -> str:
     return ''
 
 
-def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
+def _is_backwards(old_pose: Pose2, sample: OdometrySample) -> bool:
     """Does the message have a spike and a reversed displacement, as when crossing +/-180 deg?"""
-    forward = ((sample.pose.x - before.x) * math.cos(sample.pose.yaw)
-               + (sample.pose.y - before.y) * math.sin(sample.pose.yaw))
+    forward = ((sample.pose.x - old_pose.x) * math.cos(sample.pose.yaw)
+               + (sample.pose.y - old_pose.y) * math.sin(sample.pose.yaw))
     return abs(sample.angular) > SPIKE_RATE and forward * sample.linear < 0.0
 
 

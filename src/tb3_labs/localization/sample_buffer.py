@@ -18,7 +18,7 @@ from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.supervision.timeouts import BRIDGED_GAP, INTERPOLATED_GAP
 
-#: Samples are remembered for this long [s].
+#: Samples are remembered for this time [s].
 SAMPLE_MEMORY = 1.5
 
 

@@ -1,7 +1,7 @@
 """The timing of samples, and the noise of an IMU.
 
 SampleTiming measures the silence before each sample, and learns the sender's clock. It makes a
-TimedSample. This has all times that other files need, so that no file measures a time again.
+TimedSample, which has all times that other files need. So no file measures a time again.
 
 Header stamps show intervals well. But they come from the robot's clock, which may be off by a
 second, may be set, or may always show zero. Arrivals are on the receiver's clock, but a network
@@ -11,7 +11,7 @@ other. If the stamps are not a clock, the arrivals replace the stamps of both se
 
 Units: seconds. Cases:
 
-* If a stamp is merely old, the message was delayed, and its stamp is used.
+* If a stamp is merely old, the message was delayed. Then the stamp is used.
 * A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Time
   stands still for this source until its stamps reach the earlier value again.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
@@ -28,19 +28,19 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.timeouts import GYRO_GAP, WindowMinimum
 
-#: If a clock goes back by less than this, it is being corrected. Otherwise the clock was set [s].
+#: A clock that goes back by less than this time [s] is being corrected, and was not set.
 SMALL_STEP = 0.1
-#: If a stamp is ahead of its arrival by this time, the stamp belongs to a new clock [s].
+#: A stamp that is this much [s] ahead of its arrival belongs to a new clock.
 CLOCK_STEP = 1.0
-#: If all sources are silent for this long, the next message belongs to a new clock [s].
+#: If all sources are silent for this time [s], the next message belongs to a new clock.
 LONG_SILENCE = 1.5
-#: Stamps are not a clock if they are off by CLOCK_STEP or more for longer than this [s].
+#: Stamps that are off by CLOCK_STEP or more for longer than this time [s] are not a clock.
 MAX_OFF_TIME = 1.0
 #: If a stamp is repeated this often, the stamps are not a clock.
 MAX_REPEATS = 3
 #: A new sample has at least this weight in the variance of the noise.
 NOISE_WEIGHT = 0.02
-#: A robot turns slowly if its rate is below this [rad/s].
+#: A robot turns slowly below this rate [rad/s].
 SLOW_TURN_RATE = 0.2
 #: A robot turns evenly if its rate changes by less than this [rad/s] between two samples.
 EVEN_TURN_CHANGE = 0.03
@@ -49,25 +49,25 @@ EVEN_TURN_CHANGE = 0.03
 class TimedSample(NamedTuple):
     """A sample and its times."""
 
-    sample: Any           # an ImuSample or OdometrySample
-    before: Any           # the same sensor's previous sample; None if `sample` is the first
-    arrival: float        # time of arrival [s, receiver's clock]
-    time: float           # measured at this time [s, sender's clock]; without stamps: `arrival`
-    epoch: int            # epoch of the sender's clock
-    measured_at: float    # `time` on the receiver's clock [s], if the fastest message needs no time
-    silence: float        # this sensor's silence before the sample [s]; infinite for the first
-    all_silent: float     # silence of both sensors before the sample [s]; infinite for the first
-    by_stamps: float      # stamp minus the stamp of `before` [s]; 0 for the first sample
+    sample: Any             # an ImuSample or OdometrySample
+    previous_sample: Any    # from the same sensor; None if `sample` is the first
+    arrival: float          # time of arrival [s, receiver's clock]
+    time: float             # measured at this time [s, sender's clock]; without stamps: `arrival`
+    epoch: int              # epoch of the sender's clock
+    measured_at: float      # `time` [s] on the receiver's clock, if the fastest message takes 0 s
+    silence: float          # this sensor's silence [s] before the sample; infinite for the first
+    all_silent: float       # silence [s] of both sensors before the sample; infinite for the first
+    stamp_interval: float   # time [s] between the stamps of both samples; 0 for the first sample
 
     def age(self, now: float) -> float:
         """Returns the time since the measurement [s]; 0 if the receiver's clock went back."""
         return max(0.0, now - self.measured_at)
 
     @property
-    def step(self) -> float:
-        """Time since the sample `before` [s], by stamps if possible, otherwise by arrivals."""
-        is_clock = 0.0 < self.by_stamps <= self.silence + CLOCK_STEP
-        return self.by_stamps if is_clock else self.silence
+    def interval(self) -> float:
+        """Time [s] since the previous sample, by stamps if possible, otherwise by arrivals."""
+        is_clock = 0.0 < self.stamp_interval <= self.silence + CLOCK_STEP
+        return self.stamp_interval if is_clock else self.silence
 
 
 class SampleTiming:
@@ -90,14 +90,14 @@ class SampleTiming:
     def _timed(self, source: str, last: Optional[TimedSample], sample: Sample,
                now: float) -> TimedSample:
         silence = _silence(last, now)
-        before = last.sample if last else None
-        by_stamps = sample.stamp - before.stamp if before else 0.0
+        previous = last.sample if last else None
+        stamp_interval = sample.stamp - previous.stamp if previous else 0.0
         all_silent = min(_silence(self.imu, now), _silence(self.odometry, now))
         time = self.clock.time_of(source, sample.stamp, now, silence, all_silent)
         return TimedSample(
-            sample, before, arrival=now, time=time, epoch=self.clock.epoch,
+            sample, previous, arrival=now, time=time, epoch=self.clock.epoch,
             measured_at=self.clock.measured_at(time, now), silence=silence, all_silent=all_silent,
-            by_stamps=by_stamps)
+            stamp_interval=stamp_interval)
 
 
 def _silence(last: Optional[TimedSample], now: float) -> float:
@@ -110,7 +110,7 @@ class _Stamp(NamedTuple):
     stamp: float = math.nan
     time: float = -math.inf        # the latest of the source's stamps
     repeats: int = 0               # the number of messages that repeated the stamp
-    off_since: float = math.inf    # time of arrival since which the stamps are off by CLOCK_STEP
+    off_since: float = math.inf    # the arrival since which the stamps are off by CLOCK_STEP
 
 
 class SenderClock:
@@ -130,7 +130,9 @@ class SenderClock:
         stamps are not a clock. `silence`, `all_silent`: see TimedSample."""
         last = self._latest[source]
         repeats = last.repeats + 1 if stamp == last.stamp else 0
-        off_since = min(last.off_since, arrival) if self._is_off(stamp, arrival) else math.inf
+        off_since = math.inf
+        if self._is_off(stamp, arrival):
+            off_since = min(last.off_since, arrival)
         is_off_for_long = arrival - off_since > MAX_OFF_TIME
         if self.uses_stamps and (stamp == 0.0 or repeats >= MAX_REPEATS or is_off_for_long):
             self.uses_stamps = False
@@ -161,9 +163,9 @@ class SenderClock:
         least = self._least.value
         return least is not None and abs(arrival - stamp - least) >= CLOCK_STEP
 
-    def _is_new_clock(self, step: float, arrival: float, silence: float,
+    def _is_new_clock(self, interval: float, arrival: float, silence: float,
                       all_silent: float) -> bool:
-        """`step` is the time since the source's last stamp [s]; NaN for its first stamp."""
+        """`interval` is the time [s] since the source's last stamp; NaN for its first stamp."""
         if self._least.value is None:
             return False
         if all_silent > LONG_SILENCE:
@@ -171,7 +173,7 @@ class SenderClock:
         if not self.uses_stamps:
             return arrival < self._last_arrival
         # delayed messages arrive together, but their stamps differ as usual
-        return step < -SMALL_STEP or step > silence + CLOCK_STEP
+        return interval < -SMALL_STEP or interval > silence + CLOCK_STEP
 
     def _new_epoch(self) -> None:
         self.epoch += 1
@@ -184,20 +186,20 @@ class YawNoise:
     sample. If the robot turns slowly and evenly, the measured yaw differs only by noise."""
 
     def __init__(self) -> None:
-        #: Standard deviation of one sample's yaw [rad].
+        #: Standard deviation [rad] of one sample's yaw.
         self.deviation = 0.0
         self._count = 0
 
     def learn(self, timed: TimedSample) -> None:
-        before, sample = timed.before, timed.sample
-        rate, step = sample.yaw_rate, timed.step
-        if before is None or not 0.0 < step < GYRO_GAP:
+        previous, sample = timed.previous_sample, timed.sample
+        rate = sample.yaw_rate
+        if previous is None or not 0.0 < timed.interval < GYRO_GAP:
             return
-        if abs(rate) > SLOW_TURN_RATE or abs(rate - before.yaw_rate) > EVEN_TURN_CHANGE:
+        if abs(rate) > SLOW_TURN_RATE or abs(rate - previous.yaw_rate) > EVEN_TURN_CHANGE:
             return
-        turned = 0.5 * (before.yaw_rate + rate) * step
+        turned = 0.5 * (previous.yaw_rate + rate) * timed.interval
         # the difference of two samples has twice the variance of one sample
-        square = 0.5 * (difference(sample.yaw, before.yaw) - turned) ** 2
+        square = 0.5 * (difference(sample.yaw, previous.yaw) - turned) ** 2
         self._count += 1
         variance = self.deviation ** 2
         self.deviation = math.sqrt(

@@ -10,7 +10,7 @@ from tb3_labs.geometry.angles import difference
 #: A robot turns at most this far between two samples of the IMU [rad]. If the IMU is silent for
 #: longer, a node that drives by the IMU stops the robot.
 MAX_TURN_PER_SAMPLE = 1.0
-#: The odometry's place is at most this far from zero [m], which is a day of driving.
+#: The odometry's place is at most this distance [m] from zero, which is a day of driving.
 MAX_ODOMETRY_DISTANCE = 2e4
 #: The largest speed of the odometry [m/s]. A person who spins the wheels may reach this speed.
 MAX_DRIVE_SPEED = 3.0
@@ -20,11 +20,11 @@ MAX_SPIKE_SPEED = 7e3
 MAX_GYRO_RATE = 35.0
 #: The angle of a wheel is at most this [rad], since the encoder counts to 2^31.
 MAX_WHEEL_ANGLE = 3.5e6
-#: The latest stamp that ROS can send, in the year 2106 [s].
+#: The latest stamp [s] that ROS can send, in the year 2106.
 LAST_STAMP = 2.0 ** 32 - 2.0
-#: A robot at rest has at most this forward speed in its samples [m/s].
+#: A robot at rest has at most this forward speed [m/s] in its samples.
 REST_LINEAR = 0.005
-#: A robot at rest has at most this rate of turn in its samples [rad/s].
+#: A robot at rest has at most this rate of turn [rad/s] in its samples.
 REST_ANGULAR = 0.03
 
 
@@ -49,8 +49,8 @@ class WheelSample(NamedTuple):
     """One message of the wheels' joints."""
 
     stamp: float
-    left: float           # angle of the left wheel, positive forwards [rad]
-    right: float          # angle of the right wheel, positive forwards [rad]
+    left: float           # angle [rad] of the left wheel, positive forwards
+    right: float          # angle [rad] of the right wheel, positive forwards
 
 
 class Motion(NamedTuple):
@@ -59,10 +59,10 @@ class Motion(NamedTuple):
     pose: Any                   # local_T_base now, a Pose2 extrapolated from the samples
     linear: float               # [m/s], from the wheels
     angular: float              # [rad/s], from the gyro
-    imu_age: float = 0.0        # time since the latest sample of the IMU was measured [s]
-    odometry_age: float = 0.0   # time since the latest odometry was measured [s]
-    yaw_noise: float = 0.0      # standard deviation of a sample's yaw [rad]
-    extrapolated: float = 0.0   # part of the pose's yaw that was not measured [rad]
+    imu_age: float = 0.0        # time [s] since the latest sample of the IMU was measured
+    odometry_age: float = 0.0   # time [s] since the latest odometry was measured
+    yaw_noise: float = 0.0      # standard deviation [rad] of a sample's yaw
+    extrapolated: float = 0.0   # part [rad] of the pose's yaw that was not measured
 
 
 #: A sample of either sensor.
@@ -83,9 +83,9 @@ def is_at_rest(linear: float, angular: float) -> bool:
     return abs(linear) <= REST_LINEAR and abs(angular) <= REST_ANGULAR
 
 
-def heading_jump(before: Optional[ImuSample], after: ImuSample) -> str:
+def heading_jump(previous: Optional[ImuSample], sample: ImuSample) -> str:
     """Returns a text about a jump of the heading between two samples, or ''."""
-    turned = difference(after.yaw, before.yaw) if before else 0.0
+    turned = difference(sample.yaw, previous.yaw) if previous else 0.0
     if abs(turned) <= MAX_TURN_PER_SAMPLE:
         return ''
     return f"the IMU's heading jumped by {abs(math.degrees(turned)):.0f} degrees"

@@ -5,18 +5,18 @@ motor driver), the Dynamixel XL430/XM430 manuals. The data sheets give the Burge
 up, as 0.22 m/s and 2.84 rad/s. The wheels reach only 61 rpm, and `motor_steps` cuts off 0.5 % more.
 """
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Dict, Mapping, NamedTuple
 
 #: Encoder steps per turn of a wheel.
 TICKS_PER_TURN = 4096
-#: The speed of a motor is rounded towards zero to a multiple of this [rad/s].
+#: The speed of a motor is rounded towards zero to a multiple of this speed [rad/s].
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 #: The firmware applies the latest command, and sends odometry, at this rate [1/s].
 CONTROL_RATE = 30.0
 #: The firmware stops the wheels after this time [s] without a command.
 COMMAND_TIMEOUT = 0.5
-#: Width of a wheel, for all models, as in turtlebot3_description [m].
+#: Width [m] of a wheel, for all models, as in turtlebot3_description.
 WHEEL_WIDTH = 0.018
 #: The wheels' names in the robot's messages, as in turtlebot3_description.
 WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
@@ -35,29 +35,28 @@ class RobotModel:
 
     name: str
     wheel_radius: float       # [m]
-    wheel_separation: float   # between the wheels' middles [m]
+    wheel_separation: float   # distance [m] between the wheels' middles
     motor_rpm: float          # fastest turn of a wheel [1/min]
     motor_steps: int          # limit of the motor, in units of MOTOR_SPEED_STEP
     max_linear: float         # [m/s]
     max_angular: float        # [rad/s]
-    body_radius: float        # radius of a circle that contains the robot [m]
+    body_radius: float        # radius [m] of a circle that contains the robot
 
     @property
     def half_track(self) -> float:
-        """Distance from the robot's centre to a wheel [m]."""
+        """Distance [m] from the robot's centre to a wheel."""
         return self.wheel_separation / 2.0
 
     @property
     def max_wheel_speed(self) -> float:
-        """Fastest speed of a wheel's rim [m/s]. It bounds |v| + half_track |w|."""
+        """Fastest speed [m/s] of a wheel's rim. It bounds |v| + half_track |w|."""
         return self.wheel_radius * self.motor_rpm * 2.0 * math.pi / 60.0
 
 
+BURGER = RobotModel('burger', 0.033, 0.160, 61.0, 265, 0.2108, 2.635, 0.105)
+WAFFLE = RobotModel('waffle', 0.033, 0.287, 77.0, 330, 0.26, 1.82, 0.220)
 MODELS: Dict[str, RobotModel] = {
-    'burger': RobotModel('burger', 0.033, 0.160, 61.0, 265, 0.2108, 2.635, 0.105),
-    'waffle': RobotModel('waffle', 0.033, 0.287, 77.0, 330, 0.26, 1.82, 0.220),
-    'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 330, 0.26, 1.82, 0.220),
-}
+    'burger': BURGER, 'waffle': WAFFLE, 'waffle_pi': replace(WAFFLE, name='waffle_pi')}
 DEFAULT_MODEL = 'burger'
 #: This environment variable names the model if the parameter is not given.
 MODEL_VARIABLE = 'TURTLEBOT3_MODEL'

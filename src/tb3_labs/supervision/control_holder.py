@@ -55,10 +55,10 @@ class ControlMessages:
         #: Has this pad given a permission to move_to_goal, so that the pad must renew it?
         self.must_renew = False
         self.waiting: Queue[bool] = Queue()    # messages to publish
-        #: Time of the last True that move_to_goal has not answered yet [s].
+        #: Time [s] of the last True that move_to_goal has not answered yet.
         self.granted_at = -math.inf
         self._sent_at = -math.inf       # time of the last message, or renewal
-        #: Time at which a person or a node took control from move_to_goal [s].
+        #: Time [s] at which a person or a node took control from move_to_goal.
         self.stopped_at = -math.inf
 
     def pop_renewal(self, now: float) -> bool:

@@ -28,13 +28,14 @@ class DeadMan:
         """Begin with the first page. Then the caller must call :meth:`lost_for` often."""
         self._sleep.start(now)
 
-    def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
+    def check(self, known_stops: Optional[int], now: float, lateness: float,
+              max_lateness: float) -> None:
         """Raises ``ValueError`` if a person's message must be rejected. `known_stops` is the number
-        of stops that the person knew. The delay `lateness` may be at most `most` [s]."""
+        of stops that the person knew. `lateness` is the delay [s] of the message."""
         self._sleep.update(now)
         if known_stops != self.stops:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')
-        if lateness > most:
+        if lateness > max_lateness:
             raise ValueError(f'this came {lateness:.1f} s late, and does not count: ask again')
         if self._sleep.refusal:
             raise ValueError(f'this does not count, {self._sleep.refusal}: ask again')
@@ -43,7 +44,7 @@ class DeadMan:
              is_first: bool) -> bool:
         """A person grips `page`: let this page drive. Raises ``ValueError`` if it may not drive.
 
-        `lateness` is the delay of the message [s]. Returns False if the delay is more than
+        `lateness` is the delay [s] of the message. Returns False if the delay is more than
         `INPUT_TIMEOUT`. Such a late message is the same as silence. `is_first`: is this the first
         message of the grip? A grip without its first message is refused, since the robot would move
         too late.
@@ -72,7 +73,7 @@ class DeadMan:
         self.page = None
 
     def lost_for(self, now: float) -> float:
-        """Returns the silence of the page that drives [s]; 0 if the page is not lost."""
+        """Returns the silence [s] of the page that drives; 0 if the page is not lost."""
         self._sleep.update(now)
         if self.page is None or self._source.is_fresh(now):
             return 0.0

@@ -58,7 +58,7 @@ class SenderConnection(NamedTuple):
 
     sender: str
     process: str = ''         # address of the process that has the sender's name now
-    since: float = -math.inf  # time at which the connection was made [s]
+    since: float = -math.inf  # time [s] at which the connection was made
     latches: bool = False     # does the sender repeat its last message to each new connection?
     renews: bool = False      # as in Event
 
@@ -78,27 +78,27 @@ class MessageAges:
         """Returns the Age of a message that arrives now. `stamp` is the message's stamp, or 0.
         `clock` is the present time on the clock of stamps. A driver that hangs repeats a stamp."""
         sender = connection.sender
-        before = self._latest.get(sender)
+        previous = self._latest.get(sender)
         last_stamp, last_clock = self._stamps.get(sender, (0.0, 0.0))
         self._latest[sender] = connection
         self._stamps[sender] = stamp, clock
-        if before != connection:
-            return self._age_of_first(connection, before, now)
+        if previous != connection:
+            return self._age_of_first(connection, previous, now)
         is_same_stamp = stamp != 0.0 and stamp == last_stamp
         if is_same_stamp and clock != last_clock:
             return Age.SAME_STAMP
         return Age.NEW
 
-    def _age_of_first(self, connection: SenderConnection, before: Optional[SenderConnection],
+    def _age_of_first(self, connection: SenderConnection, previous: Optional[SenderConnection],
                       now: float) -> Age:
-        """Returns the Age of the first message on a connection. The sender's previous connection is
-        `before`, or None."""
-        if before is None and connection.sender not in self._present:
+        """Returns the Age of the first message on a connection. `previous` is the sender's earlier
+        connection, or None."""
+        if previous is None and connection.sender not in self._present:
             return Age.NEW
-        is_restarted = before is not None and before.process != connection.process
+        is_restarted = previous is not None and previous.process != connection.process
         if is_restarted and connection.renews:    # such a sender is silent until a person acts
             return Age.RESTARTED
-        came_at_once = before is None and now - self._begun_at < CROSSING_TIME
+        came_at_once = previous is None and now - self._begun_at < CROSSING_TIME
         if connection.latches and came_at_once:
             return Age.OLD    # a new message of a person would not come so soon
         if connection.latches and not connection.renews:
@@ -113,7 +113,7 @@ class SenderRequest:
     """The latest request of one sender, and its repetitions since the last pause."""
 
     content: object
-    latest_at: float            # time of the latest message [s]
+    latest_at: float            # time [s] of the latest message
     is_repeated: bool = False   # was the request sent more than once?
     is_ended: bool = False      # is a repetition of the request refused?
     message: Any = None         # the latest message, if the caller sets it
@@ -146,10 +146,10 @@ class SenderRequests:
         request = self._requests.get(sender)
         return request if request is not None and request.content == content else None
 
-    def end_repetitions(self, is_stopped: Callable[[SenderRequest], bool] = lambda _: True) -> None:
-        """Refuse each repeated request from now on for which ``is_stopped(request)`` is true."""
+    def end_repetitions(self, which: Callable[[SenderRequest], bool] = lambda _: True) -> None:
+        """From now on, refuse each repeated request for which ``which(request)`` is true."""
         for request in self._requests.values():
-            if request.is_repeated and is_stopped(request):
+            if request.is_repeated and which(request):
                 request.is_ended = True
 
 

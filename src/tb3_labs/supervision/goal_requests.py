@@ -21,7 +21,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.supervision.events import Queue, SenderRequest, SenderRequests
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, SleepMonitor
 
-#: A typed coordinate is at most this far from 0, since a larger number may have a wrong unit [m].
+#: A typed coordinate is at most this far [m] from 0, since a larger number may have a wrong unit.
 MAX_DISTANCE = 100.0
 MAX_YAW_DEG = 360.0     # a typed heading is at most a whole turn [deg]
 #: The reason for rejecting a repeated goal that was ended before.
@@ -58,7 +58,7 @@ class RequestedPose:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
             pose = odom_T_local.inverse() @ pose
-        TypedPose(float(pose.x), float(pose.y))     # raises the error; it takes no float of numpy
+        TypedPose(float(pose.x), float(pose.y))    # raises the error; Config refuses numpy's floats
         return pose
 
 
@@ -103,7 +103,7 @@ class GoalRequests:
 
     def __init__(self, sleep: SleepMonitor) -> None:
         #: The request of the goal that was accepted last. The goal of the start has no request, but
-        #: a cancel of all goals up to a stamp also ends it.
+        #: a cancel of all goals up to a stamp also ends this goal.
         self.present = GoalRequest(None, stamp=1)
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         #: The answers to the clients of goals, in order.

@@ -30,8 +30,8 @@ from tb3_labs.supervision.events import Age, Event, LogQueue
 from tb3_labs.supervision.timeouts import (
     RENEWAL_PERIOD, RESUME_TIME, ROBOT_START, SUSPEND_AFTER, Freshness, SleepMonitor)
 
-#: A renewal confirms its grant if it comes later than this after the grant [s]. An earlier renewal
-#: may have been delayed together with the grant.
+#: A renewal confirms its grant if it comes more than this time [s] after the grant. An earlier
+#: renewal may have been delayed together with the grant.
 CONFIRMED_AFTER = 0.04
 #: A person gives control again in this way.
 REMEDY = 'False, then True, gives it again'
@@ -41,8 +41,8 @@ class _Grant:
     """The permission that one sender gave, and the renewals by this sender."""
 
     def __init__(self, now: float, renews: bool) -> None:
-        self.granted_at = now       # time at which the True arrived [s]
-        self.latest_sending = now   # the True was sent at this time or earlier [s]
+        self.granted_at = now       # time [s] at which the True arrived
+        self.latest_sending = now   # the True was sent at this time [s] or earlier
         self.had_sensors = False    # were the sensors fresh at any time since the grant?
         self._renews = renews
         self._renewed_for = 0.0
@@ -50,8 +50,8 @@ class _Grant:
         self._renewals.received(now)
 
     def renew(self, now: float) -> None:
-        """Take in a renewal. A sender needs 2 s for 20 renewals. If they arrive within 0.5 s of the
-        True, the network has delayed the True by at least 1.5 s."""
+        """Take in a renewal. A sender needs 2 s for 20 renewals. If these arrive within 0.5 s of
+        the True, the network has delayed the True by at least 1.5 s."""
         self._renewals.received(now)
         self._renewed_for = now - self.granted_at
         self.latest_sending = self.granted_at
@@ -61,7 +61,7 @@ class _Grant:
             self.latest_sending -= max(0.0, delay)
 
     def silent_for(self, now: float) -> float:
-        """Returns the time since the last renewal [s]; 0 if the sender does not renew."""
+        """Returns the time [s] since the last renewal; 0 if the sender does not renew."""
         return self._renewals.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
@@ -76,16 +76,16 @@ class Permission:
     def __init__(self, granted_at_start: bool, log: LogQueue) -> None:
         self._has_new_grant = False    # was a grant given since the last pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
-        self._longest_wait = ROBOT_START    # time for which a grant waits for the sensors [s]
+        self._longest_wait = ROBOT_START    # time [s] for which a grant waits for the sensors
         # The grants by sender. The grant at the start has the sender ''.
         self._grants: Dict[str, _Grant] = {}
         if granted_at_start:
             self._grants[''] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # the last message, by sender
-        self._stops: Dict[str, float] = {}        # time of the last False [s], by sender
+        self._stops: Dict[str, float] = {}        # time [s] of the last False, by sender
         self._refused: Set[str] = set()    # senders of a True whose refusal was logged
-        self._now = math.nan           # time of the last update [s]
-        self._began_at = math.nan      # time of the first update, or of the end of a long sleep [s]
+        self._now = math.nan           # time [s] of the last update
+        self._began_at = math.nan      # time [s] of the first update, or of the end of a long sleep
         self.sleep = SleepMonitor()
         self._log = log
 

@@ -19,16 +19,16 @@ UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for 
 SURE_DRIVE_SPEED = 0.02
 #: If a command is faster than this [rad/s], the readings must show a turn.
 SURE_TURN_RATE = 0.1
-#: A sensor is frozen if it repeats a reading for longer than this, while the robot must move [s].
+#: A sensor is frozen if it repeats a reading for more than this time [s] while the robot must move.
 FROZEN_TIME = 0.6
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
-#: The robot got nearer to its goal if the remaining way is shorter by at least this [m or rad].
+#: The robot got nearer to its goal if the remaining way [m or rad] is shorter by at least this.
 STALL_STEP = 0.004
-#: One drive may command rest for at most this time in total [s].
+#: The longest time [s], in total, for which one drive may command rest.
 MAX_REST = 4.0
-#: The goal is missed if the remaining way grows again by more than this [m or rad]. In a short
-#: stall of the network a robot overshoots by less than this.
+#: The goal is missed if the remaining way [m or rad] grows again by more than this. In a short
+#: stall of the network a robot overshoots by less.
 AWAY_LIMIT = 0.8
 
 
@@ -47,14 +47,14 @@ class Sensor(Freshness):
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         self.reading: Any = None    # content of the last message, without the stamp
-        #: The reading must change, but was repeated for this time [s].
+        #: The reading was repeated for this time [s], although it must change.
         self.repeated_for = 0.0
-        #: The longest time between two messages since the last pause [s].
+        #: The longest time [s] between two messages since the last pause.
         self.longest_gap = 0.0
-        self._changed_at = math.nan    # time of the last change [s]; NaN: not known
+        self._changed_at = math.nan    # time [s] of the last change; NaN: not known
 
     def received(self, now: float, reading: Any = None) -> float:
-        """Take in a valid message with this content. Returns the silence before it [s]."""
+        """Take in a valid message with this content. Returns the silence [s] before the message."""
         silence = super().received(now)
         if self.count > 2 and silence > self.longest_gap:
             self.longest_gap = silence
@@ -76,7 +76,7 @@ class Sensor(Freshness):
         self.repeated_for = 0.0
         self._changed_at = math.nan
 
-    def clock_went_back(self, now: float) -> None:
+    def adapt_to_clock(self, now: float) -> None:
         """Adapt to a receiver's clock that may have gone back."""
         if self._received_at is not None:
             self._received_at = min(self._received_at, now)
@@ -91,26 +91,26 @@ class SensorMonitor:
         self.status = SensorStatus.SILENT
         #: The reason why the robot must stand; '' if it may move.
         self.hold_reason = ''
-        #: Length of the last silence, without the time before the request of the motion [s].
+        #: Length [s] of the last silence. A silence begins not before the request of the motion.
         self.silent_for = 0.0
-        self._longest_wait = ROBOT_START    # time for which a motion waits for the sensors [s]
-        self._silent_since = math.nan    # start of the silence [s]; NaN: not known
+        self._longest_wait = ROBOT_START    # time [s] for which a motion waits for the sensors
+        self._silent_since = math.nan    # start [s] of the silence; NaN: not known
         self._were_ready = False         # did all sensors send, at the last update?
 
     def request_motion(self) -> None:
-        """Begin to wait for the sensors of a motion of a robot at rest, which is requested now."""
+        """Begin to wait for the sensors, since a motion of a robot at rest is requested now."""
         self._silent_since = math.nan
         self.forget_silences()
 
-    def update(self, now: float, is_checked: bool = True) -> None:
-        """Find the status. Call this often, also at each step of a drive. `is_checked`: were gyro
-        and wheels compared? A motion waits for the sensors, and then for this comparison."""
+    def update(self, now: float, awaits_comparison: bool = False) -> None:
+        """Find the status. Call this often, also at each step of a drive. A motion waits for the
+        sensors. `awaits_comparison`: must it also wait until gyro and wheels were compared?"""
         for sensor in self._sensors:
-            sensor.clock_went_back(now)
+            sensor.adapt_to_clock(now)
         # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
         sent_twice = all([sensor.count > 1 for sensor in self._sensors])
         are_ready = sent_twice and self.are_fresh(now)
-        may_move = are_ready and is_checked
+        may_move = are_ready and not awaits_comparison
         became_ready = are_ready and not self._were_ready
         self._were_ready = are_ready
         is_known = self._silent_since <= now    # False for NaN, and if the clock went back
@@ -199,7 +199,7 @@ class StallMonitor:
     """Finds a robot that is stalled, in one state of a drive or in one turn."""
 
     def __init__(self) -> None:
-        # The shortest remaining way so far [m or rad]; None: not known since a silence.
+        # The shortest remaining way [m or rad] so far; None: not known since a silence.
         self._least: Optional[float] = math.inf
         self._stalled_for = 0.0
         self._rested_for = 0.0
@@ -210,8 +210,8 @@ class StallMonitor:
         self._least = None
 
     def update(self, remaining: float, rests: bool, dt: float, must_move: bool = True) -> str:
-        """Returns a text about the robot's problem, or ''. Takes the remaining way [m or rad] and
-        the time since the last update [s]. `rests`: do the samples show a robot at rest?
+        """Returns a text about the robot's problem, or ''. `remaining` is the remaining way [m or
+        rad]. The last update was `dt` [s] ago. `rests`: do the samples show a robot at rest?
         `must_move`: does the command tell the robot to move?"""
         if not must_move:
             self._rested_for += dt

@@ -5,15 +5,15 @@ its stamp. SleepMonitor finds a sleep of this process by a long time between two
 A process sleeps when it is stopped or swapped out, or when its computer is suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
-infinite age. If the clock goes back, the last message has the present time. Otherwise an old
+infinite age. If the clock goes back, the last message counts as received now. Otherwise an old
 message would be fresh for too long.
 """
 import math
 from collections import deque
 from typing import Deque, Optional, Tuple
 
-#: A motion does not continue by itself after an interruption of more than this. It may be a silence
-#: of the sensors or of a grant's renewals, or a sleep. An older grant is ignored.
+#: A motion does not continue by itself after a longer silence of the sensors, a longer silence of a
+#: grant's renewals, or a longer sleep. An older grant is ignored.
 RESUME_TIME = 2.0
 
 # -- a sensor, a pad or a mouse is silent
@@ -28,8 +28,8 @@ ROBOT_WAIT = 5.0
 RESET_SILENCE = 1.0
 #: A pad, a page that drives, or an active mouse is lost if it is silent for longer than this.
 INPUT_TIMEOUT = 0.25
-#: After a longer silence the odometry may make a longer step, up to this silence.
-MAX_SILENCE = 5.0
+#: The longer a silence, the longer a step the odometry may make. A silence counts as at most this.
+LONGEST_COUNTED_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
 
@@ -44,16 +44,16 @@ BRIDGED_GAP = 1.0
 
 # -- a message is late, or repeats an earlier one
 
-#: The least delay is searched among the messages of this time.
+#: The least delay is the delay of the fastest message within this time.
 DELAY_WINDOW = 5.0
-#: A sender is heard for the sum of its gaps. A longer gap than this adds only this time.
+#: The gaps between a sender's messages are added up. A longer gap counts only as this.
 MAX_RECEIVED_STEP = 0.1
-#: A sample of this age, or a silence of this length, shows that the network stalls.
-MAX_AGE = 0.1
-#: A message so soon after a press, a sleep, a node's start or a pad's first message may have been
-#: sent before that moment.
+#: A sample that is older than this shows that the network stalls.
+STALL_AGE = 0.1
+#: If a message arrives within this time after a press, a sleep, a node's start or a pad's first
+#: message, it may have been sent before that moment.
 CROSSING_TIME = 0.3
-#: When a pad takes the robot back, it waits this long, so that move_to_goal can stop.
+#: When a pad takes the robot back, the pad waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15
 
 # -- a person's permission
@@ -64,8 +64,7 @@ RENEWAL_PERIOD = 0.1
 SUSPEND_AFTER = 0.5
 #: A reset is refused if it was requested longer ago than this, since the robot may have moved.
 MAX_RESET_AGE = 1.0
-#: A sender repeats a message within this time. After a longer silence the sender has paused, and
-#: it may send the same request again.
+#: A sender repeats a message within this time. After a longer silence, a message is a new request.
 SENDER_PAUSE = 2.0
 
 # -- this process sleeps, or its clock stands
@@ -94,7 +93,7 @@ class Freshness:
         self._received_at: Optional[float] = None
 
     def received(self, now: float) -> float:
-        """Take in a valid message. Returns the silence before this message [s]."""
+        """Take in a valid message. Returns the silence [s] before this message."""
         silence = self.age(now)
         self._received_at = now
         self.count += 1
@@ -122,7 +121,7 @@ class SleepMonitor:
     """Finds a sleep of this process."""
 
     def __init__(self) -> None:
-        #: Length of the sleep that the last update found [s], or 0.
+        #: Length [s] of the sleep that the last update found, or 0.
         self.slept_for = 0.0
         #: May messages be from before the end of a sleep? Then only a stop is obeyed.
         self.is_waking = False
@@ -186,7 +185,7 @@ class WindowMinimum:
         self.value: Optional[float] = None
 
     def add(self, time: float, value: float) -> None:
-        """Take in a value. If `time` goes back, the values before it stay for longer."""
+        """Take in a value. If `time` goes back, earlier values stay for longer."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:
             candidates.pop()

@@ -2,7 +2,7 @@
 import re
 from typing import List
 
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs.criteria import (
     CTRL_C, IMU_EXTRAS, IN_TIME, Criterion, Reason, clean_exit_criterion, why_not_printed,
@@ -54,7 +54,8 @@ def _why_no_heading(observation: Observation) -> Reason:
 def _why_wrong_heading(observation: Observation) -> Reason:
     for heading, printed in _headings_at_rest(observation):
         for number in printed:
-            if abs(difference_degrees(number, heading)) > HEADING_TOLERANCE:
+            is_right = abs(wrap_all(number - heading, 360.0)) <= HEADING_TOLERANCE
+            if not is_right:
                 return f'printed {number:.1f} degrees while the IMU said {heading:.1f}'
     return ''
 

@@ -9,7 +9,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool as BoolMessage
 from std_msgs.msg import Header
 
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.imu import printed_headings
@@ -162,7 +162,7 @@ def try_turns(trial):
 
 def _begin_at(trial, heading):
     """Make sure that the robot rests near the heading [deg], and that the node runs."""
-    is_elsewhere = abs(difference_degrees(trial.recorder.heading_deg, heading)) > 25.0   # [deg]
+    is_elsewhere = abs(wrap_all(trial.recorder.heading_deg - heading, 360.0)) > 25.0   # [deg]
     is_idle = trial.node.alive and trial.recorder.rests()
     if is_elsewhere or not is_idle:
         trial.node.stop()

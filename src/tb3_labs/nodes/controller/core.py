@@ -52,14 +52,14 @@ class ControllerCore:
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
         self.imu.received(now, sample.yaw)
-        jump = heading_jump(timed.before, sample)
+        jump = heading_jump(timed.previous_sample, sample)
         if jump and self.driver is Driver.TURN:
-            self._handle(DriverEvent.TURN_OVER, jump)
+            self._change_driver(DriverEvent.TURN_OVER, jump)
         self._gyro.on_imu(timed, sends_wheels)
         self._heading.on_imu(timed)
         if self.driver is Driver.TURN:
             return
-        self._sensors.update(now, self._gyro.is_checked)
+        self._sensors.update(now, self._gyro.awaits_comparison)
         if is_at_rest(0.0, self._heading.rate):
             self._log_result(now)
 
@@ -76,7 +76,7 @@ class ControllerCore:
             is_centred = self.mouse.twist == Twist2()
             event = DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED
             self._mouse_is_due = True
-            self._handle(event, 'the mouse took over')
+            self._change_driver(event, 'the mouse took over')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
         """Turn by the angle [deg] that another node requests. A repetition may be refused, see
@@ -112,13 +112,13 @@ class ControllerCore:
         turn = self._turn
         if turn is not None and self.driver is Driver.TURN:
             self._check_turn(turn.remaining(self._heading.yaw) + angle, now)
-            self._law.extend(angle)
-            turn.extend(angle)
+            self._law.move_goal(angle)
+            turn.move_goal(angle)
         else:
             self._check_turn(angle, now)
             turn = self._begin_turn(angle, now)
         self._log.add(f'Turning {round(math.degrees(turn.requested), 6):g} degrees')
-        self._handle(DriverEvent.TURN_REQUESTED)
+        self._change_driver(DriverEvent.TURN_REQUESTED)
 
     def _check_sleep_and_mouse(self, steady_now: float) -> None:
         """Give up a turn during which this process slept. Release a mouse that is lost."""
@@ -126,7 +126,7 @@ class ControllerCore:
         if self._sleep.slept_for > RESUME_TIME:
             self._turn_requests.end_repetitions()
             if self.driver is Driver.TURN:
-                self._handle(DriverEvent.TURN_OVER, self._sleep.as_text())
+                self._change_driver(DriverEvent.TURN_OVER, self._sleep.as_text())
         stop_reason = self.mouse.check_silence(steady_now, slept=self._sleep.slept_for > 0.0)
         if stop_reason:
             self._mouse_is_due = True
@@ -201,7 +201,7 @@ class ControllerCore:
         self._pace.restart()
 
     def _sensors_allow(self, turn: ActiveTurn, now: float) -> bool:
-        self._sensors.update(now, self._gyro.is_checked)
+        self._sensors.update(now, self._gyro.awaits_comparison)
         if self._sensors.status is SensorStatus.SILENT:
             if self._pace.running:
                 self._log.add('Stopped: ' + self._sensors.hold_reason, warning=True)
@@ -212,7 +212,8 @@ class ControllerCore:
             self._start_law(turn)
         elif self._sensors.status is SensorStatus.TIMED_OUT:
             reason = self._sensors.hold_reason or 'the IMU was silent'
-            self._handle(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
+            self._change_driver(DriverEvent.TURN_OVER,
+                                f'{reason} for {self._sensors.silent_for:.1f} s')
         return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
 
     def _turn_step(self, turn: ActiveTurn, now: float) -> Twist2:
@@ -229,7 +230,7 @@ class ControllerCore:
                 step.remaining, rests, dt, must_move=step.command != Twist2())
         if problem or step.finished:
             turn.remaining_at_end = step.remaining
-            self._handle(DriverEvent.TURN_OVER, problem)
+            self._change_driver(DriverEvent.TURN_OVER, problem)
             return Twist2()
         return step.command
 
@@ -242,15 +243,15 @@ class ControllerCore:
 
     def _release_mouse(self, reason: str) -> None:
         self._log.add(reason[0].upper() + reason[1:])
-        self._handle(DriverEvent.MOUSE_RELEASED, reason)
+        self._change_driver(DriverEvent.MOUSE_RELEASED, reason)
 
-    def _handle(self, event: DriverEvent, reason: str = '') -> None:
+    def _change_driver(self, event: DriverEvent, reason: str = '') -> None:
         """Change the driver. A turn that ends for a `reason` is given up."""
-        before = self.driver
-        self.driver = NEXT_DRIVER.get((before, event), before)
+        previous_driver = self.driver
+        self.driver = NEXT_DRIVER.get((previous_driver, event), previous_driver)
         if reason:
             self._turn_requests.end_repetitions()
-        is_over = before is Driver.TURN and self.driver is not Driver.TURN
+        is_over = previous_driver is Driver.TURN and self.driver is not Driver.TURN
         if is_over and reason and self._turn is not None:
             left = abs(math.degrees(self._turn.remaining(self._heading.yaw)))
             self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}',

@@ -42,7 +42,7 @@ class _MouseSource:
         #: Was the mouse active in its last message? An active mouse repeats its messages.
         self.reported_active = False
         self.is_lost = True
-        self._silence_ended_at = -math.inf    # end of the last silence [s]
+        self._silence_ended_at = -math.inf    # end [s] of the last silence
         self._lateness = Lateness()
 
     @property

@@ -20,15 +20,14 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import Event, SenderRequests
 from tb3_labs.supervision.sensors_and_stalls import StallMonitor
 
-#: Between two samples the yaw of a robot at rest drifts by at most this [rad].
+#: Between two samples the yaw of a robot at rest drifts by at most this angle [rad].
 RESTING_YAW_DRIFT = math.radians(0.02)
-
-#: The turn by each key of the keyboard [deg].
+#: {key of the keyboard: its turn [deg]}
 TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
-    """Returns the turn for a key or a number [deg]. ``ValueError`` for another text."""
+    """Returns the turn [deg] for a key or a number. ``ValueError`` for another text."""
     if text in TURN_KEYS:
         return TURN_KEYS[text]
     try:
@@ -61,7 +60,7 @@ class Heading:
     """The heading of a robot from the IMU alone. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
-        #: The yaw, which does not jump at +/-pi [rad]. It is NaN before the first sample.
+        #: The yaw [rad]. It does not jump at +/-pi, and is NaN before the first sample.
         self.yaw = math.nan
         #: Rate of turn [rad/s].
         self.rate = 0.0
@@ -75,7 +74,7 @@ class Heading:
         self.rate = sample.yaw_rate
         self._noise.learn(timed)
         if self.noise:
-            self._steady.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.step))
+            self._steady.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.interval))
             self._steady.add(self.yaw, self.noise)
         else:    # the noise is not known yet
             self._steady = Estimate()
@@ -83,17 +82,17 @@ class Heading:
 
     @property
     def steady_yaw(self) -> float:
-        """The yaw of a robot at rest [rad], with less noise than one sample."""
+        """The yaw [rad] of a robot at rest, with less noise than one sample."""
         return self._steady.value
 
     @property
     def noise(self) -> float:
-        """Standard deviation of one sample's yaw [rad]."""
+        """Standard deviation [rad] of one sample's yaw."""
         return self._noise.deviation
 
 
 class ActiveTurn:
-    """One turn, from the request until its result is logged. Angles do not jump at +/-pi [rad]."""
+    """One turn, from the request until its result is logged. Angles [rad] do not jump at +/-pi."""
 
     def __init__(self, requested: float, yaw: float, now: float) -> None:
         """Turn from `yaw` by `requested`."""
@@ -104,9 +103,9 @@ class ActiveTurn:
         self.remaining_at_end = 0.0
         self._begun_at = now
 
-    def extend(self, angle: float) -> None:
-        self.requested += angle
-        self.goal += angle
+    def move_goal(self, by: float) -> None:
+        self.requested += by
+        self.goal += by
         self.stall = StallMonitor()
 
     def remaining(self, yaw: float) -> float:

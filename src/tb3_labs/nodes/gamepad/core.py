@@ -22,7 +22,7 @@ from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
     CROSSING_TIME, HAND_BACK_TIME, MAX_RESET_AGE, RESUME_TIME, SleepMonitor)
 
-#: If a pushed stick does not drive for this long, a warning gives the reason [s].
+#: If a pushed stick does not drive for this time [s], a warning gives the reason.
 STICK_WARNING_TIME = 3.0
 
 
@@ -50,10 +50,10 @@ class GamepadCore:
         self.pad = PadListener()
         self.messages = ControlMessages()
         self._sleep = SleepMonitor()
-        self._zero_until = 0.0    # until this time the pad commands zero [s]
+        self._zero_until = 0.0    # until this time [s] the pad commands zero
         self._command_is_due = False
         self._reset_requested = False    # was Y pressed since the last tick?
-        # Time of the warning about a pushed stick [s]. None: no stick is pushed; infinite: logged.
+        # Time [s] of the warning about a pushed stick. None: no stick is pushed; infinite: logged.
         self._stick_warning_at: Optional[float] = None
         self._log = LogQueue()
 
@@ -69,32 +69,32 @@ class GamepadCore:
         self._command_is_due = True
         if presses.regain:
             self.messages.stop(sent_at)
-            self._handle(ControlEvent.REGAIN, now)
+            self._change_holder(ControlEvent.REGAIN, now)
         elif presses.relinquish and not state.regain:
             self._relinquish(now)
         is_ready = presses.hold if self._config.has_hold else state.at_rest
         if is_ready and self._is_current(now):
-            self._handle(ControlEvent.READY, now)
+            self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
-            self._handle(ControlEvent.LOST, now)    # this message shows the loss
+            self._change_holder(ControlEvent.LOST, now)    # this message shows the loss
         elif self._drives() and sent_at < self.messages.stopped_at:
-            self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
+            self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if presses.reset and self._is_accepted('Y', MAX_RESET_AGE, now):
             self._reset_requested = True
 
     def _relinquish(self, now: float) -> None:
         if self._is_accepted('A', RESUME_TIME, now) and not self.messages.must_renew:
             self.messages.grant(now, self.pad.lateness)
-            self._handle(ControlEvent.RELINQUISH, now)
+            self._change_holder(ControlEvent.RELINQUISH, now)
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """Take in whether move_to_goal has control."""
         now = has_control.arrived_at
         if has_control.content:
             self.messages.granted_at = -math.inf    # this is the answer to the last True
-            self._handle(ControlEvent.GRANTED, now)
+            self._change_holder(ControlEvent.GRANTED, now)
         elif now - self.messages.granted_at >= CROSSING_TIME:
-            self._handle(ControlEvent.TAKEN, now)
+            self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         """Take in a True or False of another node. A False also stops the driving by this pad."""
@@ -109,9 +109,9 @@ class GamepadCore:
     def _on_control_taken(self, now: float) -> None:
         self.messages.stopped_at = now
         if self.messages.must_renew:
-            self._handle(ControlEvent.TAKEN, now)
+            self._change_holder(ControlEvent.TAKEN, now)
         elif self._drives():
-            self._handle(ControlEvent.STOPPED, now)
+            self._change_holder(ControlEvent.STOPPED, now)
 
     # -- outputs
 
@@ -139,7 +139,7 @@ class GamepadCore:
         elif state.at_rest:
             self._stick_warning_at = None
             if self._is_current(now):
-                self._handle(ControlEvent.READY, now)
+                self._change_holder(ControlEvent.READY, now)
         elif self._stick_warning_at is None:
             self._stick_warning_at = now + STICK_WARNING_TIME
         elif now > self._stick_warning_at:
@@ -177,13 +177,13 @@ class GamepadCore:
                           warning=True)
             self._on_control_taken(now)
         elif self._sleep.slept_for and self.holder is ControlHolder.GAMEPAD:
-            self._handle(ControlEvent.LOST, now)
+            self._change_holder(ControlEvent.LOST, now)
 
     def _is_current(self, now: float) -> bool:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
-        """Is a press accepted? Otherwise log the reason. `max_lateness` is in [s]."""
+        """Is a press accepted, up to `max_lateness` [s] after it? Otherwise log the reason."""
         lateness = self.pad.lateness
         was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:
@@ -199,13 +199,13 @@ class GamepadCore:
 
     # -- who holds the robot
 
-    def _handle(self, event: ControlEvent, now: float) -> None:
-        before = self.holder
-        self.holder = NEXT_HOLDER.get((before, event), before)
-        if self.holder is before:
+    def _change_holder(self, event: ControlEvent, now: float) -> None:
+        previous_holder = self.holder
+        self.holder = NEXT_HOLDER.get((previous_holder, event), previous_holder)
+        if self.holder is previous_holder:
             return
         self._command_is_due = True
-        if before is ControlHolder.MOVE_TO_GOAL:
+        if previous_holder is ControlHolder.MOVE_TO_GOAL:
             self._zero_until = now + HAND_BACK_TIME
             if self.messages.must_renew:    # another node took control
                 self.messages.stop(now)
@@ -238,4 +238,4 @@ class GamepadCore:
         self.pad.state = None      # the last state is not valid any more
         self._command_is_due = True
         self.messages.stop(now)
-        self._handle(ControlEvent.LOST, now)
+        self._change_holder(ControlEvent.LOST, now)

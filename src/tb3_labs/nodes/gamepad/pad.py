@@ -54,12 +54,12 @@ class PadState(NamedTuple):
         """Are both sticks in the middle?"""
         return self.forward == 0.0 and self.left == 0.0
 
-    def presses_since(self, before: 'PadState') -> 'PadState':
-        """Returns this state with only the buttons that were pressed after the state `before`."""
+    def presses_since(self, earlier: 'PadState') -> 'PadState':
+        """Returns this state with only the buttons that were pressed after the state `earlier`."""
         return self._replace(
-            relinquish=self.relinquish and not before.relinquish,
-            regain=self.regain and not before.regain,
-            reset=self.reset and not before.reset, hold=self.hold and not before.hold)
+            relinquish=self.relinquish and not earlier.relinquish,
+            regain=self.regain and not earlier.regain,
+            reset=self.reset and not earlier.reset, hold=self.hold and not earlier.hold)
 
 
 class PadListener:
@@ -75,16 +75,16 @@ class PadListener:
         self.has_repeated = False    # did the pad ever repeat an unchanged state?
         self.driver_hangs = False    # does the pad's driver hang, and repeat one message?
         self._lateness = Lateness()
-        self._received_since = math.inf    # time from which the usual delay is learned [s]
+        self._received_since = math.inf    # time [s] from which the usual delay is learned
         self._last: Optional[PadState] = None
         self._newest_stamp = -math.inf
         self.presses = PadState()       # the buttons that the last message shows as just pressed
-        self.lateness = 0.0             # delay of the last message [s]
+        self.lateness = 0.0             # delay [s] of the last message
         self.came_after_loss = False    # did the last message come after a loss of the pad?
 
     def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in a message. `stamp` is the time of sending, or 0. `hangs`: does the driver repeat
-        one message? In the first message no button but the stop button can be just pressed."""
+        one message? In the first message only the stop button can be just pressed."""
         if self._last is not None and state.sent == self._last.sent:
             self.has_repeated = True
         self._last = state
@@ -100,10 +100,10 @@ class PadListener:
         learns_anew = self.came_after_loss and stamp <= 0.0
         if math.isinf(self._received_since) or learns_anew:
             self._received_since = now
-        before = self.state
-        if before is None or self.came_after_loss:
-            before = state._replace(regain=False)
-        self.presses = state.presses_since(before)
+        previous = self.state
+        if previous is None or self.came_after_loss:
+            previous = state._replace(regain=False)
+        self.presses = state.presses_since(previous)
         self.state = state
 
     def knows_lateness(self, now: float) -> bool:

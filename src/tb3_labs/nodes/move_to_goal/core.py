@@ -28,7 +28,7 @@ from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, GoalReq
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import DriveSensors, SensorStatus
 
-#: If another node commands motions for this time while this node drives, a warning names it [s].
+#: If another node also commands motions for this time [s], a warning names that node.
 RIVAL_TIME = 0.3
 
 
@@ -78,17 +78,19 @@ class MoveToGoalCore:
         self._encoders.on_wheels(sample)
 
     def on_command(self, command: Twist2, now: float, rival: str = '') -> None:
-        """Take in a command, which may move the robot. `rival` is the other node that sent it. If
-        both nodes drive, a warning names the other node after `RIVAL_TIME`."""
+        """Take in a command, which may move the robot. `rival` is the other node that sent the
+        command. If both nodes drive, a warning names the other node after `RIVAL_TIME`."""
         if command == Twist2():
             return
         self._localizer.on_command(now)
         if self.sensors.last_command == Twist2():
             self._rivals_since.clear()
-        elif rival and now - self._rivals_since.setdefault(rival, now) > RIVAL_TIME:
-            self._rivals_since[rival] = math.inf    # no second line
-            self._log.add(f'{rival} drives the robot, too: stop one of the two (False on '
-                          'ctrl_relinq stops this one)', warning=True)
+        elif rival:
+            since = self._rivals_since.setdefault(rival, now)
+            if now - since > RIVAL_TIME:
+                self._rivals_since[rival] = math.inf    # no second line
+                self._log.add(f'{rival} drives the robot, too: stop one of the two (False on '
+                              'ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: DriveLaw) -> None:
         """Use another law from now on. A present drive begins again."""
@@ -149,16 +151,16 @@ class MoveToGoalCore:
         """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
-        before = self.may_drive
+        was_allowed = self.may_drive
         self.may_drive = permission.grant_holds
-        if permission.pop_new_grant() and (machine.failure or not before):
+        if permission.pop_new_grant() and (machine.failure or not was_allowed):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
             self._restart()
-        elif self.may_drive and not before:
+        elif self.may_drive and not was_allowed:
             machine.interrupt()
-        elif before and not self.may_drive:
+        elif was_allowed and not self.may_drive:
             self._pause()
 
     # -- outputs
@@ -170,9 +172,10 @@ class MoveToGoalCore:
         command = self._command(now) if is_due else None
         self._check_end()
         keeps_command = self._drives and not is_due
+        must_stop = command is None and not keeps_command
         return DriveOutput(
-            command, stops_first=command is None and not keeps_command,
-            status=self._new_status(now), log_lines=self._log.pop_all(),
+            command, stops_first=must_stop, status=self._new_status(now),
+            log_lines=self._log.pop_all(),
             watched=self._permission.grant_exists and self._machine.active,
             has_control=self._permission.grant_exists, answers=self._requests.answers.pop_all(),
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
@@ -253,7 +256,7 @@ class MoveToGoalCore:
 
     def _check_sensors(self, now: float) -> None:
         sensors = self.sensors
-        sensors.update(now, self._gyro.is_checked)
+        sensors.update(now, self._gyro.awaits_comparison)
         self._permission.set_sensor_problem(sensors.problem_text(now))
         awaits_sensors = self._permission.grant_exists and self._machine.active
         if sensors.status is not SensorStatus.FRESH:
@@ -268,8 +271,8 @@ class MoveToGoalCore:
         """Give up if a sensor repeats a reading that the last command must have changed."""
         odometry = self._timing.odometry
         assert odometry is not None
-        before = odometry.before
-        turned = before is None or before.pose.yaw != odometry.sample.pose.yaw
+        previous = odometry.previous_sample
+        turned = previous is None or previous.pose.yaw != odometry.sample.pose.yaw
         self.sensors.check_repetitions(turned, now)
         frozen_text = self.sensors.frozen_text()
         if frozen_text:

@@ -37,11 +37,11 @@ PATH_STEP = 0.02
 PATH_TURN = math.radians(10.0)
 #: The path keeps at most this many points, the latest ones.
 PATH_POINTS = 1000
-#: Time between two transforms of the same frame, and between two messages about errors [s].
+#: Time [s] between two transforms of the same frame.
 DISPLAY_PERIOD = 0.1
-#: Time between two messages of the path [s].
+#: Time [s] between two messages of the path.
 PATH_PERIOD = 0.2
-#: Time between two messages of the markers [s].
+#: Time [s] between two messages of the markers.
 REPEAT_PERIOD = 1.0
 
 MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)

@@ -26,9 +26,9 @@ from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, Request
 
 #: The node answers a reset within this time [s].
 ANSWER_WITHIN = 0.85
-#: A service checks with this period whether its reset is over [s].
+#: A service checks with this period [s] whether its reset is over.
 ANSWER_POLL = 0.005
-#: Time between two messages of the action's status [s].
+#: Time [s] between two messages of the action's status.
 STATUS_PERIOD = 0.5
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
@@ -48,8 +48,8 @@ class GoalServer(ActionServer):
     not need the lock of the core.
 
     This class sees each message before actionlib (test/ros/stops.test). actionlib (1.14.0) takes a
-    goal with a known GoalID for a new goal after 5 s, and a repeated latched goal at once. It does
-    not cancel an ended goal, but after a reset the robot may drive there.
+    goal with a known GoalID for a new goal after 5 s, and a repeated latched goal at once. It
+    ignores the cancel of an ended goal, although a reset may start the drive to this goal again.
     """
 
     def __init__(self, runner, core):
@@ -159,8 +159,8 @@ class Resets:
         response.success = True
         response.message = reset.answer
         response.stamp = reset.stamp
-        if reset.before is not None:
-            response.before = _in_degrees(reset.before)
+        if reset.pose_before is not None:
+            response.before = _in_degrees(reset.pose_before)
         response.after = _in_degrees(reset.declared)
         return response
 
@@ -201,8 +201,8 @@ def _in_degrees(pose):
 
 
 def only_new(topic, callback):
-    """Returns a function that passes messages of `topic` to `callback`. It drops a latched message
-    that may be old, with a warning."""
+    """Returns a function that passes messages of `topic` to `callback`. The function drops a
+    latched message that may be old, and logs a warning."""
     to_age = age_reader(topic)
 
     def on_message(message):

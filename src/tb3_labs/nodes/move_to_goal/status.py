@@ -95,7 +95,7 @@ class Announcer:
         self._log = log
         self._logged: Tuple = ()     # attempt, goal and text of the last log line
         self._begun_attempt = 0      # number of the drive that started last
-        self._begun_at = 0.0         # time at which this drive began [s]
+        self._begun_at = 0.0         # time [s] at which this drive began
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
