@@ -52,8 +52,7 @@ class CmdVel:
         self.stop()
 
     def set_clock_runs(self, runs):
-        """Store whether ROS time runs. If ROS time has stopped since the last call, stop the robot,
-        and return True."""
+        """Store whether ROS time runs. If it has just stopped, stop the robot, and return True."""
         has_stopped = self._clock_runs and not runs
         self._clock_runs = runs
         if has_stopped:

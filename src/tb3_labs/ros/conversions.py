@@ -18,8 +18,7 @@ TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
 def frame(name):
-    """Returns the name of a frame in this node's namespace, such as `robot3/odom`. All robots share
-    one tf tree."""
+    """Returns a frame's name in this node's namespace: `robot3/odom`. All robots share one tree."""
     namespace = rospy.get_namespace().strip('/')
     return f'{namespace}/{name}' if namespace else name
 
