@@ -20,7 +20,7 @@ case $model in burger | waffle | waffle_pi) ;; *) fail "model=$model is not vali
 source "$setup" || fail "$setup failed"
 command -v roslaunch >/dev/null || fail "$setup does not lead to roslaunch: set the right setup= in this file"
 
-# roslaunch hands over the laptop's master. Without it, the master is taken to run
+# roslaunch hands over the laptop's master. Without roslaunch, this file assumes a master
 # on the computer from which you logged in.
 laptop=${SSH_CONNECTION%% *}
 export TURTLEBOT3_MODEL=$model LDS_MODEL=$lidar

@@ -43,13 +43,13 @@ from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
 
-#: Longest wait for a message of a node, such as a state at the end of a drive [s, wall clock].
+#: Longest wait [s, wall clock] for a message of a node, such as a state at the end of a drive.
 MESSAGE_TIMEOUT = 120.0
-#: Longest wait for the recorder, which may have ended because the disk was full [s, wall clock].
+#: Longest wait [s, wall clock] for the recorder. It may have ended, since the disk was full.
 RECORDER_TIMEOUT = 15.0
-#: The node gives control again if move_to_goal does not take it within this time [s, wall clock].
+#: Time [s, wall clock] until the node gives control again, if move_to_goal has not taken control.
 GRANT_PERIOD = 1.0
-#: Time from the end of a drive to the reading of the true pose [s].
+#: Time [s] from the end of a drive to the reading of the true pose.
 REST_TIME = 0.5
 #: Most attempts to begin a drive, since a drive may be given up before the robot moves.
 MAX_ATTEMPTS = 10
@@ -58,8 +58,8 @@ RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'c
                    'ctrl_relinq', '/tf')
 TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'    # for a terminal of 80 columns
 HEADER = '        asked [m, m, deg] believed to be at     truly off by     time'
-MAX_TRUE_ERROR = 0.01        # largest true error of the place after a good drive [m]
-MAX_TRUE_ERROR_DEG = 0.5     # largest true error of the heading after a good drive [deg]
+MAX_TRUE_ERROR = 0.01        # [m], largest true error of the place after a good drive
+MAX_TRUE_ERROR_DEG = 0.5     # [deg], the same of the heading
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class DemoDrive:
     goal: Pose2
     believed: Pose2          # the pose at rest that move_to_goal measured
     reached: Pose2           # the true pose at rest
-    time: float              # duration of the drive [s]
+    time: float              # duration [s] of the drive
 
     @property
     def true_error(self):
@@ -171,7 +171,7 @@ class Demo:
 
     def _drive(self, is_reset_needed):
         """Let the robot drive once. Returns the DemoDrive. If late sensors end a drive before the
-        robot moves, the drive begins again, after a reset."""
+        robot moves, the robot begins the drive again, after a reset."""
         if self._value('has_control'):
             is_reset_needed = True
         world_T_local = self._value('ground_truth', rospy.get_time())
@@ -191,7 +191,7 @@ class Demo:
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _give_control(self):
-        """Publish permissions until move_to_goal has control. If a node has just started, it
+        """Publish permissions until move_to_goal has control. A node that has just started
         ignores a permission that may be old. After a person's stop no permission is published."""
         def try_to_give():
             if self._control_taken or self._value('has_control'):

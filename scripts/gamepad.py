@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives the robot by a gamepad, hands it over to move_to_goal, and resets its local frame.
+"""Drives the robot by a gamepad, hands the robot over to move_to_goal, and resets the local frame.
 
 Left stick up/down drives, right stick left/right turns; A lets move_to_goal drive, B takes the
 robot back, Y declares the robot to be at (0, 0, 0) in local.
@@ -15,8 +15,8 @@ Publishes
     control_holder  std_msgs/String, latched: gamepad, move_to_goal or nobody
     /diagnostics
 Calls
-    reset_pose      tb3_labs/ResetPose, or, if no node offers that:
-    set_pose        tb3_labs/SetInitialPose
+    reset_pose      tb3_labs/ResetPose
+    set_pose        tb3_labs/SetInitialPose, if no node offers reset_pose
 Parameters
     ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in
         tb3_labs.nodes.gamepad.pad

@@ -85,7 +85,7 @@ def main(argv):
 
 def mark_class(arguments, work):
     """Mark a class by the arguments, with temporary files in the folder `work`. Returns the exit
-    status. This function gives the process the environment of a separate ROS."""
+    status. This process gets the environment of a separate ROS."""
     environment = marking_environment(work / 'ros', os.environ)
     os.environ.clear()
     os.environ.update(environment)
@@ -126,7 +126,7 @@ def _submissions(arguments):
 
 def _choose_protection(arguments, work):
     """Returns True if the programs of the submissions run in sandboxes. ``ValueError`` if sandboxes
-    do not work on this computer, and --unprotected is not given."""
+    do not work on this computer, and the command line lacks --unprotected."""
     problem = protection_problem(Sandbox([]))
     if not problem:
         return True

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Publishes the mouse of this computer, for the mouse controller of the IMU lab.
 
-Scrolling down activates the mouse, and scrolling up deactivates the mouse at once. While the mouse
-is active, its position is sent at a steady rate, so a robot notices when this node dies. While the
-mouse is not active, its position is sent when the mouse moves.
+Scrolling down activates the mouse. Scrolling up deactivates the mouse at once. While the mouse
+is active, this node sends its position at a steady rate, so a robot notices when the node dies.
+While the mouse is not active, the node sends the position when the mouse moves.
 
 Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to
@@ -21,7 +21,7 @@ from std_msgs.msg import Bool
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.node import begin_shutdown, guarded, run
 
-#: Time between two messages while the mouse is active [s].
+#: Time [s] between two messages while the mouse is active.
 SEND_PERIOD = 1.0 / 30.0
 
 

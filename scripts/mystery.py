@@ -14,7 +14,7 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, draw
 from tb3_labs.terminal import run_tool
 
-#: Because of rounding, the error of a right value may exceed the tolerance by this.
+#: By rounding, the error of a right value may exceed the tolerance by this.
 ROUNDING = 1e-9
 
 

@@ -32,14 +32,14 @@ from tb3_labs.terminal import run_tool
 
 HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
     'them, such as: 1 1 90'
-#: Longest wait for an answer of move_to_goal [s].
+#: Longest wait [s] for an answer of move_to_goal.
 SERVER_TIMEOUT = 2.0
-#: Time between two checks whether this program ends [s].
+#: Time [s] between two checks whether this program ends.
 END_PERIOD = 2.0
 
 
 def print_states():
-    """Print each new `goal_state`, but not a latched one of an earlier goal that is over."""
+    """Print each new `goal_state`, but not the latched state of an earlier goal that is over."""
     printed = ['']
 
     def on_state(message):

@@ -10,11 +10,12 @@
 #
 # It installs the system packages that are missing (root or sudo), and makes everything else in the folder build/.ws of the
 # repository: a Python environment with squaternion, a catkin workspace whose src/tb3_labs links to the repository's files,
-# logs. Deleting build undoes it. When nothing is missing it takes well under a second; a change of Python code needs no build.
+# logs. To undo the set-up, delete build. When nothing is missing, the set-up takes well under a second. A change of Python
+# code needs no build.
 #
 # A catkin workspace that was sourced before stays, and one that is sourced afterwards is added; both go before this one. A
 # conda, a pyenv or a ROS 2 on PYTHONPATH and CMAKE_PREFIX_PATH is dropped, because it breaks ROS 1's Python.
-# One installation serves all accounts of a machine; whoever does not own it has logs and caches in ~/.ros.
+# One installation serves all accounts of a machine. An account that does not own it has logs and caches in ~/.ros.
 #
 # Network: all nodes listen on the loopback only. For a real robot, if the master runs here, set ROS_IP to this computer's
 # address first. If the master runs on the robot, set ROS_MASTER_URI=http://ROBOT:11311, which also finds ROS_IP.

@@ -17,7 +17,7 @@ from tb3_labs.terminal import run_tool
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
-#: lab -> the name of its package in the handouts
+#: {lab: name of its package in the handouts}
 PACKAGES = {'imu': 'ice6', 'turn': 'lab2', 'move2goal': 'lab7_tf', 'gamepad': 'lab4_gamepad'}
 
 

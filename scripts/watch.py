@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Starts a Python node that shows its variables while it runs. Type it before the node's usual
-command.
+"""Starts a Python node, and shows its variables while the node runs. Type `watch.py` before the
+node's usual command.
 
     rosrun tb3_labs watch.py rosrun lab2 turtlebot_controller.py
     rostopic echo /variables

@@ -32,7 +32,7 @@ def number_or_text(word: str) -> Union[float, str]:
 
 def output_folder(path: Union[str, Path]) -> Path:
     """Returns the folder for a tool's output. A missing folder is made. ``OSError`` if the folder
-    cannot be made, or if it is a link: a student's files may have links."""
+    cannot be made, or if it is a link, because a student's files may have links."""
     folder = Path(str(path))
     if folder.is_symlink():
         raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))

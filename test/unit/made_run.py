@@ -40,7 +40,7 @@ def table_in(path):
 
 @contextlib.contextmanager
 def without_pictures():
-    """The figures of a report are made, but not drawn: that takes most of a report's time."""
+    """Makes the figures of a report, but does not draw them: drawing takes most of a report's time."""
     with mock.patch('tb3_labs.report.page.figures.png', return_value=b''):
         yield
 
@@ -52,12 +52,12 @@ def goals(time, x, y=0.0, yaw=0.0):
 
 
 def reset_lines(*times):
-    """Resets that the log has at these times [s]; nobody reads the poses."""
+    """Resets that the log has at these times [s]; no test reads the poses."""
     return Poses(*np.array([times, times, *[[0.0] * len(times)] * 3]))
 
 
 def imu_samples(arrival, time, yaw, yaw_rate):
-    """Samples whose quaternions nobody reads."""
+    """Samples whose quaternions no test reads."""
     return ImuSamples(arrival, time, yaw, yaw_rate, *4 * [0.0 * time])
 
 

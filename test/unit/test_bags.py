@@ -1,4 +1,4 @@
-"""Bags of any kind are read into the same run, and invalid messages are dropped and counted."""
+"""Bags of any kind give the same run. The reader drops and counts invalid messages."""
 import bz2
 import math
 import os
@@ -149,7 +149,7 @@ def test_a_topic_behind_another_in_the_file_is_not_a_clock_that_was_set(run, tmp
     assert read.notes == () and read.odometry.time == pytest.approx(run.odometry.time, abs=0.01)
 
 
-# Bags of strangers: each of the small files takes gigabytes, or minutes, if it is read as it asks --
+# Bags of strangers: a reader that believes these small files needs gigabytes, or minutes -----------
 
 def record(data, size=None, **header):
     """The bytes of a record of a bag, which says that its data have `size` bytes."""

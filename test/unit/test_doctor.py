@@ -1,4 +1,4 @@
-"""The doctor judges made-up measurements by the right line."""
+"""The doctor prints the right line about made-up measurements."""
 import math
 import random
 import socket
@@ -124,8 +124,8 @@ JUDGEMENTS = [
     (judge_drivers({'/b': 5, '/a': 50}), FAULT, '/a (10/s) and /b (1/s)'),
     (stream(), OK, 'imu', '200/s'),
     (stream((1.0, 1.3)), WARNING, 'silent for 0.3 s: the robot will pause', 'rostopic delay /imu'),
-    (stream((4.7, 9.9)), WARNING, 'silent for 0.3 s'),    # until the doctor stops to listen
-    (stream((-1.0, 1.3)), OK, '200/s'),                   # it was connected late
+    (stream((4.7, 9.9)), WARNING, 'silent for 0.3 s'),    # until the doctor stops listening
+    (stream((-1.0, 1.3)), OK, '200/s'),                   # the doctor was connected late
     (stream((1.0, 3.5)), FAULT, 'silent for 2.5 s: a drive is given up'),
     (stream((-1.0, 9.9)), FAULT, 'nothing came on /imu for 5.0 s'),
     (judge_stream('/robot3/joint_states'), FAULT, 'joint_states nobody publishes /robot3/joint'),

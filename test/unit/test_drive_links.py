@@ -1,4 +1,4 @@
-"""The first broken link of a node of the Transformation lab: the plain node, changed, in memory."""
+"""The first broken link of a node of the Transformation lab. The node is the plain node with changes."""
 import re
 from dataclasses import replace
 
@@ -162,7 +162,7 @@ def test_a_node_that_has_ended_need_not_stop_when_control_is_taken(is_over, word
 
 
 def test_commands_of_another_node_are_left_out():
-    """Between its commands another node sends others, as a gamepad that does not hand over."""
+    """Between the node's commands another node sends commands, as a gamepad that does not hand over."""
     run = played()
     sent, node = run.commands, str(run.variables.node[0])
     others = replace(sent, arrival=sent.arrival + 0.05, angular=1.0 - sent.angular)
@@ -207,7 +207,7 @@ def test_a_node_that_waits_for_the_odometry_after_a_reset_is_not_accused(starts)
 
 
 def test_a_node_that_was_not_there_has_not_heard_that_it_has_control():
-    """It is started after a True, and waits for another one."""
+    """The node is started after a True, and waits for another True."""
     run = played()
     end = float(run.control.arrival[run.control.value == 1.0][0]) - 0.1
     early = replace(run, starts=(), commands=run.commands.between(0.0, end), control=Numbers(

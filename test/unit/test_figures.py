@@ -20,7 +20,7 @@ def lines(axes, label=None):
 
 
 def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():
-    """The second one begins before all of the first one's rest is drawn."""
+    """The second turn begins within the time that the figure shows after the first turn."""
     first = turn(2.0, 90.0)
     left, rate = turns_figure(driven([first, turn(first[1] + 0.5, -90.0)])).axes
     assert (left.get_ylabel(), rate.get_xlabel()) == (

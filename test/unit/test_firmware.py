@@ -13,9 +13,9 @@ from tb3_labs.simulation.firmware import motor_speeds
 from tb3_labs.simulation.simulator import Simulator
 
 BURGER = robot_model('burger')
-RADIUS, TRACK = 0.033, 0.16             # of a wheel; between the wheels [m]
-TICK_ANGLE = 2.0 * math.pi / 4096             # of the motor's encoder [rad]
-STEP = 0.229 * 2.0 * math.pi / 60.0     # of the motor's speed [rad/s]
+RADIUS, TRACK = 0.033, 0.16             # [m] radius of a wheel, distance between the wheels
+TICK_ANGLE = 2.0 * math.pi / 4096             # [rad] of the motor's encoder
+STEP = 0.229 * 2.0 * math.pi / 60.0     # [rad/s] of the motor's speed
 
 
 @pytest.mark.parametrize('linear, angular, left, right', [
@@ -60,4 +60,4 @@ def test_the_wheels_carry_the_robot_as_far_as_their_own_size_says(goals):
     radius = TRACK / 2.0 * (right + left) / (right - left)
     assert close(drivetrain.pose, Pose2(
         radius * math.sin(turned), radius * (1.0 - math.cos(turned)), turned))
-    assert drivetrain.angles == pytest.approx(np.multiply(2.0, goals))    # the motors do not know
+    assert drivetrain.angles == pytest.approx(np.multiply(2.0, goals))    # without slip and mismatch

@@ -32,14 +32,14 @@ def test_a_reset_is_found_by_tf_and_by_local_pose(run, has_tf):
 # By hand ------------------------------------------------------------------------------------------
 
 def shifted(metres, at=8.0, line=8.0):
-    """Only local_pose jumps, while the robot stands. The log has a line on it."""
+    """Only local_pose jumps, while the robot stands. The log has a line on the jump."""
     return made(local_pose=poses(X + np.where(TIME > at - 0.01, metres, 0.0)),
                 resets=reset_lines(line))
 
 
 @pytest.mark.parametrize('line', [7.75, 8.0, 8.25])
 def test_the_line_of_a_reset_may_come_a_moment_before_or_after_the_jump(line):
-    """20 messages a second: the jump at 8.0 s is dated from halfway to the message before."""
+    """With 20 messages a second the interval begins halfway between the jump at 8.0 s and the message before."""
     before, after = frame_intervals(shifted(0.02, line=line))
     assert before.end == after.begin == pytest.approx(7.975)
 
@@ -60,7 +60,7 @@ def test_without_a_line_there_is_no_reset():
 
 
 def test_a_new_frame_is_in_force_from_a_twentieth_of_a_second_before_its_first_message():
-    """One message a second: halfway to the message before would be earlier."""
+    """With one message a second, halfway to the message before would be earlier."""
     slow = shifted(0.5)
     slow = replace(slow, local_pose=slow.local_pose.take(slice(None, None, 20)))
     before, after = frame_intervals(slow)
@@ -81,5 +81,5 @@ def test_local_is_placed_in_the_world_by_the_first_pose_of_an_interval():
     places = [(interval.local_T_world.x, interval.local_T_world.y) for interval in frame_intervals(run)]
     assert places == [pytest.approx((-2.0, -1.0)), pytest.approx((-1.5, -1.0))]
     assert [interval.odom_T_local.x for interval in frame_intervals(run)] == pytest.approx([0.0, -0.5])
-    ended = replace(run, ground_truth=run.ground_truth.take(slice(100)))     # before the second one
+    ended = replace(run, ground_truth=run.ground_truth.take(slice(100)))     # before the second reset
     assert [interval.local_T_world is None for interval in frame_intervals(ended)] == [False, True]

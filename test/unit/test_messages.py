@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tb3_labs.recording.messages import RecordedClock, times_on_recorders_clock
-from tb3_labs.watch.printed_pose import declared_by
+from tb3_labs.watch.printed_pose import declared_pose
 
 #: The robot's clock is ahead of the recorder's by this much [s].
 AHEAD = 0.775
@@ -34,7 +34,7 @@ def test_a_clock_that_is_set_during_the_recording(set_at, by):
 
 @pytest.mark.parametrize('arrival', [
     arrived_late(3.0, 5.0, 5.0),       # the recorder was busy, and took all messages at once
-    arrived_late(0.0, 0.6, 0.6),       # it was busy at its begin
+    arrived_late(0.0, 0.6, 0.6),       # the recorder was busy at its begin
     arrived_late(9.25, 9.95, 10.6),    # and at its end
     arrived_late(6.0, 8.0, 6.0)])      # its simulated clock stood still
 def test_stamps_are_used_while_the_recorder_is_late(arrival):
@@ -42,7 +42,7 @@ def test_stamps_are_used_while_the_recorder_is_late(arrival):
 
 
 def one_in_time_of(number):
-    """The arrivals if one of so many messages, and the last one, comes in time."""
+    """The arrivals if one of this many messages, and the last message, come in time."""
     return SENT + np.where((NUMBER % number == 0) | (NUMBER == 99), 0.0, 0.6)
 
 
@@ -65,8 +65,8 @@ def test_the_time_of_a_message(arrival, stamp, robot, time):
 
 @pytest.mark.parametrize('share, passed_on', [(52, True), (48, False)])
 def test_a_sender_that_passes_on_most_stamps_has_the_robots_clock(share, passed_on):
-    """They come 0.3 s late, and the others have stamps that are 0.033 s newer. A stamp of today that is rounded in a
-    float is the same."""
+    """These messages come 0.3 s late, and the others have stamps that are 0.033 s newer. A stamp of today that
+    is rounded in a float is the same."""
     stamp = SENT + AHEAD + np.where(NUMBER < share, 2e-7, 0.033)
     time = times_on_recorders_clock(SENT + 0.3, stamp, ROBOT)
     assert time[:share] == pytest.approx(SENT[:share] + (0.0 if passed_on else 0.267), abs=1e-5)
@@ -91,7 +91,7 @@ def test_a_clock_is_computed_from_its_quickest_messages_without_outliers(lags, l
     ('Local pose set to x=0, y=0, yaw=1e999', None), ('Local pose set to the origin', None),
     ('Goal reached!', None)])
 def test_the_line_of_a_reset(line, pose):
-    found = declared_by(line)
+    found = declared_pose(line)
     assert found == pose if pose is None else (
         (found.x, found.y, found.yaw) == pytest.approx(pose, abs=1e-9))
 
@@ -100,5 +100,5 @@ def test_the_line_of_a_reset(line, pose):
                                   'x=1 y=2 yaw=' + '3' * 50000 + 'e'], ids=list('abcd'))
 def test_a_long_line_is_searched_fast(line):
     begun = time.process_time()
-    declared_by('Local pose set to ' + line)
+    declared_pose('Local pose set to ' + line)
     assert time.process_time() - begun < 2.0

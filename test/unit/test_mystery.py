@@ -39,7 +39,7 @@ KEPT = {1: ('network stalls', 0.65), 3: ('wheel mismatch', 7.7), 4: ('imu offset
 
 @pytest.fixture(scope='module')
 def drawn():
-    """Returns number -> (fault, value) for the first numbers."""
+    """Returns {number: (fault, value)} for the first numbers."""
     return {number: draw(number)[:2] for number in range(1, 2003)}
 
 

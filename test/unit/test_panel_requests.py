@@ -43,7 +43,7 @@ def refusal(text):
         read_request(text)
     reason = str(caught.value)
     assert len(reason) < 300
-    json.dumps(reason, allow_nan=False).encode()    # it goes back to the page
+    json.dumps(reason, allow_nan=False).encode()    # the reason goes back to the page
     return reason
 
 
@@ -56,7 +56,7 @@ def test_each_type_is_read(kind):
 
 @pytest.mark.parametrize('button', BUTTONS)
 def test_a_button_is_true_or_false(button):
-    pad = {'forward': 0, 'left': 0, button: True}    # the others are not named
+    pad = {'forward': 0, 'left': 0, button: True}    # the message does not name the other buttons
     assert read_request(json.dumps({'type': 'joy', 'pad': pad})).value.pad == BrowserPad(**{button: True})
     for literal in '0', '1', 'null', '"true"':
         assert refusal(pad_with(button, literal)) == f'{button} is not valid: bool'
@@ -180,7 +180,7 @@ def test_answers_have_the_number_of_their_request():
     messages = []
     page = OpenPage(lambda text: messages.append(json.loads(text)))
     page.answer(PageRequest('stop', id=7), True, 'done')
-    page.answer(PageRequest('stop'), True, 'done')    # without a number nobody waits for it
+    page.answer(PageRequest('stop'), True, 'done')    # without a number nobody waits for the answer
     page.answer(PageRequest('stop'), False, 'why')
     page.answer(None, False, 'unreadable')
     assert messages == [

@@ -141,7 +141,7 @@ def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(vi
     view.on_message('goal', Pose2(0.5, 1.0, HALF_PI), 99.1)
     seen = picture(view)
     assert (seen['distance'], seen['angle']) == (0.85, round(-math.degrees(0.5), 4))
-    view.on_message('local', Pose2(7.0), 99.2)    # the node's own counts
+    view.on_message('local', Pose2(7.0), 99.2)    # the node's own local counts
     assert picture(view)['local'] == [7.0, 0.0, 0.0]
 
 
@@ -204,7 +204,7 @@ def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
     (False, 100.0, 0.0, 'the robot does not answer'), (False, None, 0.0, 'the robot does not answer')])
 def test_a_stop_is_confirmed_if_the_robot_stands_without_control(
         view, control, heard_at, speed, problem):
-    """The stop is of 100.0 s. An older odometry does not show that the robot stands."""
+    """The stop comes at 100.0 s. An older odometry does not show that the robot stands."""
     view.on_message('has_control', control, 99.0)
     if heard_at is not None:
         view.on_odometry(OdometrySample(0.0, Pose2(), speed, 0.0), heard_at)

@@ -37,7 +37,7 @@ def source_of(node):
 def test_each_node_that_reads_settings_is_in_the_list():
     places = [*(ROOT / 'scripts').glob('*.py'), *ROOT.glob('src/tb3_labs/nodes/*/ros_*.py')]
     readers = {path for path in places if 'read_config(' in path.read_text(encoding='utf-8')}
-    others = {ROOT / 'scripts/demo.py', ROOT / 'scripts/panel.py'}    # without a file of parameters
+    others = {ROOT / 'scripts/demo.py', ROOT / 'scripts/panel.py'}    # these scripts have no file of parameters
     assert readers - others == set(map(source_of, LAB_NODES))
 
 

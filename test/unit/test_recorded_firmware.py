@@ -45,12 +45,12 @@ class Replay:
         self.way = np.append(0.0, np.cumsum(np.hypot(*np.diff(self.truth[:, 1:3], axis=0).T)))
 
     def turned(self, begin, end):
-        """True turn between two times [deg]."""
+        """True turn [deg] between two times."""
         return math.degrees(np.subtract(*np.interp([end, begin], self.truth[:, 0],
                                                    self.truth[:, 3])))
 
     def driven(self, begin, end):
-        """True path between two times [m]."""
+        """True path [m] between two times."""
         return np.subtract(*np.interp([end, begin], self.truth[:, 0], self.way))
 
     def pause(self):
@@ -59,11 +59,11 @@ class Replay:
         return self.imu[row], self.imu[row + 1]
 
     def odometry_after(self, stamp):
-        """The first odometry from then on."""
+        """The first odometry at `stamp` or later."""
         return next(sample for sample in self.odometry if sample.stamp >= stamp)
 
     def lag(self, begin, end):
-        """Returns the lag of the IMU's yaw behind the true yaw, in a steady turn [s]."""
+        """Returns the lag [s] of the IMU's yaw behind the true yaw, in a steady turn."""
         stamps, yaws = self.imu[:, 0], np.unwrap(self.imu[:, 1])
         turning = (begin < stamps) & (stamps < end)
         behind = np.interp(stamps[turning], self.truth[:, 0], self.truth[:, 3]) - yaws[turning]
@@ -92,7 +92,7 @@ def test_a_drive_and_its_computer(host, imu_rate, odom_rate, lag):
 
 
 def test_a_reset_in_a_drive():
-    """Zero commands arrive 0.2 s after the reset, and are obeyed when the pause is over."""
+    """Zero commands arrive 0.2 s after the reset. The board obeys them when the pause is over."""
     replay = Replay([(0.492, 2.699, 0.2, 0.0), (2.699, 3.67, 0.0, 0.0)], 9.0, reset=2.498)
     before, after = replay.pause()
     assert after[0] - before[0] == pytest.approx(2.58, abs=0.1)

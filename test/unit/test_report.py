@@ -140,7 +140,7 @@ def test_a_bag_that_cannot_be_reported_gives_one_line(words, said, odd_bags, mon
 
 
 def test_settings_for_matplotlib_in_the_folder_of_a_stranger_do_nothing(tmp_path):
-    """It reads matplotlibrc where it is started; by this file it would run LaTeX, or draw nothing."""
+    """matplotlib reads matplotlibrc in the current folder. By this file it would run LaTeX, or draw nothing."""
     (tmp_path / 'matplotlibrc').write_text('lines.linewidth: nonsense\ntext.usetex: True\n'
                                            'figure.facecolor: red\n')
     seen = subprocess.check_output(
@@ -175,7 +175,7 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
         x, y = line.get_data()
         assert np.nanmax(np.hypot(np.diff(x), np.diff(y))) < MIN_LEAP
         near = np.hypot(x[:, None] - run.odometry.x, y[:, None] - run.odometry.y).min(axis=1)
-        assert np.nanmax(near) < 0.06                  # it truly ends 0.05 m beside
+        assert np.nanmax(near) < 0.06                  # the drive truly ends 0.05 m beside the goal
     true_in_local = [line for line in in_local.get_lines() if line.get_color() == '#bbbbbb'][0]
     assert true_in_local.get_xydata()[-1] == pytest.approx((0.97, 0.04), abs=1e-3)
 
@@ -183,7 +183,7 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
 # The tables as CSV --------------------------------------------------------------------------------
 
 def test_the_rows_of_two_runs_fit_into_one_spreadsheet(tmp_path):
-    """Turns beyond 90 deg; and a drive, a turn to the left, 0.8 m, a turn back, which ends 0.2 m beyond its goal."""
+    """Turns beyond 90 deg, and a drive: a turn to the left, 0.8 m, a turn back. It ends 0.2 m beyond its goal."""
     runs = (('lab', [turn(2.0, 92.0), turn(6.0, 94.0)]), ('precise', [turn(2.0, -91.5)]),
             ('precise', drive(2.0, 90.0, 0.8, -80.0)))
     rows = {'turns': [], 'drives': []}

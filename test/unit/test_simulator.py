@@ -32,7 +32,7 @@ def numbers(sample):
 
 
 def same(samples, others):
-    """Are they of the same sensors in the same order, and equal but for the last digits? Times that
+    """Are the samples of the same sensors in the same order, and equal but for the last digits? Times that
     are cut add up to others in these."""
     return ([type(sample) for sample in samples] == [type(other) for other in others]
             and all(numbers(sample) == pytest.approx(numbers(other), rel=1e-12, abs=1e-12)

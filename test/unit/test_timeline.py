@@ -1,4 +1,4 @@
-"""The timeline of a run: no recorded value is far from its curve, and the page needs nothing else."""
+"""The timeline of a run: no recorded value is far from its curve. The page needs no other file."""
 import json
 import math
 import re

@@ -48,7 +48,7 @@ class HandoutNode:
         self.turning = True
 
     def control(self):
-        """The angular.z of a command; None: none is sent."""
+        """The angular.z of a command; None if the node sends no command."""
         if not self.turning:
             return None
         error = self.error()
@@ -90,7 +90,7 @@ def played(node):
 
 
 def untyped(run):
-    """The run as a recording without letters has it."""
+    """The run as in a recording without letters."""
     return replace(run, letters=values([], []), starts=())
 
 
@@ -212,7 +212,7 @@ def test_a_command_of_the_mouse_does_not_belong_to_the_turn(is_typed, x, active,
 @pytest.mark.parametrize('is_typed', [True, False])
 @pytest.mark.parametrize('is_over', [True, False])
 def test_a_zero_after_the_end_of_the_node_does_not_belong_to_the_turn(is_typed, is_over):
-    """The first turn ends by a zero after 0.4 s; its variables were read until then, or also later."""
+    """The first turn ends by a zero after 0.4 s. The probe read the variables until then, or also later."""
     run = with_commands(played(HandoutNode()), np.array([1.41]), 0.0, 1.4, 7.0)
     read = run.variables.arrival
     if is_over:
@@ -222,7 +222,7 @@ def test_a_zero_after_the_end_of_the_node_does_not_belong_to_the_turn(is_typed, 
 
 
 class Queue(HandoutNode):
-    """Each letter asks for many turns: the next one begins in the tick in which one ends."""
+    """Each letter asks for many turns. The next turn begins in the tick in which a turn ends."""
 
     todo = ()
 
@@ -249,8 +249,8 @@ TIMES = np.arange(0.0, 12.0, 0.01)
 
 
 def test_a_value_is_not_late_while_the_sensor_is_silent():
-    """The last value stays in a silence of 3 s; then a late node has it for 0.7 s too long. A tenth of the values may
-    have longer delays."""
+    """In a silence of 3 s the last value stays. Then a late node has this value for 0.7 s too long. A tenth
+    of the values may have longer delays."""
     samples = TIMES[(TIMES < 4.0) | (TIMES > 7.0)]
     quantity = Quantity('the time', samples, samples, 1.0)
     read = np.arange(1.0, 11.9, 0.05)

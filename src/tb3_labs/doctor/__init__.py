@@ -15,7 +15,7 @@ BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
 
 class Finding(NamedTuple):
-    """A state of one subject, and what the user should do about it."""
+    """The state of one `subject`, and what the user should do about it."""
 
     severity: str       # 'ok', 'warning' or 'FAULT'
     subject: str
@@ -25,12 +25,14 @@ class Finding(NamedTuple):
 
 #: ok(subject, text) returns a Finding about a thing that works, warning(subject, text, remedy)
 #: about a possible problem, and fault(subject, text, remedy) about a problem that prevents a lab.
-ok, warning, fault = (partial(Finding, severity) for severity in ('ok', 'warning', 'FAULT'))
+ok = partial(Finding, 'ok')
+warning = partial(Finding, 'warning')
+fault = partial(Finding, 'FAULT')
 
 
 def as_text(finding: Finding) -> str:
-    """Returns a finding as one line of text. Texts of other programs may contain line ends and
-    terminal codes, which become spaces."""
+    """Returns a finding as one line of text. Line ends and terminal codes, which texts of other
+    programs may contain, become spaces."""
     text = '{:<7} {:<8} {}'.format(finding.severity, finding.subject, finding.text)
     if finding.remedy:
         text += '. Do: ' + finding.remedy

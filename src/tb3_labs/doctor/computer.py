@@ -72,7 +72,7 @@ class Address:
     @property
     def advice(self) -> str:
         """The commands by which this computer advertises the right address. If the master is on
-        this computer, this is the first own address."""
+        this computer, the right address is the first own address."""
         unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
         usable = [address for address in (self.outgoing_address, *self.own)
                   if address and not is_loopback(address)]

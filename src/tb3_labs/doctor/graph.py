@@ -16,7 +16,7 @@ from tb3_labs.doctor.computer import Address, address_of, is_loopback
 
 #: The doctor's name in calls. It is not registered at the master.
 CALLER_ID = f'/doctor_{os.getpid()}'
-#: Longest wait for an answer [s].
+#: Longest wait [s] for an answer.
 ANSWER_TIMEOUT = 1.0
 #: {problem of a Peer: text}
 PROBLEMS = {
@@ -120,8 +120,9 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_topic(self, topic, node, names):
-        """Returns the robot's topic that `node` probably means by `topic`. Its name is one of
-        `names`. Returns '' if `topic` is right, of another robot, or not like a right topic."""
+        """Returns the robot's topic that `node` probably means by `topic`. The name of the result
+        is one of `names`. Returns '' if `topic` is right, of another robot, or not like a right
+        topic."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''
@@ -181,7 +182,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 
 def _mistakes(text, graph, names, users, partners):
     """Returns `text` with (node, wrong topic, right topic, partner) for each mistake. `users` and
-    `partners` are {topic: nodes} of both ends of the topics. Users may have wrong names."""
+    `partners` are {topic: nodes} of both ends of the topics. `users` may have wrong topics."""
     texts = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:

@@ -65,9 +65,9 @@ def examine_messages(graph, address, is_wall_time):
 
 
 def listen(namespace, address):
-    """Returns all ReceivedMessages of a robot's topics, and the time at which listening ended [s].
-    `address` is this computer's address on the way to the master. It replaces ROS_IP, which may be
-    wrong."""
+    """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
+    `address` is this computer's address on the way to the master, which replaces ROS_IP, since
+    ROS_IP may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []

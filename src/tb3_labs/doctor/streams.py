@@ -9,13 +9,13 @@ from typing import Mapping, Optional, Sequence, Tuple
 from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
-#: Time for which the doctor listens [s].
+#: Time [s] for which the doctor listens.
 LISTENING_TIME = 5.0
-#: tf is disturbed if the offset of the robot's clock is larger than this [s].
+#: A larger offset [s] of the robot's clock disturbs tf.
 CLOCK_WARNING_OFFSET = 0.1
-#: Nodes that use stamps do not work if this offset is larger than this [s].
+#: With a larger offset [s], nodes that use stamps do not work.
 CLOCK_FAULT_OFFSET = 1.0
-#: A lab is disturbed if the drift is larger than this [deg/min].
+#: A larger drift [deg/min] disturbs a lab.
 MAX_DRIFT = 2.0
 #: A wheel stands still if it turns by less than this angle [rad] while the doctor listens.
 STANDING_TURN = 0.005
@@ -36,8 +36,8 @@ def judge_drivers(sent: Mapping[str, int]) -> Finding:
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
                  publisher: str = '') -> Finding:
-    """Do the messages of a sensor arrive evenly enough to drive? `arrivals` has the times of
-    arrival [s]. `ended` is the time at which the doctor stopped listening [s]. `publisher` is a
+    """Do the messages of a sensor arrive evenly enough to drive? `arrivals` has the times [s]
+    of arrival. `ended` is the time [s] at which the doctor stopped listening. `publisher` is a
     node that publishes `topic`, or ''."""
     _, _, name = topic.rpartition('/')
     if not publisher:
@@ -59,7 +59,7 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 def judge_clock(least_delay: float) -> Finding:
     """Does the robot's clock agree with this computer's clock? `least_delay` is the least time
-    from a stamp (the robot's clock) to the arrival (this computer's clock) [s]."""
+    [s] from a stamp (the robot's clock) to the arrival (this computer's clock)."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
     text = f"the robot's clock is {least_delay:.1f} s behind, or all its messages come so late"

@@ -217,7 +217,7 @@ export class MapInput {
   /** `redraw()` draws the map again. */
   constructor(map, redraw) {
     Object.assign(this, {map, redraw});
-    this.pointers = new Map();        // id -> [x, y] on the canvas
+    this.pointers = new Map();        // {id: [x, y] on the canvas}
     const canvas = map.canvas;
     canvas.addEventListener('pointerdown', (event) => this.down(event));
     canvas.addEventListener('pointermove', (event) => {

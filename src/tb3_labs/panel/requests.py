@@ -16,9 +16,9 @@ the upper edge. "first" is true in the first message after the person gripped pa
 
 Each request may have an "id", a whole number, which the answer repeats. "stops" is the number of
 stops in the picture that the page had when the person acted; see
-:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending [s] on the panel's clock. The page
-adds the time since its last picture to the "now" of this picture. So a message may seem later than
-it is, but never earlier, unless the clock of the browser jumps.
+:mod:`tb3_labs.supervision.dead_man`. "t" is the time [s] of sending on the panel's clock. The page
+adds the time since its last picture to the "now" of this picture. So the panel may overestimate the
+delay of a message. It underestimates the delay only if the clock of the browser jumps.
 """
 import json
 from contextlib import suppress
@@ -28,12 +28,12 @@ from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.supervision.goal_requests import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 
-#: A message with more characters is refused. The longest valid message has about 250. JSON of this
-#: length cannot be nested so deeply that Python fails.
+#: The panel refuses a message with more characters. The longest valid message has about 250
+#: characters. In 500 characters JSON cannot be nested so deeply that Python fails.
 MAX_REQUEST_LENGTH = 500
-#: The largest valid time of sending [s].
+#: The largest valid time [s] of sending.
 LATEST_TIME = 1e12
-#: The clock of a browser may be ahead of the panel's clock by at most this [s].
+#: The time [s], at most, by which the clock of a browser is ahead of the panel's clock.
 MAX_CLOCK_AHEAD = 0.2
 #: The largest valid turn [deg].
 MAX_TURN_DEG = 360.0
@@ -84,7 +84,7 @@ class PageRequest(NamedTuple):
     sent_at: float = 0.0           # on the panel's clock [s]; 0 if missing, which is very late
 
     def lateness(self, now: float) -> float:
-        """The delay of the message [s]. Raises ``ValueError`` if `sent_at` is in the future."""
+        """The delay [s] of the message. Raises ``ValueError`` if `sent_at` is in the future."""
         if self.sent_at > now + MAX_CLOCK_AHEAD:
             raise ValueError(f't = {self.sent_at} is not valid: at most {now:.1f}, which is now')
         return max(0.0, now - self.sent_at)
@@ -112,7 +112,7 @@ class OpenPage:
 
 
 def read_request(text: Union[str, bytes]) -> PageRequest:
-    """Returns the PageRequest in a message. Raises ``ValueError``, with the reason, if it is
+    """Returns the PageRequest in a message. Raises ``ValueError`` with the reason if the message is
     invalid."""
     if len(text) > MAX_REQUEST_LENGTH:
         raise ValueError(f'a message of {len(text)} characters is refused: at most '
@@ -166,14 +166,14 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
     'turn': lambda message: _read_number(message, 'degrees', MAX_TURN_DEG, 'deg')}
 
 
-def _read_number(message: Dict, name: str, most: float, unit: str = '') -> float:
-    """Returns the number called `name`. ``ValueError`` if it is not from -`most` to `most`."""
+def _read_number(message: Dict, name: str, limit: float, unit: str = '') -> float:
+    """Returns the number called `name`. ``ValueError`` if it is not from -`limit` to `limit`."""
     value: Any = message.get(name)
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     # the comparison is False for NaN, infinity, and integers that are too large for a float
-    if not is_number or not abs(value) <= most:
-        raise ValueError(f'{name} = {json.dumps(value):.40} is not valid: a number from {-most:g} '
-                         f'to {most:g} {unit}'.rstrip())
+    if not is_number or not abs(value) <= limit:
+        raise ValueError(f'{name} = {json.dumps(value):.40} is not valid: a number from {-limit:g} '
+                         f'to {limit:g} {unit}'.rstrip())
     return float(value)
 
 

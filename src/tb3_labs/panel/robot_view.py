@@ -15,7 +15,7 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "has_control"        may move_to_goal drive?
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        heading by the IMU, 0 to 360
-    "ages"               {sensor: time since the last message [s]}
+    "ages"               {sensor: time [s] since the last message}
     "inside"             a list of {"node", "values": [[name, text]]}: the variables that watch.py
                          publishes
     "page"               the page that drives the robot: "", "this" or "other"
@@ -34,16 +34,16 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
-from tb3_labs.watch.printed_pose import declared_by
+from tb3_labs.watch.printed_pose import declared_pose
 
-#: If the odometry's position [m] or yaw [rad] jumps by more than this, it was set to zero.
+#: If the odometry's position [m] or yaw [rad] jumps by more than this, a reset set both to zero.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
-#: If the stamps of truth and odometry are farther apart than this, truth is not moved in time [s].
+#: Longest time [s] between the stamps of truth and odometry for which truth is moved in time.
 MAX_TIME_APART = 0.3
-#: A robot stands still if both speeds of its odometry are below this [m/s], [rad/s].
+#: A robot stands still if both speeds [m/s], [rad/s] of its odometry are below this.
 STANDSTILL_SPEED = 0.02
-#: A page no longer shows a node's variables after a silence of this length [s].
+#: After a silence of this length [s] a page no longer shows a node's variables.
 VARIABLES_TIMEOUT = 2.0
 
 
@@ -80,7 +80,7 @@ class RobotView:
 
     def on_log_line(self, text: str) -> None:
         """Take the robot's pose in local from a line of the log, if the line has such a pose."""
-        declared = declared_by(text)
+        declared = declared_pose(text)
         odom = self.latest('odom')
         if declared and odom:
             self._computed_frame = odom.pose @ declared.inverse()
@@ -168,7 +168,7 @@ class RobotView:
                        if now - at <= VARIABLES_TIMEOUT]}
 
     def _truth_in_odom(self) -> Optional[Pose2]:
-        """Returns the true pose in odom at the stamp of the odometry. So the page can compare both
+        """Returns the true pose in odom at the stamp of the odometry. So a page can compare both
         poses while the robot moves."""
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:

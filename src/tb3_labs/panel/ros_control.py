@@ -24,9 +24,9 @@ from tb3_labs.supervision.dead_man import DeadMan
 
 #: A request with a larger delay [s] is rejected, since the person no longer expects a motion.
 MAX_REQUEST_AGE = 2.0
-#: A stop is confirmed if the robot stands still within this time [s].
-CONFIRM_WITHIN = 1.5
-#: Time between two checks whether the robot stands still [s].
+#: Time [s] within which the robot must stand still, so that a stop is confirmed.
+CONFIRM_TIME = 1.5
+#: Time [s] between two checks whether the robot stands still.
 CONFIRM_PERIOD = 0.05
 
 
@@ -134,8 +134,8 @@ class PanelRobot:
                 'reset': _reset}
 
     def _check_age(self, request, oldest):
-        """Raises ``ValueError`` if `request` is, or may be, older than `oldest` [s]. Requests that
-        move the robot, or the frame local, are checked."""
+        """Raises ``ValueError`` if `request` is, or may be, older than `oldest` [s]. Called for
+        requests that move the robot or the frame local."""
         now = steady_time()
         self.dead_man.check(request.stops, now, request.lateness(now), oldest)
 
@@ -181,8 +181,8 @@ class PanelRobot:
             self.stop()
 
     def _confirm(self, page, request, since):
-        """Answer a STOP of `page` when the robot stands still. After CONFIRM_WITHIN the answer is
-        the reason why the stop is not confirmed. `since` is the time of the stop [s]."""
+        """Answer a STOP of `page` when the robot stands still. After CONFIRM_TIME the answer is
+        the reason why the stop is not confirmed. `since` is the time [s] of the stop."""
         hearers = subscribers_of(self._control) | subscribers_of(self._cmd_vel)
         if not hearers - {rospy.get_name()}:
             page.answer(request, fulfilled=False, text='no node hears it')
@@ -193,7 +193,7 @@ class PanelRobot:
             if self.subscriptions.read_view(lambda view: view.latest('has_control')) is None:
                 text = 'the robot stands'
             page.answer(request, fulfilled=True, text=text)
-        elif steady_time() - since > CONFIRM_WITHIN:
+        elif steady_time() - since > CONFIRM_TIME:
             page.answer(request, fulfilled=False, text=problem)
         else:
             self._server.call_later(CONFIRM_PERIOD, lambda: self._confirm(page, request, since))
@@ -205,7 +205,7 @@ class PanelRobot:
         self._send_mouse(None)
 
     def _send_pad(self, pad, lateness=0.0):
-        """Publish a BrowserPad as `joy`. `lateness` is the delay of the page's message [s]."""
+        """Publish a BrowserPad as `joy`. `lateness` is the delay [s] of the page's message."""
         if self.subscriptions.has_another_pad:
             return    # the node gamepad would treat two publishers as one pad
         axes, buttons = pad.as_joy(self._pad_config)

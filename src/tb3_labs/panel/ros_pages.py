@@ -14,13 +14,13 @@ from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe
 
-#: Time between two checks of the page that drives [ms].
+#: Time [ms] between two checks of the page that drives.
 DEAD_MAN_PERIOD = 20.0
-#: At its end the node waits at most this long for the stop of the robot [s].
+#: Longest wait [s] of the node, at its end, for the stop of the robot.
 RELEASE_TIMEOUT = 0.5
 #: A new page gets at most this many older log lines.
 LINES_KEPT = 200
-#: A log line is cut after this number of characters.
+#: A page gets at most this many characters of a log line.
 MAX_LINE_LENGTH = 500
 #: (least level of a message, its name on a page)
 LOG_LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
@@ -30,8 +30,8 @@ class Pages:
     """The open pages, and their robot. The methods run in the thread of the server."""
 
     def __init__(self, config, body_radius):
-        """Offer the page with the settings of a PanelConfig. `body_radius` is the radius of the
-        robot's body [m]."""
+        """Offer the page with the settings of a PanelConfig. `body_radius` is the radius [m] of
+        the robot's body."""
         self._greeting = {'control': config.control, 'radius': body_radius,
                           'robot': rospy.get_namespace().strip('/')}
         self._pages = []

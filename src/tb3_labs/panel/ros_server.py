@@ -24,16 +24,17 @@ PAGE_FILES = Path(__file__).resolve().parent / 'page'
 #: A regular expression for the names of the files in `drawing`, which draw a robot.
 DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
                          if path.suffix in PUBLIC_SUFFIXES)
-#: Time between two pings of a page [s].
+#: Time [s] between two pings of a page.
 PING_PERIOD = 1.0
-#: The server disconnects a page without an answer to a ping within this time [s]. Its computer may
-#: be suspended, or the network stalls. Later the page connects again.
+#: If a page does not answer a ping within this time [s], the server disconnects the page. The
+#: page's computer may be suspended, or the network stalls. Later the page connects again.
 PONG_TIMEOUT = 3.0
-#: The server closes a connection without a complete request after this time [s].
+#: After this time [s] the server closes a connection without a complete request.
 REQUEST_TIMEOUT = 10.0
 #: The panel tries at most this many ports.
 MAX_PORTS = 10
-#: With these headers the page loads files of this server only, and no site shows it in a frame.
+#: With these headers the page loads files of this server only, and no site shows the page in a
+#: frame.
 HEADERS = {
     'Content-Security-Policy': "default-src 'self'; connect-src 'self' ws: wss:; "
                                "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",

@@ -18,9 +18,9 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
-#: Time between two readings of the odometry, which moves the robot on the page [s].
+#: Time [s] between two readings of the odometry, which moves the robot on the page.
 ODOMETRY_PERIOD = 0.045
-#: Time between two readings of another sensor's topic [s]. Each reading costs computing time.
+#: Time [s] between two readings of another sensor's topic. Each reading costs computing time.
 NUMBERS_PERIOD = 0.2
 _read_data = attrgetter('data')
 

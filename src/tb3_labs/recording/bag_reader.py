@@ -1,8 +1,8 @@
 """Reads the records of a bag file, in the order in which they were recorded.
 
-A bag may come from a stranger. So its definitions of messages are not used, and the reading ends
-when the bag would take too much memory. Its index is not used either: a recording that was cut off
-is read up to its last whole record.
+This package has its own reader for three reasons: a stranger's definitions of messages never run,
+the memory is bounded, and a recording that was cut off is read up to its last whole record, without
+its index. The library rosbags is no Debian package.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -14,16 +14,16 @@ import struct
 from shlex import quote
 from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
-#: The memory that one reading takes at most [bytes]. An hour of record.launch takes 1.2e9, and
+#: The memory [bytes] that one reading takes at most. An hour of record.launch takes 1.2e9, and
 #: 1.6e9 if it is packed.
 MAX_MEMORY = 2e9
-#: A message and a connection take this memory in addition to their data [bytes].
+#: The memory [bytes] of a message, and of a connection, in addition to their data.
 MESSAGE_OVERHEAD, CONNECTION_OVERHEAD = 500, 10000
-#: The largest header, message and unpacked chunk, and the longest name [bytes].
+#: The largest sizes [bytes] of a header, a name, a message and an unpacked chunk.
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
-#: If a message arrived more than this before the previous message of its sender, the recorder's
-#: clock was set back [s]. A busy recorder may exchange two messages that are nearer to each other.
+#: If a message arrived more than this time [s] before the previous message of its sender, the
+#: recorder's clock was set back. A busy recorder may exchange two messages that are nearer.
 MIN_SET_BACK = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
 #: slept. A smaller jump of the clock looks like a silence of all topics.
@@ -63,8 +63,8 @@ Stream = List[Tuple[float, bytes]]
 
 
 class Bag:
-    """The contents of a bag file. `streams` has a Stream for each connection. It is None if the
-    messages are not wanted. `problem` is the reason why the file was not read to its end, or ''."""
+    """The contents of a bag file. `streams` has a Stream for each connection, or None if
+    its messages are not wanted. `problem` says why the file was not read to its end, or is ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
         """Read the file. Only messages with ``is_wanted(connection)`` are kept. Raises BagProblem
@@ -92,9 +92,9 @@ class Bag:
     def _read(self, data: Union[bytes, mmap.mmap], at: int) -> None:
         """Read the records from `at` to the end of the file, or of an unpacked chunk."""
         while at < len(data):
-            header_size, = UINT32.unpack_from(data, at)
+            [header_size] = UINT32.unpack_from(data, at)
             header_end = at + UINT32.size + header_size
-            data_size, = UINT32.unpack_from(data, header_end)
+            [data_size] = UINT32.unpack_from(data, header_end)
             begin = header_end + UINT32.size
             end = begin + data_size
             if header_size > MAX_HEADER_BYTES:
@@ -146,10 +146,9 @@ class Bag:
     def _add_connection(self, header: Dict[bytes, bytes], data: bytes) -> None:
         self._spend(CONNECTION_OVERHEAD)
         known = _fields(data)
-        names = [header[b'topic'], *(known.get(key, b'') for key in (
-            b'type', b'md5sum', b'callerid'))]
-        connection = Connection(*(name[:MAX_NAME_BYTES].decode(errors='replace')
-                                  for name in names))
+        connection = Connection(
+            topic=_text(header[b'topic']), message_type=_text(known.get(b'type', b'')),
+            checksum=_text(known.get(b'md5sum', b'')), sender=_text(known.get(b'callerid', b'')))
         if connection not in self.streams:
             self.streams[connection] = None
             if self._is_wanted(connection):
@@ -167,6 +166,10 @@ class Bag:
         if not unpacker.eof:
             raise ValueError('the chunk is too large, or not whole')
         return chunk
+
+
+def _text(name: bytes) -> str:
+    return name[:MAX_NAME_BYTES].decode(errors='replace')
 
 
 def _fields(data: bytes) -> Dict[bytes, bytes]:

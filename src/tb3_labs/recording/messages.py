@@ -15,23 +15,23 @@ from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.recording.run_data import (
     Commands, ImuSamples, LogLines, MouseSamples, Numbers, OdometrySamples, Poses, States,
     Variables)
-from tb3_labs.watch.printed_pose import declared_by
+from tb3_labs.watch.printed_pose import declared_pose
 
 #: The level of a log line for each value of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
-#: A sample with a larger number is invalid [m, rad, m/s, rad/s]. The firmware's spikes are below
+#: A sample with a larger number [m, rad, m/s, rad/s] is invalid. The firmware's spikes are below
 #: 1000 rad/s.
 MAX_NUMBER = 1e5
-#: A larger speed that no wheel follows is read as this speed [m/s, rad/s].
+#: The readers make a larger speed that no wheel follows equal to this speed [m/s, rad/s].
 MAX_IGNORED_SPEED = MAX_NUMBER / 2.0
 
-#: Two senders share one clock if their clocks differ by less than this [s].
-SAME_CLOCK = 0.1
-#: A message is late if its delay differs from its sender's usual delay by more than this [s].
-LATE_BY = 0.5
-#: No recorder is busy for longer than this. If the delay of a message is longer, its stamp is
-#: ignored [s].
+#: Two senders whose clocks differ by less than this [s] share one clock.
+MAX_CLOCK_DIFFERENCE = 0.1
+#: A message is late if its delay is more than this [s] off its sender's usual delay.
+MIN_LATENESS = 0.5
+#: No recorder is busy for longer than this time [s]. The stamp of a message with a longer delay is
+#: ignored.
 MAX_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of its messages is not late.
 MIN_IN_TIME_SHARE = 0.25
@@ -39,7 +39,7 @@ MIN_IN_TIME_SHARE = 0.25
 
 @dataclass(frozen=True)
 class RecordedClock:
-    """The clock of a sender, which is `lag` behind the recorder's clock [s]. `stamps` are the
+    """The clock of a sender, which is `lag` [s] behind the recorder's clock. `stamps` are the
     stamps of the sender's messages."""
 
     lag: float
@@ -51,19 +51,19 @@ class RecordedClock:
         messages with the shortest delays, without outliers."""
         lags = np.sort(arrival - stamp)
         median = lags[(len(lags) - 1) // 2]
-        lags = lags[np.abs(lags - median) < LATE_BY]
+        lags = lags[np.abs(lags - median) < MIN_LATENESS]
         return cls(float(lags[len(lags) // 20]), stamp)
 
     def is_same_as(self, other: 'RecordedClock') -> bool:
         """Do the stamps of this sender come from the clock of the `other` sender?"""
         is_copied = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
-        return abs(self.lag - other.lag) < SAME_CLOCK or is_copied.mean() > 0.5
+        return abs(self.lag - other.lag) < MAX_CLOCK_DIFFERENCE or is_copied.mean() > 0.5
 
 
 def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
                              robot_clock: RecordedClock) -> np.ndarray:
-    """Returns the times at which a sender sent its messages, on the recorder's clock [s]. Each time
-    is at least the previous time.
+    """Returns the times [s] at which a sender sent its messages, on the recorder's clock. No time
+    is before the previous time.
 
     `robot_clock` is the odometry's RecordedClock. All senders that share this clock get the same
     lag, so that their stamps stay comparable to the microsecond. A stamp is more exact than an
@@ -76,14 +76,14 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     if clock.is_same_as(robot_clock):
         clock = robot_clock
     delay = np.abs(arrival - stamp - clock.lag)
-    if (delay < LATE_BY).mean() < MIN_IN_TIME_SHARE:
+    if (delay < MIN_LATENESS).mean() < MIN_IN_TIME_SHARE:
         return np.maximum.accumulate(arrival)
     by_stamp = delay < MAX_BELIEVED_DELAY
     return np.maximum.accumulate(np.where(by_stamp, stamp + clock.lag, arrival))
 
 
-# -- Each function returns the header that has the stamp, or None, and a row of values for each
-# sample of the robot in the namespace `prefix`. An invalid quaternion raises ValueError.
+# -- Each function returns the header with the stamp, or None, and a row of values for each sample
+# of the robot in the namespace `prefix`. An invalid quaternion raises ValueError.
 
 def _yaw(q):
     return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
@@ -161,9 +161,9 @@ def stamped_samples(part, message, prefix, start, received):
     """Returns the samples of a topic, and the number of invalid messages and samples. The `time` of
     a sample is its stamp on the sender's clock.
 
-    `part` is a field of RunData, and `prefix` the robot's namespace. `start` is the arrival of the
-    recording's first message [s since 1970]. `received` has (arrival [s], sender, bytes) of each
-    message. All messages are read into the same `message`.
+    `part` is a field of RunData, and `prefix` is the robot's namespace. `start` is the arrival of
+    the recording's first message [s since 1970]. `received` has (arrival [s], sender, bytes) of
+    each message. All messages are read into the same `message`.
     """
     samples_type, read = READERS[part]
     rows = []
@@ -190,7 +190,7 @@ def stamped_samples(part, message, prefix, start, received):
 
 def resets_in(log: LogLines) -> Poses:
     """Returns the poses that the lines of a log declare."""
-    declared = [(arrival, time, declared_by(text))
+    declared = [(arrival, time, declared_pose(text))
                 for arrival, time, text in zip(log.arrival, log.time, log.texts)]
     return Poses.from_rows([(arrival, time, pose.x, pose.y, pose.yaw)
                             for arrival, time, pose in declared if pose is not None])

@@ -1,7 +1,7 @@
 """Reads a rosbag into a RunData. The bag must have a topic of type Imu and one of type Odometry.
 
 The library rosbag makes Python code of the definitions of messages in a bag, and runs this code.
-But a bag may come from a stranger. So this reader uses only the installed message classes, and does
+But a bag may come from a stranger. So this module uses only the installed message classes, and does
 not read topics of other types.
 """
 import posixpath

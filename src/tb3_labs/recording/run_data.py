@@ -1,9 +1,9 @@
 """The recorded data of one run, as arrays.
 
 Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
-sample arrived at the recorder. `time` is the stamp of the sample. It is converted from the sender's
-clock to the recorder's clock, because the clocks of a real robot and a recorder differ by up to a
-second. If a message has no stamp, `time` equals `arrival`.
+sample arrived at the recorder. `time` is the stamp of the sample, converted from the sender's clock
+to the recorder's clock, because the clocks of a real robot and a recorder differ by up to a second.
+If a message has no stamp, `time` equals `arrival`.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages.
 Edge cases: a topic that was not recorded has samples of length 0. A message with an invalid
@@ -20,9 +20,9 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: A pause of a topic's messages is a gap if it is longer than this [s].
+#: A longer pause [s] of a topic's messages is a gap.
 MIN_GAP = 0.3
-#: The way from one pose to the next is a leap if it is longer than this [m].
+#: A longer way [m] from one pose to the next is a leap.
 MIN_LEAP = 0.3
 
 SamplesType = TypeVar('SamplesType', bound='Samples')
@@ -75,7 +75,7 @@ class Yaws(Samples):
 
     def yaw_at(self, time: Any) -> np.ndarray:
         """Returns the continuous yaw [rad] at each time [s], linear between two samples. Before the
-        first sample it is the first yaw, and after the last sample it is the last yaw."""
+        first sample the result is the first yaw, and after the last sample the last yaw."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @cached_property
@@ -105,7 +105,7 @@ class Poses(Yaws):
 
     @property
     def length(self) -> float:
-        """The length of the path, forwards and backwards [m]."""
+        """The length [m] of the path, forwards and backwards."""
         return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
 
     @property
@@ -117,8 +117,8 @@ class Poses(Yaws):
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, times: np.ndarray) -> 'Poses':
-        """Returns the interpolated poses at the `times` [s]. Before the first sample it is the
-        first pose, and after the last sample it is the last pose."""
+        """Returns the interpolated poses at the `times` [s]. Before the first sample the result
+        is the first pose, and after the last sample the last pose."""
         x, y = (np.interp(times, self.time, column) for column in (self.x, self.y))
         return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
 
@@ -178,8 +178,7 @@ class Commands(Samples):
 
 @dataclass(frozen=True)
 class MouseSamples(Samples):
-    """The place of the mouse on mouse_info, x to the right and y up, from -1 to 1. `active` is 1 or
-    0."""
+    """Places of the mouse on mouse_info: x to the right, y up, -1 to 1. `active` is 1 or 0."""
 
     x: np.ndarray
     y: np.ndarray
@@ -211,8 +210,7 @@ class Numbers(Samples):
 
 @dataclass(frozen=True)
 class Variables(Samples):
-    """Readings of the variables of nodes, each with a node, the variable's name, and its value as a
-    text."""
+    """Readings of variables, each with the node, the variable's name, and the value as a text."""
 
     node: np.ndarray
     name: np.ndarray
@@ -222,7 +220,7 @@ class Variables(Samples):
 @dataclass(frozen=True, eq=False)
 class RunData:
     """The run of one robot. Only `imu` and `odometry` always have samples. A run equals only
-    itself, so lru_cache can keep what a function found in the latest run."""
+    itself. So lru_cache can keep the result of a function for the latest run."""
 
     name: str
     start: float                                     # of the recording [s since 1970]

@@ -14,7 +14,7 @@ import rospy
 
 from tb3_labs.ros.rospy_internals import is_wall_time
 
-#: Time between two checks of a condition [s, wall clock].
+#: Time [s, wall clock] between two checks of a condition.
 POLL_PERIOD = 0.05
 
 
@@ -24,8 +24,8 @@ def ros_time():
 
 
 def steady_time():
-    """Returns the time of a clock that never goes back [s]. It also runs while the computer is
-    suspended, so that a permission expires; time.monotonic() would stand still."""
+    """Returns the time [s] of a clock that never goes back. This clock also runs while the computer
+    is suspended, so that a permission expires. time.monotonic() would stand still."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 

@@ -1,7 +1,7 @@
 """The commands of a node to the robot, and the zero at their end.
 
 When a node stops the robot, it publishes exactly one zero and is then silent, so that another node
-may drive. The node also stops the robot when it ends, and when its clock stands still.
+may drive. At its end, and while ROS time stands still, the node also stops the robot.
 """
 import math
 
@@ -10,8 +10,8 @@ from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
 
-#: A smaller speed is sent as 0. It would not turn a motor, and the firmware takes a speed such as
-#: 1e-40 for full speed [m/s], [rad/s].
+#: A smaller speed [m/s] or [rad/s] is sent as 0. Such a speed would not turn a motor, and the
+#: firmware takes a speed such as 1e-40 for full speed.
 MIN_SPEED = 1e-4
 
 
@@ -27,8 +27,8 @@ class CmdVel:
         write_at_once(self._publisher)
 
     def send(self, command):
-        """Send `command`, a Twist2. A speed below MIN_SPEED is zero. For zero, and while the
-        clock stands still, call :meth:`stop`. ``ValueError`` if a speed is not finite."""
+        """Send `command`, a Twist2. A zero command, and any command while the clock stands still,
+        is a :meth:`stop`. ``ValueError`` if a speed is not finite."""
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError(f'command ({linear}, {angular}) is not finite')
@@ -52,8 +52,7 @@ class CmdVel:
         self.stop()
 
     def set_clock_runs(self, runs):
-        """Store whether ROS time runs. If ROS time has stopped since the last call, stop the robot,
-        and return True."""
+        """Store whether ROS time runs. If it has just stopped, stop the robot, and return True."""
         has_stopped = self._clock_runs and not runs
         self._clock_runs = runs
         if has_stopped:

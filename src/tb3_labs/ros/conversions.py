@@ -12,14 +12,13 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
     MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_SPEED, LAST_STAMP, OdometrySample, bounded)
 
-#: The environment variable with the path of a named pipe. The simulated robot writes its true poses
-#: into this pipe, since a student's node could read a topic. Each line has x, y [m], yaw [rad].
+#: This environment variable has the path of a pipe for the true poses of the simulated robot, since
+#: a student's node could read a topic. Each line has x, y [m] and yaw [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
 def frame(name):
-    """Returns the name of a frame in this node's namespace, such as `robot3/odom`. All robots share
-    one tf tree."""
+    """Returns a frame's name in this node's namespace: `robot3/odom`. All robots share one tree."""
     namespace = rospy.get_namespace().strip('/')
     return f'{namespace}/{name}' if namespace else name
 

@@ -23,15 +23,15 @@ from tb3_labs.ros.topics import INVALID_COUNTS
 from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
-#: Time between two messages of the diagnostics [s, wall clock].
+#: Time [s, wall clock] between two messages of the diagnostics.
 REPORT_PERIOD = 1.0
 
 
 class CoreRunner:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock. Each message takes the lock once. The lock
-    is held while a command is sent. So if a command was decided before a stop, it is never sent
-    after the stop. A separate thread carries out the rest of each Output without the lock, in the
-    order of the Outputs. So a blocked terminal or actionlib cannot delay a stop."""
+    is held while a command is sent. So a command that was decided before a stop is never sent after
+    the stop. A separate thread carries out the rest of each Output without the lock, in the order
+    of the Outputs. So a blocked terminal or actionlib cannot delay a stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the present Output. ``publish(output)`` is called with the lock held,
@@ -46,8 +46,8 @@ class CoreRunner:
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
-        decide. Returns the Output. `method` itself reads the clock. A time that is read before the
-        lock is taken may be older than the core's last time."""
+        decide. Returns the Output. `method` itself reads the clock, because
+        a time that was read before the lock was taken may be older than the core's last time."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -59,7 +59,7 @@ class CoreRunner:
         with self._lock:
             self._decide()
 
-    def query(self, method, *arguments):
+    def call(self, method, *arguments):
         """Returns ``method(*arguments)`` of the core, without a decision of the core."""
         with self._lock:
             return method(*arguments)

@@ -9,7 +9,7 @@ Calls
     NODE/set_parameters    dynamic_reconfigure/Reconfigure
 """
 # The program `dynparam` of dynamic_reconfigure 1.7.3 shows a refusal as a traceback of 28 lines,
-# and waits without end for an unknown node.
+# and waits for an unknown node without end.
 
 import re
 import sys
@@ -22,7 +22,7 @@ from tb3_labs.ros.live_settings import decode, encode
 from tb3_labs.ros.topics import require_master
 from tb3_labs.terminal import run_tool
 
-#: Longest wait for the service of a node [s].
+#: Longest wait [s] for the service of a node.
 MAX_SERVICE_TIME = 2.0
 #: rospy's text of a refusal. The second group is the node's reason.
 REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
@@ -31,8 +31,8 @@ USAGE = 'usage: dynparam set NODE NAME VALUE'
 
 
 def change(node, name, text):
-    """Set the setting `name` of `node` to a typed text. ``ValueError`` with the reason if the node
-    refuses the change, and ``ROSException`` if there is no such node."""
+    """Set the setting `name` of `node` to a typed text. Raises ``ValueError`` with the reason if
+    the node refuses the change, and ``ROSException`` if there is no such node."""
     service = rospy.resolve_name(node) + '/set_parameters'
     rospy.wait_for_service(service, MAX_SERVICE_TIME)
     # if the value does not have the type of the setting, the node refuses it

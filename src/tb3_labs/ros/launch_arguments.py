@@ -17,8 +17,8 @@ from pathlib import Path
 PACKAGE = 'tb3_labs'
 #: If an argument takes a group of parameters, its doc has an example, such as {slip: 0.1}.
 EXAMPLE_OF_GROUP = re.compile(r'.*({.*})')
-#: A group of parameters. In {slip:0.1} and in {slip: 0,5} YAML reads a name without a value, at
-#: which roslaunch ends with a traceback.
+#: A group of parameters. In {slip:0.1} and in {slip: 0,5} YAML reads a name without a value. Then
+#: roslaunch ends with a traceback.
 GROUP = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
 #: If an argument chooses a file, its doc has the pattern of the files: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
@@ -38,7 +38,8 @@ def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
     all arguments are right. `argv` has the words after `roslaunch`.
 
-    If `argv` does not name `path`, another launch file includes `path`. Then nothing is checked.
+    If `argv` does not name `path`, another launch file includes `path`. Then the
+    result is '', and no argument is checked.
     """
     words_before = ['', *argv]
     if not any(_is_file(path, before, word) for before, word in zip(words_before, argv)):

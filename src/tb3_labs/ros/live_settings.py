@@ -1,7 +1,7 @@
 """The settings of a node that may change while it runs, by dynparam or in rqt_reconfigure.
 
-LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12), which has measured
-defects. test/ros/live_test.py shows that LiveSettings does not have these defects:
+LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12), whose
+defects were measured. test/ros/live_test.py shows that LiveSettings does not have these defects:
 - The server silently clips an invalid value to the nearest bound, before a callback could refuse.
 - The server writes each change to the parameter server, so a later start begins with old faults.
 - Its import calls rosdep, which prints a line in every terminal if rosdep was not initialised.

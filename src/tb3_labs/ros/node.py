@@ -1,8 +1,8 @@
 """Start, signals, failure and end of every node of this package.
 
 A ``ValueError`` at the start ends the node with one fatal line and exit status 1, and ends the
-node's roslaunch. An invalid parameter raises it. An exception in a callback also ends the node,
-because with rospy alone the robot would continue with the last command.
+node's roslaunch. An invalid parameter raises ValueError. An exception in a callback also ends the
+node, because with rospy alone the robot would continue with the last command.
 
 rospy's own signal handlers hang if the main thread holds a lock of rospy. Here a signal raises an
 exception in the main thread. The exception first leaves all calls and releases their locks. Then
@@ -25,11 +25,11 @@ from tb3_labs.ros.rospy_internals import (
     find_late_publishers, log_without_the_master, record_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
-#: Time between two checks of the main thread: does the master answer, or does the node end [s]?
+#: Time [s] between two checks of the main thread: does the master answer, or does the node end?
 MAIN_PERIOD = 0.2
-#: Time for rospy's queues to send the last messages [s].
+#: Time [s] for rospy's queues to send the last messages.
 LOG_TIME = 0.1
-#: At its end a node waits at most this long for its shutdown hooks and its master [s].
+#: Longest wait [s] of a node, at its end, for its shutdown hooks and its master.
 END_TIMEOUT = 4.0
 END_POLL_PERIOD = 0.01
 #: The signals that end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.

@@ -12,7 +12,7 @@ from tb3_labs.robot.turtlebot3 import model_of_environment, robot_model
 def read_config(*config_types, of=None, typed=()):
     """Returns an instance of each Config class. The values are the node's ``~`` parameters, and the
     {name: value} of `typed`. Raises ``ValueError`` for the first unknown or invalid parameter. If
-    `of` names another node, its parameters are read, and the unknown ones are ignored."""
+    `of` names another node, the values are that node's parameters; unknown ones are ignored."""
     node = rospy.get_name() if of is None else of
     given = rospy.get_param(node, {})
     if not isinstance(given, dict):

@@ -14,7 +14,7 @@ from tb3_labs.srv import ResetPose, SetInitialPose
 
 def call_reset(x, y, yaw_deg):
     """Declare that the robot is at x, y [m], yaw [deg] in local. Returns the answer as text.
-    ``ValueError`` with the reason if the reset is refused."""
+    Raises ``ValueError`` with the reason if the node refuses the reset."""
     try:
         response = rospy.ServiceProxy('reset_pose', ResetPose)(x, y, yaw_deg)
     except rospy.ServiceException:    # no node offers reset_pose, or the node was killed

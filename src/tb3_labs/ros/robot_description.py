@@ -7,14 +7,14 @@ turtlebot3_description. Body and nose lie on the floor, so that they do not hide
 pose. The name of each link begins with PREFIX, such as ``robot3/``, because tf has one tree for all
 robots.
 
-Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
-the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
-forward. Units: metres.
+Frames: ``base_footprint`` on the floor in the middle between the wheels, and ``base_link``
+above ``base_footprint``, at the height of the axle; x forward, y left. Joints turn by positive
+angles when the robot drives forward. Units: metres.
 """
 from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH, RobotModel, robot_model
 from tb3_labs.terminal import run_tool
 
-#: Height of body and nose [m].
+#: Height [m] of body and nose.
 THICKNESS = 0.005
 
 _ROBOT = """<?xml version="1.0"?>

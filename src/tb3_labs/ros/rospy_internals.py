@@ -19,9 +19,9 @@ from rospy.msg import serialize_message
 
 
 def connection_of(message):
-    """Returns the header of a message's connection, a dict of strings: 'callerid' is the sender;
-    'latching' is '1' if each new connection first gets the sender's last message;
-    :func:`record_connections` adds 'connected_at' and 'process'."""
+    """Returns the header of a message's connection, a dict of strings. 'callerid' is the sender.
+    'latching' is '1' if each new connection first gets the sender's last message. 'connected_at'
+    and 'process' are from :func:`record_connections`."""
     return message._connection_header
 
 
@@ -57,8 +57,8 @@ def serve_connections_in_threads(server=None):
     `inbound_handler`; test: test/unit/test_node.py.
 
     If a subscriber gets two lists of publishers in a moment, it connects twice, and closes its
-    first connection. A publisher keeps the connection that it serves last. If a thread is late, it
-    keeps the closed one (10 of 200 pairs on a busy computer). So no closed connection is served."""
+    first connection. A publisher keeps the connection that was served last. A late thread served
+    the closed one last in 10 of 200 pairs on a busy computer. So no closed connection is served."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
     serving = threading.Lock()    # keeps the order of closing, connecting anew, and serving
@@ -114,15 +114,15 @@ def subscribers_of(publisher):
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
-def write_at_once(publisher, most=1):
-    """From now on ``publish()`` itself writes to each subscriber, since messages in rospy's own
-    queue are lost when the process ends. If the buffers of a subscriber are full, the latest `most`
-    messages wait. Parts: `impl`, its `add_connection`; test: test/unit/test_node.py."""
+def write_at_once(publisher, max_waiting=1):
+    """From now on ``publish()`` itself writes to each subscriber, since rospy's own queue is lost
+    when the process ends. If a subscriber's buffers are full, the latest `max_waiting` messages
+    wait. Parts: `impl`, its `add_connection`; test: test/unit/test_node.py."""
     topic = publisher.impl
     add_connection = topic.add_connection
 
     def add_writing(connection):
-        connection.write_data = _Writer(connection, most).write
+        connection.write_data = _Writer(connection, max_waiting).write
         return add_connection(connection)
 
     topic.set_queue_size(None)
@@ -132,10 +132,10 @@ def write_at_once(publisher, most=1):
 class _Writer:
     """Writes to one connection. The caller of `write` never waits."""
 
-    def __init__(self, connection, most):
+    def __init__(self, connection, max_waiting):
         self._connection = connection
         self._lock = threading.Lock()    # guards the next two attributes
-        self._waiting = deque(maxlen=most)
+        self._waiting = deque(maxlen=max_waiting)
         self._is_full = False            # is the socket full? Then a thread writes `_waiting`
 
     def write(self, data):
@@ -168,7 +168,8 @@ def publish_together(publisher, messages):
     queue_size=1 reads only the last one. Parts: `buff`, `seq`; test: test/ros/fake_robot.test."""
     *before, last = messages
     topic = publisher.impl
-    topic.buff.truncate(topic.buff.seek(0))    # remove data for a subscriber that has ended
+    topic.buff.seek(0)
+    topic.buff.truncate()    # removes data for a subscriber that has ended
     for message in before:
         topic.seq += 1
         serialize_message(topic.buff, topic.seq, message)

@@ -1,8 +1,8 @@
 """Converts messages of the IMU and of the wheels to samples.
 
 A message is invalid, and raises ``ValueError``, if it has NaN, infinity, an invalid quaternion, or
-a speed that no such robot can have. A covariance of -1 is also invalid: it means that the IMU does
-not measure a field.
+a speed that no such robot can have. A message with a covariance of -1 is also invalid, since its
+IMU does not measure this field.
 """
 import rospy
 from sensor_msgs.msg import JointState
@@ -13,7 +13,7 @@ from tb3_labs.robot.samples import (
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
-#: Time between two readings of the wheels [s]. A TurtleBot3 sends two messages in this time. The
+#: Time [s] between two readings of the wheels. A TurtleBot3 sends two messages in this time. The
 #: period must be below timeouts.MEAN_ONLY_GAP, so that wheels and gyro can be compared.
 WHEEL_PERIOD = 0.06
 

@@ -20,9 +20,9 @@ from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 RENEWAL_HEADER = {'renewed': '1'}
 #: {topic: number of invalid messages, which were dropped}
 INVALID_COUNTS = Counter()
-#: Time between two warnings of one WarningThrottle [s, wall clock].
+#: Time [s, wall clock] between two warnings of one WarningThrottle.
 WARNING_PERIOD = 1.0
-#: Time before the first reminder of missing topics, and between reminders [s, wall clock].
+#: Time [s, wall clock] before the first reminder of missing topics, and between reminders.
 FIRST_REMINDER_DELAY = 2.0
 REMINDER_PERIOD = 10.0
 
@@ -41,8 +41,8 @@ class WarningThrottle:
 
 
 def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=None):
-    """Returns a guarded subscriber. If several messages arrive at once, the subscriber reads only
-    the latest `queue_size` messages, or all if it is None. It does not deserialise the rest.
+    """Returns a guarded subscriber. If several messages arrive at once, the subscriber reads
+    only the latest `queue_size` messages, or all messages if `queue_size` is None.
 
     `read` turns the message into the argument of `callback`. If `read` raises ``ValueError``, the
     message is dropped, and counted in INVALID_COUNTS. At most one warning a second follows.

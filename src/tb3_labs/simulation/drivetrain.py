@@ -1,8 +1,8 @@
 """The motors and the wheels that move the robot.
 
-A motor follows its goal speed with a first-order lag. So its speed and its angle have a closed
-form, for steps of any length. The robot drives in arcs, which are exact at constant speed. While
-the speed changes, the arcs are short, and their error is some micrometres per start or stop.
+A motor follows its goal speed with a first-order lag. So formulas give the speed and the angle of
+the motor after a step of any length. The robot drives in arcs, which are exact at constant speed.
+While the speed changes, the arcs are short, and their error is some micrometres per start or stop.
 
 Units: SI. Motor angles are in radians, positive forwards.
 """
@@ -16,9 +16,9 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
-#: Longest arc while the speed changes [s].
+#: Longest arc [s] while the speed changes.
 MAX_ARC_TIME = 1.0 / 60.0
-#: A motor has reached its goal speed if its speed differs by less than this [rad/s].
+#: A motor whose speed is less than this [rad/s] from its goal speed has reached its goal speed.
 STEADY_SPEED = 1e-6
 
 
@@ -34,7 +34,7 @@ class Drivetrain:
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
     def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
-        """Set the `lag` of the motors [s]. The right wheel is smaller by the share `mismatch`. The
+        """Set the `lag` [s] of the motors. The right wheel is smaller by the share `mismatch`. The
         share `slip` of the wheels' travel does not move the robot."""
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
@@ -42,7 +42,7 @@ class Drivetrain:
         self.set_goals(self._left_goal, self._right_goal)
 
     def set_goals(self, left: float, right: float) -> None:
-        """Set the goal speeds of the motors [rad/s]."""
+        """Set the goal speeds [rad/s] of the motors."""
         self._left_goal, self._right_goal = left, right
         self._update_rates()
 
@@ -72,7 +72,7 @@ class Drivetrain:
 
     @property
     def angles(self) -> Tuple[float, float]:
-        """(left, right) angle of the motors since the start [rad]."""
+        """(left, right) angle [rad] of the motors since the start."""
         return self._left_angle, self._right_angle
 
     def advance(self, dt: float) -> None:
@@ -115,7 +115,7 @@ class Body:
     def __init__(self, model: RobotModel, start: Pose2, imu_offset: float, seed: int) -> None:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
-        self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
+        self._moved_until = 0.0    # time [s] up to which the drivetrain has moved
         # the motions that the readings of the wheels still need, each (start [s], drivetrain)
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
@@ -149,7 +149,7 @@ class Body:
         self.motion_changed()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """Returns the (left, right) angle of the motors [rad]. `moment` [s] never goes back."""
+        """Returns the (left, right) angles [rad] of the motors. `moment` [s] never goes back."""
         motions = self._unread_motions
         while len(motions) > 1 and motions[1][0] <= moment:
             motions.popleft()

@@ -7,12 +7,12 @@ The faults of the real firmware are copied, because the labs have to work with t
 - A motor runs at a whole number of speed steps, rounded towards zero, at most `motor_steps`.
 - rosserial reads infinity as 1, and NaN as 1.5.
 - The odometry takes its heading from the IMU. The turn ``theta - theta_last`` is *not* wrapped.
-  When the IMU crosses +/-180 deg, the displacement of one sample points backwards. Its rate of turn
-  is off by 2 pi times the odometry's rate, about 190 rad/s. The yaw stays correct.
+  When the IMU crosses +/-180 deg, the displacement of one sample points backwards. The rate of turn
+  of this sample is wrong by 2 pi times the odometry's rate, about 190 rad/s. The yaw stays correct.
 - The board obeys the newest command for half a second after reading the command.
 - On `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and
   commands and further resets wait in their order. The mean rate of turn becomes the gyro's bias.
-  Then the board sets the odometry's pose to zero, but not the IMU's yaw, so that the two yaws
+  Then the board sets the odometry's pose to zero, but not the IMU's yaw. So the two yaws
   differ. The next odometry adds the turn that the IMU measured during the calibration.
 - If the servos do not answer, the odometry repeats its last step again and again, while the angles
   of the wheels stay constant.
@@ -32,14 +32,14 @@ from tb3_labs.robot.turtlebot3 import (
     COMMAND_TIMEOUT, MOTOR_SPEED_STEP, TICKS_PER_TURN, RobotModel)
 from tb3_labs.simulation.network import Arrival
 
-#: Angle of a wheel from one encoder step to the next [rad].
+#: Angle [rad] of a wheel from one encoder step to the next.
 TICK_ANGLE = 2.0 * math.pi / TICKS_PER_TURN
 #: On a link this message is a reset. The message of a command is (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
-    """Returns (left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
+    """Returns the motors' (left, right) goal speeds [rad/s] by a command in [m/s] and [rad/s]."""
     linear = clamp(_by_rosserial(linear), -model.max_linear, model.max_linear)
     angular = clamp(_by_rosserial(angular), -model.max_angular, model.max_angular)
     turning = angular * model.half_track
@@ -71,16 +71,16 @@ class Odometer:
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        self._theta_last = imu_yaw    # yaw of the IMU at the last update [rad]
+        self._theta_last = imu_yaw    # yaw [rad] of the IMU at the last update
         self._ticks: Tuple[int, int] = (0, 0)
-        self._zero = self._step = self._ticks
+        self._zero = self._tick_change = self._ticks
         self._stamp = 0.0
-        #: (left, right) mean speed of the wheels over the last interval [rad/s].
+        #: (left, right) mean speed [rad/s] of the wheels over the last interval.
         self.wheel_speeds = (0.0, 0.0)
 
     @property
     def wheel_angles(self) -> Tuple[float, float]:
-        """(left, right) angle of the wheels since the start or the last reset [rad]."""
+        """(left, right) angle [rad] of the wheels since the start or the last reset."""
         left, right = (TICK_ANGLE * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
         return left, right
 
@@ -90,9 +90,9 @@ class Odometer:
         None if the servos do not answer. `imu_yaw` [rad] is in (-pi, pi]."""
         interval = stamp - self._stamp
         if ticks is not None:
-            self._step = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]
+            self._tick_change = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]
             self._ticks = ticks
-        left, right = TICK_ANGLE * self._step[0], TICK_ANGLE * self._step[1]
+        left, right = TICK_ANGLE * self._tick_change[0], TICK_ANGLE * self._tick_change[1]
         distance = self._radius * (left + right) / 2.0
         turn = imu_yaw - self._theta_last    # not wrapped, as in the real firmware
         self._x += distance * math.cos(self._yaw + turn / 2.0)
@@ -116,24 +116,24 @@ class Board:
 
     def __init__(self) -> None:
         self._waiting: Deque[Arrival] = deque()     # messages that the board has not read yet
-        self._calibrated_at = -math.inf    # end of the last calibration [s]
-        self._calibration_time = 0.0       # length of the last calibration [s]
-        self._yaw_before = 0.0             # true yaw when the last calibration began [rad]
+        self._calibrated_at = -math.inf    # end [s] of the last calibration
+        self._calibration_time = 0.0       # length [s] of the last calibration
+        self._yaw_before = 0.0             # true yaw [rad] at the begin of the last calibration
         #: Does the board calibrate its gyro? Then it does not read messages or send samples.
         self.is_calibrating = False
-        #: Time at which the calibration ends [s], or infinity.
+        #: Time [s] at which the calibration ends, or infinity.
         self.calibration_end = math.inf
         # (time of reading [s], forward speed [m/s], rate of turn [rad/s])
         self._command = -math.inf, 0.0, 0.0
 
     def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:
-        """Calibrate the gyro for some time. `yaw` is the true yaw now [rad], not wrapped."""
+        """Calibrate the gyro for some `seconds`. `yaw` is the true yaw [rad] now, not wrapped."""
         self.is_calibrating = True
         self.calibration_end = now + seconds
         self._calibration_time, self._yaw_before = seconds, yaw
 
     def end_calibration(self, yaw: float) -> float:
-        """Returns the gyro's bias [rad/s]. `yaw` is the true yaw now [rad], not wrapped."""
+        """Returns the gyro's bias [rad/s]. `yaw` is the true yaw [rad] now, not wrapped."""
         self.is_calibrating = False
         self._calibrated_at, self.calibration_end = self.calibration_end, math.inf
         seconds = self._calibration_time

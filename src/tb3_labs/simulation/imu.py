@@ -17,11 +17,11 @@ import numpy as np
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.robot.samples import ImuSample
 
-#: A gyro that is not calibrated has this bias [rad/s]. It was measured on one robot.
+#: The bias [rad/s] of a gyro that is not calibrated, measured on one robot.
 UNCALIBRATED_BIAS = math.radians(0.71)
 #: The resolution of the gyro [rad/s]. 16 bits cover the range of +/-2000 deg/s.
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
-#: The firmware sends 0 for a rate up to this [rad/s].
+#: Up to this rate [rad/s] the firmware sends 0.
 GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
 
 
@@ -29,9 +29,9 @@ class TurnCurve(NamedTuple):
     """The yaw now, and the rate of turn from now on. After t seconds the rate of turn will be
     `steady_rate` + `fading_rate` exp(-t / `lag`) [rad/s]."""
 
-    yaw: float            # not wrapped [rad]
+    yaw: float            # [rad], not wrapped
     steady_rate: float    # [rad/s]
-    fading_rate: float    # 0 at constant speed [rad/s]
+    fading_rate: float    # [rad/s]; 0 at constant speed
     lag: float            # [s]
 
 
@@ -40,13 +40,13 @@ class ImuModel:
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         """At the start the true yaw is `yaw` [rad], and the yaw of the IMU is `yaw` + `offset`."""
-        #: Yaw of the IMU minus true yaw, without noise [rad].
+        #: Yaw [rad] of the IMU minus true yaw, without noise.
         self.yaw_error = offset
         self._noise = _pairs_of_normal_numbers(seed)
-        #: The last calibration left the gyro with this bias [rad/s].
+        #: The bias [rad/s] that the last calibration left in the gyro.
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
-        self._error_until = 0.0    # `yaw_error` includes drift and bias up to this time [s]
+        self._error_until = 0.0    # time [s] up to which `yaw_error` includes drift and bias
         #: The motions whose end is not measured yet, oldest first. Each is (start [s], turn of the
         #: IMU after the start).
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()

@@ -3,7 +3,7 @@
 A number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12 to
 22, ...) each of the FAULT_KINDS occurs once, in a random order. Neighbouring numbers have different
 faults. All random numbers come from ``random.Random(text).random()``, since Python guarantees that
-they are the same in all versions.
+all versions give the same numbers.
 
 The faults are not secret, since anyone can compute the answer by this file. The exercise asks for a
 measurement that proves the fault.
@@ -18,14 +18,14 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The last number of a mystery robot. The first number is 1.
 LAST_NUMBER = 9999
-#: An intermittent fault pauses for this time [s].
+#: The pause [s] between two occurrences of an intermittent fault.
 BETWEEN_FAULTS = 12.0
 
 
 @dataclass(frozen=True)
 class Fault:
     """A kind of fault. A fault with a `value_field` is constant. A fault without a `value_field` is
-    intermittent: its value is the duration of each occurrence [s]."""
+    intermittent: its value is the duration [s] of each occurrence."""
 
     name: str
     value_range: Tuple[float, float]    # least and largest absolute value
@@ -40,7 +40,7 @@ class Fault:
     extra_settings: Mapping[str, Any] = field(default_factory=dict)
 
     def text(self, value: float) -> str:
-        """Returns a value and its unit. If values may be negative, a positive value has the +."""
+        """Returns a value and its unit. If the fault may be negative, a positive value has a +."""
         sign = '+' if self.signed else ''
         return f'{value:{sign}.{self.digits}f} {self.unit}'
 
@@ -90,13 +90,13 @@ class HiddenFault:
         if self.fault.value_field:
             changes[self.fault.value_field] = self.value * self.fault.scale
         self._faulty = replace(settings, seed=seed, **changes)
-        self._sound = replace(settings, seed=seed)
+        self._healthy = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
         """Returns the settings at `now` [s]. The object is the same until the settings change."""
         is_pause = now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
-        is_sound = is_pause and not self.fault.value_field
-        return self._sound if is_sound else self._faulty
+        is_healthy = is_pause and not self.fault.value_field
+        return self._healthy if is_healthy else self._faulty
 
 
 def draw(number: int) -> Tuple[Fault, float, int]:

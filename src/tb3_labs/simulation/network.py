@@ -6,16 +6,16 @@ message would arrive during a stall, it waits for the end of the stall. A cut is
 until the setting is switched off. Both links have the same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another stall. Each kind
-of random number has a separate generator with the seed, and does not depend on how often
-:meth:`NetworkLink.pop` is called.
+of random number has a separate generator with the seed. So calls of :meth:`NetworkLink.pop` do not
+change these numbers.
 
-Units: seconds. Edge cases: A message due at the very end of a stall is not delayed by the stall. A
-change of delay or jitter does not change messages under way. A change of the stalls ends the
-present stall. If messages follow each other fast, a message waits for earlier messages. So the mean
-delay is more than delay and jitter together. Source: recordings of real TurtleBot3s over a WLAN,
-which stalls for 0.1 to 0.4 s. A sender of 802.11 waits for a random time before each frame, and
-tries again if the frame is lost. So some delays are much longer than the mean (Malone, Leith and
-Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
+Units: seconds. Edge cases: A stall does not delay a message that is due at the very end of the
+stall. A change of delay or jitter does not change messages under way. A change of the stalls ends
+the present stall. If messages follow each other fast, a message waits for earlier messages. So the
+mean delay is more than delay and jitter together. Source: recordings of real TurtleBot3s over a
+WLAN, which stalls for 0.1 to 0.4 s. A sender of 802.11 waits for a random time before each frame,
+and tries again if the frame is lost. So some delays are much longer than the mean (Malone, Leith
+and Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
 """
 import math
 import random

@@ -31,12 +31,11 @@ SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # steps from one message of the ground truth to the next
 #: If the computer pauses for at most this time [s], the robot catches up.
 MAX_CATCH_UP = 0.5
-#: If a robot publishes /clock, it catches up after a pause of at most this time [s, wall clock].
-#: After a longer pause it does not catch up, since /clock would jump, and nodes would treat the
-#: sensors as silent.
+#: If a robot publishes /clock, it catches up only after a pause of at most this time [s, wall
+#: clock]. After a longer pause /clock would jump, and nodes would treat the sensors as silent.
 MAX_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
-#: The board of a recorded robot was tilted by these angles [rad].
+#: The angles [rad] by which the board of a recorded robot was tilted.
 ROLL = math.radians(0.7)
 PITCH = math.radians(0.4)
 
@@ -48,17 +47,17 @@ def _diagonal(variance):
 ORIENTATION_COVARIANCE = _diagonal(0.0025)
 ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
 LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
-#: The accelerometer's x, y, z at rest [m/s^2].
+#: The accelerometer's x, y, z [m/s^2] at rest.
 ACCELERATION_AT_REST = (
     -GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
     GRAVITY * math.cos(ROLL) * math.cos(PITCH))
 
 
 class FakeRobot:
-    """One Simulator and its topics. `hidden` may be a mystery_robot.HiddenFault, whose settings are
-    used. Then /tf_static and ground truth are not published, since both would show the fault. If
-    the environment variable TRUTH_PIPE is set, the true poses go into this pipe, and not on a
-    topic."""
+    """One Simulator and its topics. `hidden` may be a mystery_robot.HiddenFault. Then the robot
+    uses its settings, and does not publish /tf_static and ground truth, since both would show the
+    fault. If the environment variable TRUTH_PIPE is set, the true poses go into this pipe, and not
+    on a topic."""
 
     def __init__(self, settings, hidden=None):
         self._lock = threading.Lock()    # guards the simulator
@@ -86,7 +85,7 @@ class FakeRobot:
 
     def tick(self, step, time_zero):
         """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
-        of the call. `time_zero` is the ROS time of the simulator's time 0 [s]."""
+        of the call. `time_zero` is the ROS time [s] of the simulator's time 0."""
         truth_is_due = step % STEPS_PER_TRUTH == 0 and self._truth_has_readers()
         with self._lock:
             if self._hidden:
@@ -184,8 +183,8 @@ class SensorTopics:
 
     def send(self, burst, time_zero, wheels):
         """The samples of a `burst` arrive at one moment. Publish them by one write per topic. For
-        `time_zero` see FakeRobot.tick. `wheels` is Sensors.wheel_readings, from which rows that are
-        older than the burst are removed."""
+        `time_zero` see FakeRobot.tick. `wheels` is Sensors.wheel_readings. Rows that are older than
+        the burst are removed from it."""
         imu, tf, odometry, joints = [], [], [], []
         frames = self.frames
         for sample in burst[-MAX_SAMPLES:]:
@@ -215,7 +214,7 @@ def _wheels_at(wheels, stamp):
 def make_publisher(topic, kind, **options):
     """Returns a publisher that sends each message at once."""
     publisher = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
-    write_at_once(publisher, most=50)
+    write_at_once(publisher, max_waiting=50)
     return publisher
 
 

@@ -16,12 +16,12 @@ from tb3_labs.simulation.firmware import Odometer, encoder_ticks
 from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: After a stall a sensor sends at most this many samples, since buffers are finite. An IMU at 200
-#: Hz makes this many samples in the longest stall.
+#: After a stall a sensor sends at most this many samples, since buffers are finite. In the longest
+#: stall an IMU makes this many samples at 200 Hz.
 MAX_SAMPLES = 2000
 #: Values of the left and the right wheel.
 WheelPair = Tuple[float, float]
-#: The serial node sets the board's clock with this period [s].
+#: The period [s] with which the serial node sets the board's clock.
 SYNC_PERIOD = 5.0
 
 

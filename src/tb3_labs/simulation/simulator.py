@@ -29,7 +29,7 @@ from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: An event belongs to a step if it comes at most this time after the step's end [s], since the sum
+#: An event that comes at most this time [s] after a step's end belongs to the step, since the sum
 #: of many small steps is not exactly one large step.
 TIME_ROUNDING = 1e-9
 
@@ -44,7 +44,7 @@ class Simulator:
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
         self.sensors = Sensors(self._model, self._body, self.config)
-        #: Time since the start [s].
+        #: Time [s] since the start.
         self.now = 0.0
         self._control_rhythm = Rhythm(CONTROL_RATE)
         self._command_link = NetworkLink('command', config.seed)
@@ -141,7 +141,7 @@ class Simulator:
             self._body.motion_changed()
 
     def _read(self, stamp: float) -> None:
-        """Let the board read its messages, and calibrate its gyro after a reset."""
+        """Let the board read its messages. After a reset the board calibrates the gyro."""
         if self._board.read_up_to_reset(self._command_link.pop(stamp)):
             self._body.advance_to(stamp)
             self._board.begin_calibration(stamp, self.config.reset_pause, self._body.yaw)

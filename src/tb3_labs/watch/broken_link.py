@@ -2,8 +2,8 @@
 number in this chain.
 
 A link compares a number of the node with the correct number. The handout computes the correct
-number from the node's *own* numbers in the previous links of the chain. Therefore the consequence
-of a mistake is not reported as another mistake.
+number from the node's *own* numbers in the previous links of the chain. So the consequence of a
+mistake is not reported as another mistake.
 """
 from functools import cached_property, lru_cache
 from typing import Any, Callable, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -15,15 +15,15 @@ from tb3_labs.watch.variables import (
 
 #: If the variables of a node were not read for this time [s], the node may have ended.
 MAX_READING_GAP = 0.4
-#: A pause between commands is a mistake if it is longer than this [s].
+#: A longer pause [s] between commands is a mistake.
 MAX_COMMAND_GAP = 0.45
 #: A variable with at most this many values is not called constant.
 MIN_READINGS = 10
 
 
 class BrokenLink(NamedTuple):
-    """A mistake of a node. `message` describes the mistake in a sentence without its full stop. The
-    mistake shows at the time `moment` [s]."""
+    """A mistake of a node. `message` describes the mistake in a sentence, without the period at its
+    end. The mistake shows at the time `moment` [s]."""
 
     message: str
     moment: float
@@ -39,7 +39,7 @@ class NodeRun:
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         """`run` is a RunData. `node` is the node's name, by default the name of the node with the
-        most readings. A command whose sender is unknown is taken for the node's."""
+        most readings. A command of an unknown sender is taken for a command of the node."""
         self.run, self.variables = run, variables_of(run, node)
         self.commands = run.commands
         if node is not None:
@@ -55,13 +55,13 @@ class NodeRun:
         return None
 
     def boolean_variable(self, name: str) -> Optional[Series]:
-        """Returns the same as `variable`, but None if a value is not True, False, 1 or 0."""
+        """Returns the same as `variable`, but None if any value is not True, False, 1 or 0."""
         series = self.variable(name)
         return series if series is not None and set(series.value) <= {0.0, 1.0} else None
 
     @cached_property
     def reading_times(self) -> np.ndarray:
-        """The times at which any variable was read [s]."""
+        """The times [s] at which any variable was read."""
         times = [series.time for series in self.variables.values()]
         return np.unique(np.concatenate([np.empty(0), *times]))
 
@@ -136,8 +136,7 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
 
 
 def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
-    """Returns a clause on the first of these fields that is not 0 in some command; '' if all are
-    always 0."""
+    """Returns a clause on the first of these fields that is ever not 0; '' if there is none."""
     for field, field_text in fields:
         speeds = getattr(sent, field)
         if speeds.any():
@@ -146,7 +145,6 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
 
 
 def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on the first field that is not 0, apart from angular.z; '' if there is no
-    such field."""
+    """Returns a clause on the first field but angular.z that is not 0; '' if all are 0."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return f'; {clause}' if clause else ''

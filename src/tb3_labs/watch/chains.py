@@ -25,7 +25,7 @@ class SheetStep(NamedTuple):
 class Link(NamedTuple):
     """A link of a chain. A student can answer the `question` by looking at the node. The `check`
     finds mistakes. The `place` in a lab sheet explains the link. `parts` are the parts of the lab
-    that use the link. If `is_remarked`, a mistake is also remarked on if it costs no points."""
+    that use the link. If `is_remarked`, a mistake without loss of points gets a remark."""
 
     question: str
     check: Check
@@ -37,11 +37,13 @@ class Link(NamedTuple):
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
 HEADING_EXERCISE = SheetStep(IMU_SHEET, '2. Exercise: the heading')
 TURN_LAB = SheetStep(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
-THE_LOCAL_POSE, FOUR_STATES, THE_RESET, BY_THUMB = (
-    SheetStep(TRANSFORMATION_SHEET, heading) for heading in (
-        '1. The local pose', '2. The four states', '3. The reset', '4. By thumb'))
-TURN_STEP, DRIVE_STEP, CONTROL_STEP = (
-    TURN_LAB.at_step(5), FOUR_STATES.at_step(1), FOUR_STATES.at_step(2))
+THE_LOCAL_POSE = SheetStep(TRANSFORMATION_SHEET, '1. The local pose')
+FOUR_STATES = SheetStep(TRANSFORMATION_SHEET, '2. The four states')
+THE_RESET = SheetStep(TRANSFORMATION_SHEET, '3. The reset')
+BY_THUMB = SheetStep(TRANSFORMATION_SHEET, '4. By thumb')
+TURN_STEP = TURN_LAB.at_step(5)
+DRIVE_STEP = FOUR_STATES.at_step(1)
+CONTROL_STEP = FOUR_STATES.at_step(2)
 #: The parts of the labs (see marking/labs) that use a link.
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
@@ -88,8 +90,8 @@ VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
 
 def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None
                  ) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link, with its Link, or None. Only links of these `parts` of the lab
-    are checked, by default all links."""
+    """Returns the first broken link, with its Link, or None. Checks only links of these `parts` of
+    the lab, by default all links."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -109,8 +111,7 @@ def remarks(run: Any, lab: str) -> List[str]:
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, Link, BrokenLink) for each node that belongs to a known lab and has a broken
-    link."""
+    """Returns (node, Link, BrokenLink) for each node of a known lab that has a broken link."""
     rows = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)

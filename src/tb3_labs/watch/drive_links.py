@@ -20,9 +20,9 @@ from tb3_labs.watch.variables import shortened_value
 #: The tolerance of each state, an angle [rad] or a distance [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}
-#: At a larger heading error, near half a turn, both signs of a command are correct [rad].
+#: At a larger heading error [rad], near half a turn, both signs of a command are correct.
 MAX_CLEAR_ERROR = 3.0
-#: The gain of each rotation [1/s].
+#: The gain [1/s] of each rotation.
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
 
 
@@ -94,8 +94,8 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
 
 
 def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
-    """Returns (formula, gain) of the heading error that the commands of a rotation follow. An error
-    with the handout's gain is preferred. `formula` is '' if the commands follow no error."""
+    """Returns (formula, gain) of the heading error that the commands of a rotation follow. Of
+    several errors, one with the handout's gain is preferred. If there is none, `formula` is ''."""
     requested = GAINS[part.state]
     angular = part.commands.angular
     another = '', requested
@@ -216,7 +216,7 @@ def error_text(state: str, error: float) -> str:
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that a node sends after it has reached the goal or has lost control. Also
-    yields the last command before such a moment if it is not zero."""
+    yields the last command before such a moment, unless the command is zero."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     # without control, a node may send zeros

@@ -1,5 +1,5 @@
-"""The link of the local pose, in the Transformation lab. It checks local_x, local_y, local_yaw, and
-finds the wrong quantities that these variables, or their references, may follow.
+"""The link of the local pose, in the Transformation lab. This file checks local_x, local_y and
+local_yaw, and finds the wrong quantities that these variables, or their references, may follow.
 
 Here, places are complex numbers, x + iy. Angles are compared on the unit circle, so that their
 range does not matter.
@@ -59,8 +59,7 @@ def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
 
 
 def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for its local yaw in `frame`. The first two are
-    correct."""
+    """Yields the quantities that a node may take for its local yaw. The first two are correct."""
     yaw, *others = yaw_readings(imu, odometry)
     degrees = yaw._replace(name='the yaw in degrees', value=np.degrees(yaw.value))
     rows = [(yaw, ' since the reset', frame.declared_yaw - frame.imu_yaw),
@@ -110,8 +109,8 @@ def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
-    """Yields the reference `name` if it kept its value at the reset that begins the frame, or if it
-    is another yaw than the correct one."""
+    """Yields the reference `name` if the reset that begins the frame did not change the reference,
+    or if the reference is a wrong yaw."""
     run, series = node_run.run, node_run.variable(name)
     sensor, correct = {
         'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
@@ -170,8 +169,8 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
 
 
 def behaviour_text(part: Series, correct: Quantity, others: List[Quantity]) -> str:
-    """Returns a clause on a variable that does not follow the quantity `correct`. It may follow one
-    of the `others`."""
+    """Returns a clause on a variable that does not follow the quantity `correct`. The variable may
+    follow one of the `others`."""
     if len(set(part.text)) == 1:
         return 'stayed ' + shortened_value(part.text[0])
     moved = np.nan_to_num(np.abs(part.value - part.value[0])).max()

@@ -1,5 +1,5 @@
-"""Finds the local frames, the pose, the times with control, and the states of a node of the
-Transformation lab, from the node's own variables.
+"""Finds the local frames, the pose, the times with control and the states of a node, by its own
+variables. The node belongs to the Transformation lab.
 
 A local frame starts at each start of the node and at each reset. Here, places are complex numbers,
 x + iy, so that a rotation is a product.
@@ -13,19 +13,19 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_
 from tb3_labs.watch.broken_link import MAX_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series
 
-#: A pose is correct if it is at most this far from the correct pose [m], [rad].
+#: A pose is correct if it is at most this far [m], [rad] from the correct pose.
 POSE_TOLERANCE = 0.03
 #: A node keeps a law if at least this share of its values is correct.
 RIGHT_SHARE = 0.9
-#: The probe shows each change within MAX_PROBE_LAG, and most changes within SHORT_LAG [s].
+#: The probe shows each change within MAX_PROBE_LAG [s], and most changes within SHORT_LAG [s].
 MAX_PROBE_LAG, SHORT_LAG = 0.4, 0.1
-#: The robot rests for this time after the node's start [s].
+#: The robot rests for this time [s] after the node's start.
 REST_TIME = 1.5
 #: The variables of the pose, each with the references from which the node computes it.
 REFERENCES_OF = {
     'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
     'local_y': ('initial_global_y', 'initial_odom_yaw')}
-#: The variables of the goal, with the handout's values [m], [rad].
+#: The handout's values [m], [rad] of the variables of the goal.
 HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
 
 
@@ -112,15 +112,15 @@ def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
 
 
 def unit_of(series: Series) -> float:
-    """Returns the unit of a yaw [rad]. The unit is a degree if any value is larger than a whole
-    turn in radians."""
+    """Returns the unit of a yaw [rad]. The unit is a degree if any value, read in radians, is
+    larger than a whole turn."""
     return np.pi / 180.0 if (np.abs(series.value) > 7.0).any() else 1.0
 
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = MAX_PROBE_LAG) -> Series:
     """Returns the readings in `part` at which the node has had control for at least these seconds.
-    The variable has_control shows who has control; without it, ctrl_relinq does. If both are
-    missing, all readings are returned."""
+    The variable has_control shows who has control; without this variable, ctrl_relinq does. If
+    both are missing, all readings are returned."""
     control, own = node_run.run.control, node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
     if own is not None:
@@ -139,9 +139,9 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 
 
 class StateInterval(NamedTuple):
-    """A time in which the node is in one state and has control. `begin` and `end` are the times of
-    the first and the last reading in it [s]. `next_state` is '' if it is not known. `pose` is the
-    Pose at the times of the `commands`."""
+    """A time in which the node is in one state and has control. `begin` and `end` are the times [s]
+    of the first and the last reading in this state. `next_state` is '' if it is not known. `pose`
+    is the Pose at the times of the `commands`."""
 
     state: str
     begin: float

@@ -1,5 +1,5 @@
-"""The numbers that a node may take for its heading, and the link of the IMU exercise: the heading
-that the node prints follows the heading by the IMU.
+"""The numbers that a node may take for its heading, and the link of the IMU exercise: the printed
+heading follows the heading by the IMU.
 """
 import math
 import re
@@ -15,9 +15,9 @@ from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, should_
 from tb3_labs.watch.variables import (
     Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
-#: If a variable follows no quantity, it is compared with the usable headings a second time, with a
-#: tolerance that is larger by this factor. On a busy computer samples come late, or are lost. A
-#: node may also cut or round its heading to whole degrees.
+#: If a variable follows no quantity, `followed_quantity` compares it with the usable headings a
+#: second time, with a tolerance that is larger by this factor. On a busy computer samples come
+#: late, or are lost. A node may also cut or round its heading to whole degrees.
 COARSE_FACTOR = 30.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: The ranges that a node may give to a yaw from -180 to 180 degrees. Each formula gets the yaw and
@@ -51,8 +51,7 @@ def angles_of(imu: Any) -> Dict[str, np.ndarray]:
 
 
 def heading_candidates(node_run: NodeRun) -> List[Quantity]:
-    """Returns the quantities of the IMU that a node may take for the heading. The first is the
-    correct heading."""
+    """Returns the IMU's quantities that a node may take for the heading, the correct one first."""
     imu = node_run.run.imu
     candidates = []
     for (angle, radians), (unit, factor) in product(angles_of(imu).items(), UNITS):
@@ -85,8 +84,8 @@ def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
 
 
 def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
-    """Returns the quantity that a variable follows, or None. If a node cannot turn by it, its
-    `per_degree` is 0. The first of the `quantities` is the correct heading."""
+    """Returns the quantity that a variable follows, or None. If a node cannot turn by this
+    quantity, its `per_degree` is 0. The first of the `quantities` is the correct heading."""
     correct = quantities[0]
     matching = matching_quantities(series, quantities)
     candidates = matching or matching_quantities(
@@ -102,8 +101,8 @@ def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Qu
 
 
 def heading_from_another_zero(series: Series, correct: Quantity) -> Optional[Quantity]:
-    """A variable may follow a heading that is 0 in another direction, for instance in the direction
-    at the node's start. Returns this heading, or None."""
+    """Returns the heading with another zero that a variable follows, or None. The other zero may be
+    the direction at the node's start."""
     heading = correct.at(series.time)
     # angles are compared on the unit circle, so that their range does not matter
     correct_circle = correct._replace(value=np.exp(1j * np.radians(correct.value)), scale=60.0)
@@ -133,8 +132,8 @@ def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantit
 
 
 def broken_heading(series: Series, correct: Quantity, followed: Optional[Quantity]) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the correct heading, and follows
-    another quantity, or None."""
+    """Returns the BrokenLink of a variable that should follow the correct heading. The variable
+    follows the quantity `followed`, or no quantity if `followed` is None."""
     if followed is not None:
         behaviour = 'follows ' + followed.name
     elif is_constant(series):

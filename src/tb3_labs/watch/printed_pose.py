@@ -1,4 +1,4 @@
-"""Reads the line that a node prints at a reset: which pose does it declare?
+"""Reads the declared pose in the line that a node prints at a reset.
 
 At a reset, a node of the Transformation lab prints ``Local pose set to x=..., y=..., yaw=...``. The
 handout's node prints the yaw in radians, other nodes print degrees. A yaw is in degrees if ``deg``
@@ -19,9 +19,8 @@ RESET_LINE = re.compile(
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
 
 
-def declared_by(line: str) -> Optional[Pose2]:
-    """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
-    line."""
+def declared_pose(line: str) -> Optional[Pose2]:
+    """Returns the robot's pose in ``local`` that the line of a reset declares; else None."""
     match = RESET_LINE.search(line)
     if match is None:
         return None

@@ -13,23 +13,23 @@ from tb3_labs.watch.typed_turns import (
     own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: A goal_yaw is correct if it differs by at most this from the correct angle [deg]. A node that
+#: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. A node that
 #: turns by itself or by the mouse may read the letter some degrees later.
 GOAL_TOLERANCE_DEG = 10.0
-#: The side of an error is clear if the error is farther than this from 0 and from 180 [deg].
+#: The side of an error is clear if the error is farther than this [deg] from 0 and from 180.
 CLEAR_ERROR_DEG = 20.0
-#: The error at the end of a turn may exceed the handout's tolerance by this [deg].
+#: The angle [deg] by which the error at a turn's end may exceed the handout's tolerance.
 MAX_EXCESS_DEG = 4.0
-#: A node sends the first command of a turn within this time after the letter [s].
+#: Longest time [s] from a letter to the node's first command of the turn.
 FIRST_COMMAND_TIME = 0.4
-#: A node ends its turn within this time after the error is half the handout's tolerance [s].
+#: When the error is half the handout's tolerance, a node ends its turn within this time [s].
 MAX_STOP_TIME = 0.5
-#: A node with a finer tolerance than the handout's ends its turn within this time [s].
+#: The same time [s] for a node whose tolerance is finer than the handout's.
 FINE_STOP_TIME = 2.5
 
 
 def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a curr_yaw that is not a usable heading."""
+    """Yields the variable curr_yaw if it is not a usable heading."""
     series = node_run.variable('curr_yaw')
     if series is not None and own_heading(node_run) is None:
         correct = node_run.cached(heading_candidates)[0]
@@ -37,7 +37,7 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields goal_yaw if a letter did not set it to curr_yaw plus or minus 90 degrees."""
+    """Yields the goal_yaw that a letter did not set to curr_yaw plus or minus 90 degrees."""
     series, heading = node_run.variable('curr_yaw'), own_heading(node_run)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
     if series is None or heading is None or goal is None:
@@ -49,7 +49,9 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue        # the node is still in the previous turn, and has not read the letter
         change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
         change_deg = float(wrap_all(change, 360.0))
-        asked_deg = TURNS_DEG.get(turn.letter, float(np.copysign(TURN_DEG, change_deg)))
+        asked_deg = TURNS_DEG.get(turn.letter)
+        if asked_deg is None:
+            asked_deg = float(np.copysign(TURN_DEG, change_deg))
         if abs(wrap_all(change_deg - asked_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
             correct_turn = correct_turn or turn
             continue
@@ -83,8 +85,7 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom. Also yields zeros that another callback sends during a
-    turn."""
+    """Yields commands that come too seldom, and zeros that another callback sends during a turn."""
     for turn in node_run.cached(letter_turns):
         moving = turn.moving_indices
         if len(moving) >= 3:

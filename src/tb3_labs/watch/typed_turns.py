@@ -10,13 +10,13 @@ from tb3_labs.watch.broken_link import MAX_COMMAND_GAP, NodeRun
 from tb3_labs.watch.headings import followed_quantity, heading_candidates
 from tb3_labs.watch.variables import Quantity
 
-#: A node reads a typed letter within this time [s].
+#: Longest time [s] until a node reads a typed letter.
 LETTER_DELAY = 3.0
-#: The probe reads the variables of a node about once in this time [s].
+#: The time [s], about, between two readings of a node's variables by the probe.
 READING_PERIOD = 0.06
 #: The letter of a turn whose letter was not recorded.
 UNKNOWN_LETTER = 'a letter'
-#: The letter of each value in RunData.letters, and the requested angle of each letter [deg].
+#: The letter of each value in RunData.letters, and the requested angle [deg] of each letter.
 LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}
 TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG}
 
@@ -48,7 +48,7 @@ class NodeTurn:
 
     @property
     def error(self) -> np.ndarray:
-        """goal_yaw minus curr_yaw at each command, wrapped to (-180, 180] [deg]."""
+        """goal_yaw minus curr_yaw [deg] at each command, wrapped to (-180, 180]."""
         return wrap_all(self.difference, 360.0)
 
     @property
@@ -118,8 +118,8 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     """Returns the times at which `turning` became True. Returns no time if goal_yaw changes in a
-    turn: then the letters may wait in a queue, and it is not known which commands belong to which
-    letter."""
+    turn. Then the letters may wait in a queue, and nobody knows which commands
+    belong to which letter."""
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)

@@ -19,13 +19,13 @@ from tb3_labs.geometry.arrays import last_before, last_until
 SAME_SHARE = 3e-4
 #: A variable follows a quantity if at least this share of its values comes from recent samples.
 FOLLOWING_SHARE = 0.98
-#: A variable follows a quantity with a delay if at least this share of its values comes at most
+#: A variable follows a quantity with a delay if at least DELAYED_SHARE of its values comes at most
 #: MAX_DELAY [s] late.
 DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
-#: A sample stays recent until this time after the arrival of the next sample [s]. The last sample
+#: A sample stays recent for this time [s] after the arrival of the next sample. The last sample
 #: always stays recent.
 RECENT_TIME = 0.5
-#: The node may receive a sample up to this time before the recorder does [s].
+#: The time [s], at most, by which a node receives a sample before the recorder.
 ARRIVAL_LEAD = 0.03
 #: At most about this many values of a variable are compared.
 MAX_VALUES = 400
@@ -109,8 +109,8 @@ def bare_name(name: str) -> str:
 
 class Quantity(NamedTuple):
     """A number for each sample of a sensor. `name` names the number and its unit. `scale` is about
-    the range of the number. `per_degree` is the change of a heading for one degree to the left; 0
-    if the quantity is not a heading."""
+    the range of the number. If the quantity is a heading, one degree to the left changes it by
+    `per_degree`; else `per_degree` is 0."""
 
     name: str
     time: np.ndarray
@@ -125,7 +125,7 @@ class Quantity(NamedTuple):
 
 
 def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
-    """Returns for each value of a variable the age of the newest sample with this value [s]; inf if
+    """Returns for each value of a variable the age [s] of the newest sample with this value; inf if
     no sample of the last `longest` seconds has this value. The newest sample has the age 0."""
     times, readings = quantity.time, series.time
     if not len(times) or not len(readings):
@@ -156,8 +156,9 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
     """Returns the quantities that a variable follows, in the given order. If there are several,
     this run does not show which of them the node uses."""
     # the variable may have its first value before the first message comes
-    first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
-    values = subsampled(series.take(slice(first, None)))
+    changes = np.flatnonzero(series.text != series.text[:1])
+    first_change = changes[0] if len(changes) else 0
+    values = subsampled(series.take(slice(first_change, None)))
     if not len(values.time):
         return []
     return [quantity for quantity in quantities
@@ -165,7 +166,7 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the delay with which the DELAYED_SHARE of a variable's values follows a quantity [s];
+    """Returns the delay [s] with which the DELAYED_SHARE of a variable's values follows a quantity;
     inf if the delay exceeds MAX_DELAY, or the variable does not follow the quantity."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
     return float(ages[int(DELAYED_SHARE * (len(ages) - 1))]) if len(ages) else math.inf

@@ -41,7 +41,7 @@ class ControllerNode:
         self._core = core
         self._runner = runner
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
-        self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
+        self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # read every message: if several messages wait, one of them may be a stop
         subscribe_events('mouse_info', MouseController,
@@ -50,7 +50,7 @@ class ControllerNode:
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
-        Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
+        Diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.imu})
         LiveSettings(config, lambda new: runner.handle(core.set_law, self._law(new)))
         runner.check()

@@ -37,7 +37,7 @@ class GamepadNode:
         subscribe_events('ctrl_relinq', Bool, self._on_ctrl_relinq)
         subscribe_events('has_control', Bool,
                          lambda event: self._runner.handle(self._core.on_has_control, event))
-        Diagnostics(model.name, lambda: self._runner.query(self._diagnose))
+        Diagnostics(model.name, lambda: self._runner.call(self._diagnose))
         log_missing_topics({'joy': self._core.pad.source}, 'is joy_node running (Debian has '
                            'none)? The page of web:=true is a pad, too')
 

@@ -100,15 +100,15 @@ class MoveToGoalNode:
         LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
         subscribe_events('ctrl_relinq', Bool,
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
-        self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
+        self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # Read every message, since the firmware may reverse the displacement of any message. The
         # core decides at the next sample of the IMU, which is fresher.
         subscribe('odom', Odometry,
-                  lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
+                  lambda sample: runner.call(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
         runner.check()    # the first look at the clock, since a slow start is not a sleep
-        Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
+        Diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
     def _law(self, drive):
@@ -118,7 +118,7 @@ class MoveToGoalNode:
         command = Twist2(message.linear.x, message.angular.z)
         driver = sender_of(connection_of(message)) or 'another program'
         rival = '' if driver == rospy.get_name() else driver
-        self._runner.query(lambda: self._core.on_command(command, ros_time(), rival))
+        self._runner.call(lambda: self._core.on_command(command, ros_time(), rival))
 
     def _on_imu(self, sample):
         output = self._runner.handle(lambda: self._core.on_imu(

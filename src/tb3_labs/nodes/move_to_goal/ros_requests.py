@@ -188,8 +188,8 @@ class Resets:
         reset = Reset(requested)
         runner = self._runner
         runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
-        if not wait_until(lambda: runner.query(lambda: reset.is_over), ANSWER_WITHIN, ANSWER_POLL):
-            runner.query(reset.give_up)
+        if not wait_until(lambda: runner.call(lambda: reset.is_over), ANSWER_WITHIN, ANSWER_POLL):
+            runner.call(reset.give_up)
         if reset.problem:
             raise ValueError(reset.problem)
         return reset

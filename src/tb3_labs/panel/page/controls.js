@@ -9,7 +9,7 @@ import {MapInput} from './map.js';
 import {$, onClick, say, setPressed, setText} from './page.js';
 
 const MIN_DRAG_LENGTH = 14;    // [px] a shorter drag does not set the heading
-/** id of a button -> turn [degrees] */
+/** {id of a button: turn [degrees]} */
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);
 const HANDS = ['pad', 'mouse'];      // the two ways to drive by hand
 

@@ -12,7 +12,7 @@ export class Link {
     this._handlers = handlers;
     this._socket = null;
     this._lastId = 0;
-    this._waiting = new Map();       // id of a request -> function of the answer
+    this._waiting = new Map();       // {id of a request: function of the answer}
     this._receivedAt = 0;
     this.stops = null;            // number of stops in the last picture
     this._clock = null;           // {shown: panel's time in the last picture, at: its arrival}

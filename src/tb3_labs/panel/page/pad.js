@@ -7,10 +7,10 @@
 // robot must not start at an unexpected moment.
 
 const SEND_PERIOD = 100;    // [ms] between two messages
-const READY_TIMEOUT = 1000;    // [ms] a grip ends if the pad is not ready for this long
+const READY_TIMEOUT = 1000;    // [ms] a grip ends if the pad is not ready for this time
 const BUTTON_DELAY = 450;    // [ms] time from a grip to the first A, Y or hold button in a message
 const GRANT_TIMEOUT = 700;    // [ms] for this time after A has_control may still be false
-const STOP_TIMEOUT = 2500;    // [ms] a stop without an answer for this long is not confirmed
+const STOP_TIMEOUT = 2500;    // [ms] without an answer for this time, a stop is not confirmed
 
 export const clamp = (value) => Math.max(-1, Math.min(1, value));
 
@@ -20,7 +20,7 @@ export class Pad {
   constructor(link, say) {
     this._link = link;
     this._say = say;
-    this._grips = new Map();     // name -> {forward, left, hold}
+    this._grips = new Map();     // {name: {forward, left, hold}}
     this._mouse = null;
     this._presses = [];          // presses of A and Y that are not in a message yet
     this._pressedButton = null;  // the button that is pressed in the last message

@@ -109,7 +109,8 @@ function errorText(p) {
 
 let shownNodes = '[]';
 
-/** Show the variables of nodes, which watch.py publishes. Selected text stays until one changes. */
+/** Show the variables of nodes, which watch.py publishes. Selected text stays selected until a
+ *  variable changes. */
 function showInside(nodes) {
   const box = $('inside');
   const text = JSON.stringify(nodes);

@@ -18,11 +18,11 @@ from tb3_labs.recording.run_data import MIN_GAP, Poses, RunData
 from tb3_labs.report.motion.resets_and_goals import (
     FrameInterval, RecordedState, frame_intervals, recorded_states)
 
-#: The errors of a drive are measured when the robot rests, at most this time after its end [s].
+#: The errors of a drive are measured when the robot rests, at most this time [s] after the drive.
 SETTLE_TIME = 1.0
-#: The turn before a straight line may go on for this time after the line's first command [s].
+#: Time [s] for which the turn before a straight line may go on after the line's first command.
 STRAIGHT_AFTER = 0.3
-#: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
+#: If a reset begins a drive, the new frame comes at most this time [s] after the drive's begin.
 RESET_DELAY = 0.1
 #: The value of an unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
@@ -40,7 +40,7 @@ class DriveReport:
     outcome: str                      # 'reached', or why the drive ended
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
-    drift: float                      # final change of the heading in MOVE_FORWARD [rad]
+    drift: float                      # [rad], final change of the heading in MOVE_FORWARD
 
 
 def drives(run: RunData) -> List[DriveReport]:
@@ -82,7 +82,7 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
 def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[RecordedState],
            next_states: Sequence[RecordedState]) -> DriveReport:
     """Returns the report of the drive with the states `parts`. `next_states` contains the state
-    after the drive. It is empty if the recording ended."""
+    after the drive, or is empty if the recording ended before."""
     begin, end, goal = parts[0].begin, parts[-1].end, parts[0].goal
     interval = frame_interval_of(frames, begin, end)
     rest = end
@@ -100,7 +100,7 @@ def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[Record
 
 def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
     """Returns (distance, angle) from the last pose to the goal of a drive; UNKNOWN if there is no
-    pose near the `end` of the drive [s]."""
+    pose near the `end` [s] of the drive."""
     if goal is None or not len(poses) or poses.time[-1] < end - MIN_GAP:
         return UNKNOWN
     last = poses.pose(-1)

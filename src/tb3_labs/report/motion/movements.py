@@ -1,9 +1,9 @@
 """Finds the movements, states and goals of a run whose node publishes only `cmd_vel`.
 
-`completed` adds the topics that the package's own nodes publish. The states and the goals of drives
-are found by the movements. The robot's pose in ``local`` is (0, 0, 0) at the first sample, and the
-declared pose at a reset. As in the lab, its place follows the odometry, and its heading follows the
-IMU. So if the odometry jumps, then this pose jumps, too.
+`completed` adds the topics that the package's own nodes publish. The movements show the states and
+the goals of drives. The robot's pose in ``local`` is (0, 0, 0) at the first sample, and the
+declared pose at a reset. As in the lab, the robot's place follows the odometry, and the robot's
+heading follows the IMU. So if the odometry jumps, this pose jumps, too.
 
 A *movement* is a stretch of commands that are not zero. Its pauses are shorter than
 `MOVEMENT_PAUSE`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A movement is a
@@ -36,11 +36,11 @@ from tb3_labs.recording.run_data import Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
 
-#: A movement ends if no command moves the robot for this time [s].
+#: A movement ends if for this time [s] no command moves the robot.
 MOVEMENT_PAUSE = 1.0
-#: A speed below this counts as zero [m/s], [rad/s].
+#: A smaller speed [m/s] or [rad/s] counts as zero.
 NO_SPEED = 1e-3
-#: A drive moves the robot at least this far [m].
+#: The shortest way [m] forward of a drive.
 MIN_DRIVE_LENGTH = 0.1
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
 #: The state after a drive.
@@ -75,7 +75,8 @@ def movements(run: RunData) -> List[Movement]:
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
     # a reset, or the loss of control, cuts off a movement
     cuts = np.concatenate([run.resets.time, run.control.time[run.control.value == 0.0]])
-    is_cut = np.diff(np.searchsorted(np.sort(cuts), time[moves])) > 0
+    cuts_before = np.searchsorted(np.sort(cuts), time[moves])
+    is_cut = np.diff(cuts_before) > 0
     begins, previous_ends = time[moves[1:]], ends[moves[:-1]]
     is_pause = begins - previous_ends >= MOVEMENT_PAUSE
     parts = np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)
@@ -84,7 +85,7 @@ def movements(run: RunData) -> List[Movement]:
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     """Returns the Movement of the commands with the indices `moves`. `ends` are the times
-    at which the run's commands end [s]."""
+    [s] at which the run's commands end."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
@@ -110,7 +111,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
 
 def has_control(run: RunData, time: float) -> bool:
     """Did a node have control at this time [s]? The first message on ctrl_relinq changed who has
-    control, so the answer before this message is its opposite."""
+    control, so before this message the answer is the opposite of the message."""
     if not len(run.control):
         return False
     before = run.control.value[run.control.time <= time]
@@ -130,8 +131,9 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
 def _with_local(run: RunData) -> RunData:
     odometry = run.odometry
-    start = odometry.time[:1]
-    declared = Poses.joined([Poses(start, start, *np.zeros((3, 1))), run.resets])
+    start = odometry.time[0]
+    at_start = Poses.from_rows([(start, start, 0.0, 0.0, 0.0)])
+    declared = Poses.joined([at_start, run.resets])
     declared = declared.take(np.argsort(declared.time, kind='stable'))
     frames = odometry.at(declared.time) @ declared.inverse()
     imu_yaws = run.imu.yaw_at(declared.time) - declared.yaw

@@ -24,15 +24,15 @@ from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Poses, RunData
 
-#: The first pose in a new frame comes at most this time before or after the line of its reset [s].
+#: The line of a reset, and the first pose in the new frame, are at most this time [s] apart.
 NEAR_RESET = 0.3
-#: A jump weighs less by this for each second between the jump and the line [m/s]. So the pose that
-#: is nearest to the line is taken if a reset declares the pose that the robot already has.
+#: For each second between the line and a jump, the jump weighs less by this [m/s]. If a reset
+#: declares the pose that the robot already has, the pose nearest to the line begins the new frame.
 LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message of the old frame and the first message of the
-#: new frame, but at most this time before the first message of the new frame [s].
+#: new frame, but at most this time [s] before the first message of the new frame.
 MAX_TIME_BEFORE = 0.05
-#: A goal belongs to a state if it arrived at most this time after the state [s].
+#: A goal that arrived at most this time [s] after a state belongs to the state.
 SAME_MOMENT = 0.1
 
 
@@ -69,7 +69,7 @@ def frame_intervals(run: RunData) -> List[FrameInterval]:
 
 
 def _interval_begins(run: RunData) -> List[float]:
-    """Returns the times at which the frame intervals begin, without the first interval [s]. Two
+    """Returns the times [s] at which the frame intervals begin, without the first interval. Two
     resets never begin the same interval."""
     local = run.local_pose
     moved_in_local = _displacements(local)
@@ -106,7 +106,7 @@ def _frames(run: RunData) -> Poses:
 
 
 def _begins_of_frames(frames: Poses) -> np.ndarray:
-    """Returns the times at which the frames come into force, without the first frame [s]."""
+    """Returns the times [s] at which the frames come into force, without the first frame."""
     last, first = frames.time[:-1], frames.time[1:]
     return np.maximum((last + first) / 2.0, first - MAX_TIME_BEFORE)
 

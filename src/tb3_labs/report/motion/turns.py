@@ -1,4 +1,4 @@
-"""Finds the turns of the IMU lab in a recorded run, and measures each from rest to rest.
+"""Finds the turns of the IMU lab in a recorded run, and measures each turn from rest to rest.
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
 rests before and after a turn. Topic `turn` gives the requested angle. Without a message on `turn`,
@@ -21,21 +21,21 @@ from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, m
 from tb3_labs.report.motion.resets_and_goals import recorded_states
 from tb3_labs.robot.samples import REST_ANGULAR
 
-#: A robot rests if its mean rate of turn over this time is below REST_ANGULAR [s].
+#: A robot rests if its mean rate of turn over this time [s] is below REST_ANGULAR.
 REST_WINDOW = 0.15
-#: A robot comes to rest within this time after the last command [s].
+#: Longest time [s] from the last command until the robot rests.
 REST_WAIT = 2.0
-#: When the robot has rested for REST_WINDOW, the heading at rest is the mean over this time [s].
+#: When the robot has rested for REST_WINDOW, the mean over this time [s] is the heading at rest.
 REST_MEAN = 0.3
 #: The recorder may miss the first commands of a new node. So the rest before a turn may end this
-#: time before the turn's first recorded command [s].
+#: time [s] before the turn's first recorded command.
 MAX_MISSED = 1.0
-#: Without a message on `turn`, a movement is a turn only if its angle is at least this [rad].
+#: Without a message on `turn`, a movement by a smaller angle [rad] is not a turn.
 MIN_TURN = math.radians(45.0)
-#: Two turns are separate if no command turns the robot for longer than this [s].
+#: Two turns are separate if for longer than this [s] no command turns the robot.
 TURN_PAUSE = 0.5
-#: The request of a turn comes at most this long before the turn begins [s].
-REQUESTED_BEFORE = 2.0
+#: The request of a turn comes at most this time [s] before the turn begins.
+MAX_REQUEST_LEAD = 2.0
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def _turn(run: RunData, begin: float, end: float, next_command: float,
     if not is_at_rest.any():
         is_at_rest = imu.time >= rest_after
     turned = float(yaw[is_at_rest].mean())
-    requested = _requested(run, max(rest_before - REQUESTED_BEFORE, since), end, turned)
+    requested = _requested(run, max(rest_before - MAX_REQUEST_LEAD, since), end, turned)
     if not requested:
         return None
     sign = math.copysign(1.0, requested)

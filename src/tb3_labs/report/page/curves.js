@@ -98,7 +98,7 @@ export function stepsOf(times, texts) {
 }
 
 /** Returns a figure of `lines`, {CSS class: points}; null if there are no points. The scale has at
- *  least the range `least`. It shows the texts `levels` in place of 0, 1, 2, ... */
+ *  least the range `least`, and shows the texts `levels` in place of 0, 1, 2, ... */
 export function curve(name, caption, lines, duration, options) {
   const {least = 0, hasZero = false, isAngle = false, levels = null} = options;
   const kinds = Object.keys(lines);

@@ -79,8 +79,8 @@ def _html(text: str) -> str:
 
 def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
           has_timeline: bool = True) -> str:
-    """Returns the HTML of three hints; '' if nothing was `found`. The hints are the question of the
-    link, the place that explains the link, and the sentence `mistake`. Each hint is folded within
+    """Returns the HTML of three hints; '' if `found` is None. The hints are the question of the
+    link, the place that explains the link, and the sentence `mistake`. Each hint opens within
     the previous hint, so that a student can find the mistake without the next hint."""
     if found is None:
         return ''
@@ -94,7 +94,7 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
 
 
 def safe(text: str) -> str:
-    """Returns the text for a cell. A "'" is added wherever a spreadsheet would begin to read a
+    """Returns the text for a cell. Adds a "'" wherever a spreadsheet would begin to read a
     formula.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.

@@ -30,14 +30,14 @@ from tb3_labs.report.motion.resets_and_goals import FrameInterval, frame_interva
 from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
 
 DOTS_PER_INCH = 150
-#: The width between the margins of A4 [inch].
+#: The width [inch] between the margins of A4.
 WIDTH = 7.2
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 # Agg in Noetic cannot draw a longer curve in one part
 matplotlib.rcParams['agg.path.chunksize'] = 20000
-#: The figure of a turn begins and ends this time before and after the turn [s].
+#: The figure of a turn also shows this time [s] before and after the turn.
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
 
 

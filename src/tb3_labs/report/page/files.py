@@ -26,7 +26,7 @@ from tb3_labs.report.page.document import document, number, safe, table
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A path shorter than this is not drawn [m].
+#: A path shorter than this [m] is not drawn.
 MIN_PATH_LENGTH = 0.05
 #: {name of a figure: its caption}
 CAPTIONS = {
@@ -35,7 +35,7 @@ CAPTIONS = {
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
 NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
-#: A page has this paragraph if values were computed, since their topics were not recorded.
+#: A page has this paragraph if the report computed values whose topics were not recorded.
 COMPUTED = (
     'Some topics were not recorded, so their values are computed: drives and turns by the commands '
     'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
@@ -87,8 +87,8 @@ DRIFT_NOTE = (f'Drift: the heading by the IMU at the end of MOVE_FORWARD, minus 
 
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> List[Path]:
-    """Write the report of a run into a folder, which is made if it is missing. Returns the paths of
-    the files, first the path of report.html. Raises OSError if the files cannot be written."""
+    """Write the report of a run into a folder. A missing folder is made. Returns the paths of the
+    files, first the path of report.html. Raises OSError if a file cannot be written."""
     folder = output_folder(folder)
     name = Path(run.name).name
     turned, driven = turn_reports(run), drives(run)

@@ -23,7 +23,7 @@ from tb3_labs.watch.chains import broken_links_of_nodes
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 #: A line of a traceback that names a line of a file.
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
-#: A node of the skeletons prints this when it reaches an open TODO.
+#: A node of the skeletons prints this text when it reaches an open TODO.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
 FAULT_LINE = '<p><b>{}</b> ({}) <a href="#t={:.1f}">Watch it</a></p>'
 

@@ -7,7 +7,7 @@ import {degrees, digits, nice, radians, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
 const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as the style has it
-const SHOWN = 0.5;                              // [s] a mark's text is shown for at least this time
+const SHOWN = 0.5;                              // [s] shortest time for which a mark's text is shown
 // the kinds of marks; each kind has its own row, in this order from the top
 const KINDS = ['drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'];
 const ROW_HEIGHT = 8;                           // [px] of the marks of one kind

@@ -25,8 +25,8 @@ from tb3_labs.watch.variables import Series, variables_by_node
 
 #: The HTML of the timeline. Its program and its style are in files with the same stem.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
-#: The largest difference between a recorded value and its track, without rounding [m], [deg],
-#: [m/s], [rad/s].
+#: The largest differences [m], [deg], [m/s], [rad/s] between a recorded value and its track, before
+#: the rounding.
 PLACE_BOUND, ANGLE_BOUND, SPEED_BOUND, RATE_BOUND = 0.002, 0.2, 0.005, 0.03
 #: The most characters of a text.
 MAX_TEXT_LENGTH = 1000
@@ -124,7 +124,7 @@ def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _resets(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
-    """Returns the index of the first sample after each reset. `time`: the times of samples [s]."""
+    """Returns the index of the first sample after each reset. The samples are at `time` [s]."""
     found = np.searchsorted(time, [interval.begin for interval in frames[1:]])
     return [int(index) for index in found if 0 < index < len(time)]
 
@@ -134,14 +134,19 @@ def _commands(commands: Commands) -> List[List[Optional[float]]]:
     speeds are None where the robot's timeout ended a command."""
     sent = commands.in_force()
     rows = np.round(np.column_stack([sent.time, sent.linear, sent.angular]), 3)
-    is_new = np.append(True, (rows[1:, 1:] != rows[:-1, 1:]).any(axis=1))[:len(rows)]
-    return [[None if math.isnan(number) else number for number in row]
-            for row in rows[is_new].tolist()]
+    kept = rows[_first_of_runs(rows[:, 1:])]
+    return [[None if math.isnan(number) else number for number in row] for row in kept.tolist()]
+
+
+def _first_of_runs(rows: np.ndarray) -> np.ndarray:
+    """Returns for each row whether it is the first row, or differs from the previous row."""
+    is_first = np.ones(len(rows), dtype=bool)
+    is_first[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    return is_first
 
 
 def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> TimelineEvent:
-    """Returns the TimelineEvent of a moment; with an `end` [s] after `begin`, of a stretch of time.
-    """
+    """Returns the TimelineEvent of a moment, or of the time from `begin` to a later `end` [s]."""
     return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(max(begin, end)), 3),
             'text': text[:MAX_TEXT_LENGTH]}
 
@@ -154,8 +159,8 @@ def _lines(log: LogLines) -> List[List[Any]]:
 
 
 def variables(run: RunData) -> List[List[Any]]:
-    """Returns [name, times, texts] of each variable. Each text holds until the next time. It is
-    None from the last reading before a gap on. If several nodes have variables, the name begins
+    """Returns [name, times, texts] of each variable. Each text holds until the next time. From the
+    last reading before a gap on, the text is None. If several nodes have variables, the name begins
     with the name of the variable's node."""
     rows: List[List[Any]] = []
     nodes = variables_by_node(run.variables)
@@ -172,7 +177,8 @@ def _changes(variable: Series) -> Tuple[List[float], List[Optional[str]]]:
     """Returns (times, texts) of a variable."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
     is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # before a gap, or of the run
-    is_new = np.append(True, is_last[:-1] | (values[1:] != values[:-1]))
+    follows_gap = np.append(False, is_last[:-1])
+    is_new = follows_gap | _first_of_runs(values[:, np.newaxis])
     times: List[float] = []
     texts: List[Optional[str]] = []
     for k in np.flatnonzero(is_new | is_last):
@@ -193,7 +199,7 @@ def _shown_text(text: str, number: float) -> str:
 
 
 def section(data: Dict[str, Any]) -> str:
-    """Returns the HTML of a timeline with these data. A page with it needs no other file."""
+    """Returns the HTML of a timeline with these data. A page with this HTML needs no other file."""
     text = json.dumps(data, default=np.ndarray.tolist, separators=(',', ':'), allow_nan=False)
     styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
     style = ''.join(path.read_text(encoding='utf-8') for path in styles)

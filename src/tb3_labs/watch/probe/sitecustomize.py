@@ -3,7 +3,7 @@
 When Python starts, it imports sitecustomize. scripts/watch.py puts this folder on the path of
 the node. The probe removes the folder again, so that the node has its usual path. A thread of the
 probe waits until the node calls rospy.init_node(). From then on, the thread reads the node's
-variables 20 times a second. If the topic has a subscriber, the thread publishes
+variables 20 times a second. While the topic has a subscriber, the thread publishes
 
     variables    diagnostic_msgs/DiagnosticArray, with the node's name and its variables
 
@@ -22,13 +22,13 @@ from contextlib import suppress
 from enum import Enum
 from types import FunctionType, ModuleType
 
-#: The pause between two readings, and the shortest pause between two searches for objects [s].
+#: The pause [s] between two readings, and the shortest pause [s] between two searches for objects.
 READ_PAUSE, SEARCH_PAUSE = 0.05, 0.25
 #: The searches for objects take at most this share of the time.
 SEARCH_SHARE = 0.003
 #: At most this many variables, objects, and objects of one class are shown.
 MAX_SHOWN, MAX_OBJECTS, MAX_OF_A_CLASS = 40, 20, 3
-#: A longer text is cut [characters].
+#: A text is shown up to this number of characters.
 MAX_VALUE_LENGTH = 200
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
@@ -61,7 +61,8 @@ def leave_the_path():
 def script_frames():
     """Returns the stack frames of the node's script, the main program first. Returns [] before the
     program runs."""
-    frame, frames = sys._current_frames().get(threading.main_thread().ident), []
+    frames = []
+    frame = sys._current_frames().get(threading.main_thread().ident)
     while frame is not None:
         frames.insert(0, frame)
         frame = frame.f_back
@@ -87,7 +88,8 @@ class WatchedNode:
         self._package = self._folder
         while self._package != '/' and not os.path.isfile(self._package + '/package.xml'):
             self._package = os.path.dirname(self._package)
-        self._is_own, self._objects = {WatchedNode: False}, []
+        self._is_own = {WatchedNode: False}
+        self._objects = []
         self._next_search = 0.0
 
     def is_own(self, kind):
@@ -115,7 +117,7 @@ class WatchedNode:
         held = {id(each): attributes(each) for each in objects}
         inner = {id(part) for each in held.values() for part in each.values()}
         shown, known = {}, set()
-        # if a name is shown already, the next one has its class or function in front
+        # if two variables have one name, the second gets its class or function in front
         for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
@@ -133,7 +135,8 @@ class WatchedNode:
         """Find the node's objects again, because the node may have created new ones."""
         self._next_search = time.monotonic() + SEARCH_PAUSE
         begin = time.thread_time()
-        counts, self._objects = Counter(), []
+        counts = Counter()
+        self._objects = []
         for each in gc.get_objects():
             if self.is_object(each):
                 counts[type(each)] += 1
@@ -147,7 +150,7 @@ class WatchedNode:
         for name, value in held.items():
             if len(shown) >= MAX_SHOWN:
                 return
-            with suppress(Exception):       # the other values are shown if one cannot be read
+            with suppress(Exception):       # if a value cannot be read, the others are shown
                 if type(value) in HIDDEN_TYPES or name.startswith('__'):
                     continue
                 # the private name _Class__name is shown as __name
@@ -222,7 +225,7 @@ def rospy_runs():
 
 
 def run():
-    """Wait for the node, and publish its variables until it ends."""
+    """Wait for the node, and publish its variables until the process ends."""
     signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # the node handles them
     while not rospy_runs():
         time.sleep(READ_PAUSE)
