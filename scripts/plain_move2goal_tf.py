@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Drives to a goal in a local frame that a service resets, as a student writes it. The handout does
-not have the lines with `# added`, and rotates by the IMU's yaw: both fail in practice."""
+"""Drives to a goal in a local frame, which a service resets. A student writes such a node. The
+handout lacks the lines with `# added`, and rotates by the IMU's yaw: both fail in practice."""
 from importlib.util import find_spec    # added
 import math
 import rospy

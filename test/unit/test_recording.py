@@ -17,7 +17,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.marks import Marks, marks_after_trial, points_of, read_points
 from tb3_labs.marking.trial.from_bag import MAX_OUTPUT_LENGTH, read_trial
 from tb3_labs.marking.trial import ros_recording
-from tb3_labs.marking.trial.processes import PRINTED_A_SECOND, NodeOutput
+from tb3_labs.marking.trial.processes import MAX_CHARACTERS_PER_SECOND, NodeOutput
 from tb3_labs.marking.trial.ros_recording import CHUNK_SIZE, Recording
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
@@ -129,7 +129,7 @@ def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path,
     scene = seen.scene('a')
     assert scene.printed.endswith('the last words\n') and scene.lines == 5001
     recorded = sum(map(len, seen.recording.printed.text))
-    assert recorded <= PRINTED_A_SECOND * 7 and len(scene.printed) <= MAX_OUTPUT_LENGTH
+    assert recorded <= MAX_CHARACTERS_PER_SECOND * 7 and len(scene.printed) <= MAX_OUTPUT_LENGTH
 
 
 def test_a_bag_that_is_not_of_a_trial_is_refused(tmp_path):

@@ -62,9 +62,10 @@ def judge_clock(least_delay: float) -> Finding:
     [s] from a stamp (the robot's clock) to the arrival (this computer's clock)."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
-    text = f"the robot's clock is {least_delay:.1f} s behind, or all its messages come so late"
     if least_delay < 0.0:
         text = f"the robot's clock is {-least_delay:.1f} s ahead"
+    else:
+        text = f"the robot's clock is {least_delay:.1f} s behind, or all its messages come so late"
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
     if abs(least_delay) > CLOCK_FAULT_OFFSET:

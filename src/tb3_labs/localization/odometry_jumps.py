@@ -31,7 +31,7 @@ from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 #: No TurtleBot3 drives faster than this [m/s].
 SPEED_BOUND = 0.5
 #: No TurtleBot3 turns faster than this [rad/s].
-TURN_BOUND = 4.0
+MAX_TURN_RATE = 4.0
 #: If messages arrive unevenly, a true step may exceed the bound by this distance [m].
 STEP_SLACK = 0.05
 #: If messages arrive unevenly, a true turn may exceed the bound by this angle [rad].
@@ -181,7 +181,7 @@ def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -
     moved = old_pose.distance_to(new_pose)
     turned = abs(difference(new_pose.yaw, old_pose.yaw))
     moved_too_far = moved > SPEED_BOUND * seconds + STEP_SLACK
-    turned_too_far = turned > TURN_BOUND * seconds + TURN_SLACK
+    turned_too_far = turned > MAX_TURN_RATE * seconds + TURN_SLACK
     at_zero = new_pose.x == new_pose.y == 0.0
     if at_zero and (moved > ZERO_PLACE or turned_too_far):
         return SET_TO_ZERO

@@ -102,7 +102,8 @@ class SampleBuffer:
                                for time, sample in self._unpaired)
 
     def pop_pair(self) -> Optional[Tuple[OdometrySample, float]]:
-        """Returns the latest OdometrySample and the IMU's yaw [rad] at its stamp, once, or None."""
+        """Returns the latest OdometrySample that was not returned yet, and the IMU's yaw [rad] at
+        its stamp. Returns None if there is no new pair."""
         pair = None
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
             time, sample = self._unpaired.popleft()

@@ -182,7 +182,7 @@ def stamped_samples(part, message, prefix, start, received):
         rows += [(arrival, stamp, *row) for row in found]
     samples = samples_type.from_rows(rows)
     is_valid = np.ones(len(samples), bool)
-    for column in list(vars(samples).values())[2:]:     # without the two times
+    for column in samples.contents:
         if column.dtype != object:
             is_valid &= np.abs(column) < MAX_NUMBER     # False for NaN
     return samples.take(is_valid), dropped + int((~is_valid).sum())

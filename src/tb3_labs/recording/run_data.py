@@ -12,7 +12,7 @@ and not kept.
 """
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, Sequence, Tuple, Type, TypeVar
+from typing import Any, List, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
 
@@ -37,6 +37,11 @@ class Samples:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def contents(self) -> List[np.ndarray]:
+        """The arrays apart from the two times."""
+        return [getattr(self, column.name) for column in fields(self)[2:]]
 
     def take(self: SamplesType, index: Any) -> SamplesType:
         """Returns some of the samples. `index` is an index of numpy, such as a mask or a slice."""

@@ -15,7 +15,7 @@ MAX_ODOMETRY_DISTANCE = 2e4
 #: The largest speed of the odometry [m/s]. A person who spins the wheels may reach this speed.
 MAX_DRIVE_SPEED = 3.0
 #: The largest rate of turn in the odometry [rad/s]. The firmware's spike is 2 pi in at least 1 ms.
-MAX_SPIKE_SPEED = 7e3
+MAX_SPIKE_RATE = 7e3
 #: The board's gyro measures at most this rate [rad/s], which is 2000 deg/s.
 MAX_GYRO_RATE = 35.0
 #: The angle of a wheel is at most this [rad], since the encoder counts to 2^31.

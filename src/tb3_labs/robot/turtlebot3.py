@@ -53,8 +53,10 @@ class RobotModel:
         return self.wheel_radius * self.motor_rpm * 2.0 * math.pi / 60.0
 
 
-BURGER = RobotModel('burger', 0.033, 0.160, 61.0, 265, 0.2108, 2.635, 0.105)
-WAFFLE = RobotModel('waffle', 0.033, 0.287, 77.0, 330, 0.26, 1.82, 0.220)
+BURGER = RobotModel(name='burger', wheel_radius=0.033, wheel_separation=0.160, motor_rpm=61.0,
+                    motor_steps=265, max_linear=0.2108, max_angular=2.635, body_radius=0.105)
+WAFFLE = RobotModel(name='waffle', wheel_radius=0.033, wheel_separation=0.287, motor_rpm=77.0,
+                    motor_steps=330, max_linear=0.26, max_angular=1.82, body_radius=0.220)
 MODELS: Dict[str, RobotModel] = {
     'burger': BURGER, 'waffle': WAFFLE, 'waffle_pi': replace(WAFFLE, name='waffle_pi')}
 DEFAULT_MODEL = 'burger'

@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
-    MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_SPEED, LAST_STAMP, OdometrySample, bounded)
+    MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_RATE, LAST_STAMP, OdometrySample, bounded)
 
 #: This environment variable has the path of a pipe for the true poses of the simulated robot, since
 #: a student's node could read a topic. Each line has x, y [m] and yaw [rad].
@@ -53,7 +53,7 @@ def to_odometry_sample(message):
     return OdometrySample(
         bounded('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's'), pose,
         bounded('speed', twist.linear.x, MAX_DRIVE_SPEED, 'm/s'),
-        bounded('rate of turn', twist.angular.z, MAX_SPIKE_SPEED, 'rad/s'))
+        bounded('rate of turn', twist.angular.z, MAX_SPIKE_RATE, 'rad/s'))
 
 
 def to_pose_stamped(pose, frame_id, stamp):

@@ -34,7 +34,7 @@ from tb3_labs.simulation.network import Arrival
 
 #: Angle [rad] of a wheel from one encoder step to the next.
 TICK_ANGLE = 2.0 * math.pi / TICKS_PER_TURN
-#: On a link this message is a reset. The message of a command is (forward speed, rate of turn).
+#: A NetworkLink carries this text for a reset, and (forward speed, rate of turn) for a command.
 RESET_COMMAND = 'reset'
 
 
@@ -73,7 +73,8 @@ class Odometer:
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
         self._theta_last = imu_yaw    # yaw [rad] of the IMU at the last update
         self._ticks: Tuple[int, int] = (0, 0)
-        self._zero = self._tick_change = self._ticks
+        self._zero = (0, 0)           # the ticks at the last reset
+        self._tick_change = (0, 0)    # between the last two answers of the servos
         self._stamp = 0.0
         #: (left, right) mean speed [rad/s] of the wheels over the last interval.
         self.wheel_speeds = (0.0, 0.0)

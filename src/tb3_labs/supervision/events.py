@@ -34,7 +34,7 @@ class Age(Enum):
 
     @property
     def is_doubtful(self) -> bool:
-        """May the message be older than the connection to its sender?"""
+        """Could the message be older than the connection to its sender?"""
         return self in (Age.REPEATED, Age.LATCHED, Age.OLD, Age.SAME_STAMP)
 
 

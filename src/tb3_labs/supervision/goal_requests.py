@@ -24,6 +24,8 @@ from tb3_labs.supervision.timeouts import SENDER_PAUSE, SleepMonitor
 #: A typed coordinate is at most this far [m] from 0, since a larger number may have a wrong unit.
 MAX_DISTANCE = 100.0
 MAX_YAW_DEG = 360.0     # a typed heading is at most a whole turn [deg]
+#: The stamp [ns] of a goal that is older than all goals with a stamp.
+EARLIEST_STAMP = 1
 #: The reason for rejecting a repeated goal that was ended before.
 STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or pause for '
                f'{SENDER_PAUSE:.0f} s')
@@ -104,7 +106,7 @@ class GoalRequests:
     def __init__(self, sleep: SleepMonitor) -> None:
         #: The request of the goal that was accepted last. The goal of the start has no request, but
         #: a cancel of all goals up to a stamp also ends this goal.
-        self.present = GoalRequest(None, stamp=1)
+        self.present = GoalRequest(None, stamp=EARLIEST_STAMP)
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         #: The answers to the clients of goals, in order.
         self.answers: Queue[GoalAnswer] = Queue()

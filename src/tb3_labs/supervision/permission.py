@@ -119,7 +119,7 @@ class Permission:
         if message.age is Age.RESTARTED:    # another process had this name before
             self._last_value.pop(sender, None)
             self._grants.pop(sender, None)
-        is_repeated = self._last_value.get(sender, False)
+        was_true = self._last_value.get(sender, False)
         self._last_value[sender] = message.content
         if not message.content:
             self._on_stop(message)
@@ -130,7 +130,7 @@ class Permission:
             self._refuse(sender, 'it was given before this node could hear it')
         elif self.sleep.refusal:
             self._refuse(sender, self.sleep.refusal)
-        elif not is_repeated:
+        elif not was_true:
             self._grants[sender] = _Grant(now, renews=message.renews)
             self._refused.discard(sender)
             self._has_new_grant = True
@@ -177,7 +177,7 @@ class Permission:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """If the renewals of a grant show that its True was sent too long ago, end the grant."""
+        """End a grant if its renewals show that the True of this grant was sent too long ago."""
         stops_of_others = [at for other, at in self._stops.items() if other != sender]
         if grant.granted_at - grant.latest_sending > RESUME_TIME:
             self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')

@@ -57,9 +57,9 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     for (angle, radians), (unit, factor) in product(angles_of(imu).items(), UNITS):
         number = np.degrees(radians) * factor
         turn = 360.0 * factor
-        ranges, per_degree = RANGES[:3], 0.0
-        if angle == 'yaw':
-            ranges, per_degree = RANGES, factor
+        is_yaw = angle == 'yaw'
+        ranges = RANGES if is_yaw else RANGES[:3]
+        per_degree = factor if is_yaw else 0.0
         candidates += [
             Quantity(f'the {angle} in {unit}, {range_text}', imu.arrival, formula(number, turn),
                      min(turn, 360.0), per_degree) for range_text, formula in ranges]
@@ -84,8 +84,8 @@ def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
 
 
 def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
-    """Returns the quantity that a variable follows, or None. If a node cannot turn by this
-    quantity, its `per_degree` is 0. The first of the `quantities` is the correct heading."""
+    """Returns the quantity that a variable follows, or None. A quantity that cannot be the heading
+    of a turning node has the `per_degree` 0. The first of the `quantities` is the right heading."""
     correct = quantities[0]
     matching = matching_quantities(series, quantities)
     candidates = matching or matching_quantities(
@@ -121,7 +121,7 @@ def heading_from_another_zero(series: Series, correct: Quantity) -> Optional[Qua
 
 
 def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
-    """Returns the first usable heading that a variable follows late, or None."""
+    """Returns the first usable heading that a variable follows with a delay, or None."""
     for quantity in quantities:
         if is_usable_heading(quantity, quantities[0]):
             delay = longest_delay(series, quantity)

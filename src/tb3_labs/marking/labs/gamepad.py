@@ -23,8 +23,8 @@ from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topic
 from tb3_labs.watch.chains import BY_THUMB
 
 #: The bounds of the command for a full stick.
-FULL_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
-FULL_TURN = (1.5, MAX_ANGULAR_SPEED + ROUNDING)          # [rad/s]
+FULL_STICK_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
+FULL_STICK_RATE = (1.5, MAX_ANGULAR_SPEED + ROUNDING)          # [rad/s]
 #: The bounds of the command for a half stick, as shares of the command for the full stick.
 HALF_SHARE = (0.25, 0.75)
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a
@@ -54,8 +54,8 @@ def pad_text(name: str) -> str:
 
 
 def _why_not_driven(observation: Observation) -> Reason:
-    reason = (why_not_steered(observation, LEFT_STICK_UP, FULL_SPEED)
-              or why_not_steered(observation, LEFT_STICK_DOWN, scaled(FULL_SPEED, -1.0)))
+    reason = (why_not_steered(observation, LEFT_STICK_UP, FULL_STICK_SPEED)
+              or why_not_steered(observation, LEFT_STICK_DOWN, scaled(FULL_STICK_SPEED, -1.0)))
     if reason:
         return reason
     full = observation.scene(LEFT_STICK_UP).commands[-1, LINEAR]
@@ -63,8 +63,9 @@ def _why_not_driven(observation: Observation) -> Reason:
 
 
 def _why_not_turned(observation: Observation) -> Reason:
-    reason = (why_not_steered(observation, RIGHT_STICK_LEFT, angular=FULL_TURN)
-              or why_not_steered(observation, RIGHT_STICK_RIGHT, angular=scaled(FULL_TURN, -1.0)))
+    right = scaled(FULL_STICK_RATE, -1.0)
+    reason = (why_not_steered(observation, RIGHT_STICK_LEFT, angular=FULL_STICK_RATE)
+              or why_not_steered(observation, RIGHT_STICK_RIGHT, angular=right))
     if reason:
         return reason
     full = observation.scene(RIGHT_STICK_RIGHT).commands[-1, ANGULAR]
@@ -185,9 +186,9 @@ CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, why_not_started,
               limits=IN_TIME),
     Criterion('drives', STICKS, f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} '
-              'm/s', BY_THUMB, _why_not_driven, limits=_stick_limits(FULL_SPEED, 'm/s')),
+              'm/s', BY_THUMB, _why_not_driven, limits=_stick_limits(FULL_STICK_SPEED, 'm/s')),
     Criterion('turns', STICKS, f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} '
-              'rad/s', BY_THUMB, _why_not_turned, limits=_stick_limits(FULL_TURN, 'rad/s')),
+              'rad/s', BY_THUMB, _why_not_turned, limits=_stick_limits(FULL_STICK_RATE, 'rad/s')),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB,
               _why_not_stopped_when_let_go, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', BY_THUMB,

@@ -180,7 +180,7 @@ class _AnySum(str):
         return False
 
 
-#: rospy takes this object for the class of a service. It fits clients of any type.
+#: rospy gets this object in place of the class of a service. It fits clients of any type.
 ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMsg,
                            _response_class=AnyMsg)
 

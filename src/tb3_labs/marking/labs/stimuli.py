@@ -81,12 +81,15 @@ TURN_TIME = 8.0
 BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
 #: The node answers an invalid input within this time [s].
 ANSWER_TIME = 1.0
-#: The stimuli with only the mouse, and the stimuli with the mouse and turns.
-MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
-    'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
-    'mouse half right and half down', 'mouse deactivated')
-BESIDE_TURNS = TURN_BESIDE_MOUSE, AFTER_TURN, IN_TURN = (
-    'l beside the mouse', 'mouse after a turn', 'mouse in a turn')
+NOT_ACTIVE, DEACTIVATED = 'mouse not active', 'mouse deactivated'
+MOUSE_UP, MOUSE_LEFT = 'mouse up', 'mouse left'
+NEAR_MIDDLE, HALF_WAY = 'mouse near the middle', 'mouse half right and half down'
+#: The stimuli with only the mouse.
+MOUSE_ALONE = (NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED)
+TURN_BESIDE_MOUSE = 'l beside the mouse'
+AFTER_TURN, IN_TURN = 'mouse after a turn', 'mouse in a turn'
+#: The stimuli with the mouse and turns.
+BESIDE_TURNS = (TURN_BESIDE_MOUSE, AFTER_TURN, IN_TURN)
 #: {stimulus: the place (x, y) of the active mouse}. x is positive to the right, y upward, both from
 #: -1 to 1.
 MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),

@@ -21,7 +21,7 @@ from tb3_labs.marking.limits import (
 LIMITS_POLL_PERIOD = 0.25
 #: In each second at most this many characters of the output are recorded, the last ones. If the bag
 #: is full, at most a tenth of this number is recorded.
-PRINTED_A_SECOND = 20000
+MAX_CHARACTERS_PER_SECOND = 20000
 
 
 class RunningProgram:
@@ -80,7 +80,7 @@ class RunningProgram:
 
 
 class NodeOutput:
-    """Records the output of one process of the node, at most PRINTED_A_SECOND."""
+    """Records the output of one process of the node, at most MAX_CHARACTERS_PER_SECOND."""
 
     def __init__(self, recording):
         """`recording` is the Recording of the trial."""
@@ -99,7 +99,7 @@ class NodeOutput:
         """Record a part of the output. A part that comes soon after another part is recorded later,
         together with the next part or by `flush`."""
         with self._guard:
-            self.last = (self.last + text)[-PRINTED_A_SECOND:]
+            self.last = (self.last + text)[-MAX_CHARACTERS_PER_SECOND:]
             self._text += text
             excess = len(self._text) - self._most_characters
             if excess > 0:
@@ -111,7 +111,9 @@ class NodeOutput:
 
     @property
     def _most_characters(self):
-        return PRINTED_A_SECOND // 10 if self._recording.is_full else PRINTED_A_SECOND
+        if self._recording.is_full:
+            return MAX_CHARACTERS_PER_SECOND // 10
+        return MAX_CHARACTERS_PER_SECOND
 
     def flush(self):
         """Record the waiting output. Call this before you record an event, so that the output comes

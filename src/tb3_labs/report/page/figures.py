@@ -102,7 +102,8 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     frames, local = frame_intervals(run), run.local_pose
     for number, interval in enumerate(frames):
         colour, _ = STYLES[number % len(STYLES)]
-        _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
+        shift = number // len(STYLES)    # of the line styles, when the colours begin again
+        _, style = STYLES[(number + shift) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
         path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
         draw_path(in_odom, run.odometry.between(interval.begin, interval.end), **path_style)

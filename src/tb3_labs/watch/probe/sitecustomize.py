@@ -203,7 +203,7 @@ def module_of(kind):
 
 
 def sendable(text):
-    """Returns the beginning of a text. A '?' replaces each character that UTF-8 lacks."""
+    """Returns the beginning of a text, with a '?' in place of a character that is not valid."""
     text = text[:MAX_VALUE_LENGTH]
     return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
