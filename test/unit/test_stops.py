@@ -4,7 +4,7 @@ from stops import ROBOT, setting, stop_of_a_drive, stop_of_a_turn
 
 from tb3_labs.control.goal_state import DRIVING, GoalState
 from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.supervision.sensors_and_stalls import FROZEN_TIME
+from tb3_labs.supervision.timeouts import FROZEN_TIME
 
 FASTEST, MAX_TURN_RATE = 0.2108, 1.5     # [m/s], [rad/s]
 #: Time from a zero command to rest: its delay, the firmware's period, five times the motors' lag.

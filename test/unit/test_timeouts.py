@@ -1,7 +1,8 @@
 """Silent sensors: before the first message, exactly at the timeout, and if the clock goes back."""
 import pytest
 
-from tb3_labs.supervision.sensors_and_stalls import FROZEN_TIME, Sensor, SensorStatus, SensorMonitor
+from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorMonitor
+from tb3_labs.supervision.timeouts import FROZEN_TIME
 
 
 def received_at(time, name='imu'):

@@ -26,14 +26,12 @@ from typing import Any, DefaultDict, NamedTuple, Optional
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
-from tb3_labs.supervision.timeouts import GYRO_GAP, WindowMinimum
+from tb3_labs.supervision.timeouts import GYRO_GAP, LONG_SILENCE, WindowMinimum
 
 #: A clock that goes back by less than this time [s] is being corrected, and was not set.
 SMALL_STEP = 0.1
 #: A stamp that is this much [s] ahead of its arrival belongs to a new clock.
 CLOCK_STEP = 1.0
-#: If all sources are silent for this time [s], the next message belongs to a new clock.
-LONG_SILENCE = 1.5
 #: Stamps that are off by CLOCK_STEP or more for longer than this time [s] are not a clock.
 MAX_OFF_TIME = 1.0
 #: If a stamp is repeated this often, the stamps are not a clock.

@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Any, Optional
 
 from tb3_labs.supervision.timeouts import (
-    RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
+    FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
 #: The text if the robot must not move yet, although its sensors are fresh.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
@@ -19,8 +19,6 @@ UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for 
 SURE_DRIVE_SPEED = 0.02
 #: If a command is faster than this [rad/s], the readings must show a turn.
 SURE_TURN_RATE = 0.1
-#: A sensor is frozen if it repeats a reading for more than this time [s] while the robot must move.
-FROZEN_TIME = 0.6
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
 #: The robot got nearer to its goal if the remaining way [m or rad] is shorter by at least this.

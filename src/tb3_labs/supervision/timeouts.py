@@ -20,6 +20,8 @@ RESUME_TIME = 2.0
 
 #: A sensor is lost if it is silent for longer than this. Meanwhile a fast robot drives 5 cm.
 SENSOR_TIMEOUT = 0.22
+#: A sensor is frozen if it repeats a reading for longer than this while the robot must move.
+FROZEN_TIME = 0.6
 #: A motion waits this long for the first messages of a robot. A board starts in up to 14 s.
 ROBOT_START = 20.0
 #: If a person types a turn before the robot is connected, the turn waits this long for the robot.
@@ -28,6 +30,8 @@ ROBOT_WAIT = 5.0
 RESET_SILENCE = 1.0
 #: A pad, a page that drives, or an active mouse is lost if it is silent for longer than this.
 INPUT_TIMEOUT = 0.25
+#: If all sources are silent for this long, the next message belongs to a new clock.
+LONG_SILENCE = 1.5
 #: The longer a silence, the longer a step the odometry may make. A silence counts as at most this.
 LONGEST_COUNTED_SILENCE = 5.0
 
@@ -73,8 +77,7 @@ SENDER_PAUSE = 2.0
 MIN_SLEEP = 1.0
 #: A simulated clock stands still if it does not change for this long.
 STANDSTILL_TIME = 0.3
-#: If a node may move its robot, it looks at the clock after this silence, which is at most half of
-#: the shortest timeout.
+#: A node that may move its robot looks at the clock after this silence, half a timeout at most.
 QUIET_TIME = 0.1
 #: After QUIET_TIME the node looks at the clock with this period, until the next message.
 CHECK_PERIOD = 0.02
