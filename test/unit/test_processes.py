@@ -49,6 +49,15 @@ def test_a_ros_of_its_own_writes_below_its_folder_alone(tmp_path):
     assert os.path.isfile(os.path.join(made['ROS_ETC_DIR'], 'roscore.xml'))
 
 
+def test_a_protection_works_although_the_current_folder_was_removed(tmp_path, monkeypatch):
+    """Python imports no package there. On Debian 11 root's marking was refused in some runs."""
+    folder = tmp_path / 'removed'
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    folder.rmdir()
+    assert protection_problem(Protection()) == ''
+
+
 @pytest.fixture
 def family():
     """A process with two children and an identity. After the test all three are ended."""

@@ -173,7 +173,7 @@ def protection_problem(protection: Protection) -> str:
         done = subprocess.run(command, env=protection.program_environment(os.environ),
                               timeout=SANDBOX_START, stdin=subprocess.DEVNULL,
                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                              universal_newlines=True)
+                              universal_newlines=True, cwd='/')    # python -c imports from here
     except FileNotFoundError:
         return 'bubblewrap is not installed (apt install bubblewrap)'
     except subprocess.TimeoutExpired:
