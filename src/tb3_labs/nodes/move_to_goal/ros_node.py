@@ -115,10 +115,10 @@ class MoveToGoalNode:
         return DriveLaw(drive, self._model, self._response)
 
     def _on_command(self, message):
-        command = Twist2(message.linear.x, message.angular.z)
         driver = sender_of(connection_of(message)) or 'another program'
-        rival = '' if driver == rospy.get_name() else driver
-        self._runner.call(lambda: self._core.on_command(command, ros_time(), rival))
+        if driver != rospy.get_name():    # the core knows its own commands
+            command = Twist2(message.linear.x, message.angular.z)
+            self._runner.call(lambda: self._core.on_command(command, ros_time(), driver))
 
     def _on_imu(self, sample):
         output = self._runner.handle(lambda: self._core.on_imu(
