@@ -1,10 +1,10 @@
-"""The dead man switch of pages. One page drives until the person lets go or the page is lost.
+"""The dead man switch of pages: a page drives until the person lets go or the page is lost.
 
-A page is a pad in a browser. Several pages may be open. A DeadMan counts the stops: STOP on any
-page, a False on `ctrl_relinq`, a cancel, the loss of the page that drives. Each message of a page
-has the number of stops that the page knew when the person acted. A message is rejected if the robot
-was stopped after the person acted, or if this process slept meanwhile. So a delayed message, or a
-page that comes back, does not move the robot or its frame. A stop is never rejected.
+A page is a gamepad in a browser. Several pages may be open. A DeadMan counts stops. A stop is STOP
+on a page, a False on `ctrl_relinq`, a cancel, or the loss of the page that drives. Each message of
+a page has the number of stops that the page knew when the person acted. A message is rejected if
+the robot was stopped, or this process slept, after the person acted. So neither a delayed message
+nor a page that comes back can move the robot or reset its pose. A stop is never rejected.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
@@ -14,7 +14,7 @@ from tb3_labs.supervision.timeouts import INPUT_TIMEOUT, Freshness, SleepMonitor
 
 
 class DeadMan:
-    """Remembers the page that drives. The caller has an object for each page."""
+    """Remembers the page that drives. The caller makes one object for each page."""
 
     def __init__(self) -> None:
         #: The page that drives, or None.
@@ -25,7 +25,7 @@ class DeadMan:
         self._sleep = SleepMonitor()
 
     def begin(self, now: float) -> None:
-        """Begin with the first page. Then the caller must call :meth:`lost_for` often."""
+        """Call this for the first page, and :meth:`lost_for` often from then on."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float,
@@ -42,10 +42,11 @@ class DeadMan:
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
-        """A person grips `page`: let this page drive. Raises ``ValueError`` if it may not drive.
+        """Let `page` drive, since a person grips it. Raises ``ValueError`` if the page must not
+        drive.
 
         `lateness` is the delay [s] of the message. Returns False if the delay is more than
-        `INPUT_TIMEOUT`. Such a late message is the same as silence. `is_first`: is this the first
+        `INPUT_TIMEOUT`, since the message then counts as silence. `is_first`: is this the first
         message of the grip? A grip without its first message is refused, since the robot would move
         too late.
         """
@@ -68,7 +69,7 @@ class DeadMan:
         return drove
 
     def stop(self) -> None:
-        """Count a stop. A page cannot drive until a person acts again."""
+        """Count a stop. After a stop, a page drives only if a person acts again."""
         self.stops += 1
         self.page = None
 
