@@ -12,10 +12,9 @@ lag) is v lag. Each sample predicts the way after a stop, with the delay, lag an
 command changes the way after a stop. A braking profile gives the speed for each way after a stop.
 After the first stop, *nudges*, which are short commands, correct the remaining error.
 
-Units: radians or metres for ways, radians or metres per second for speeds, seconds for times. Both
-directions are alike.
+Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
 Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
-(1957), 217-219.
+(1957).
 """
 import math
 from dataclasses import dataclass

@@ -5,8 +5,7 @@ command in each control period (turtlebot3.CONTROL_RATE). So a law has one step 
 period. A `Pace` finds when the next step is due. A command reaches the robot after the *delay*, and
 the motors follow with a first-order *lag*.
 
-Units: radians or metres for ways, radians or metres per second for speeds, seconds for times. Both
-directions are alike.
+Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
 Edge cases: A step is due at once if the clock went back. For the first step after a start or a
 pause, `Pace.step` returns one period.
 """

@@ -59,8 +59,7 @@ class DriveLaw:
     #: The robot has arrived if a stop now would end at most this distance [m] before the goal.
     STOP_AHEAD = 0.0005
     #: The robot steers towards a point on the line, which is this distance [m] ahead of the robot.
-    #: A larger distance makes the steering calmer. A smaller distance keeps the robot nearer to the
-    #: line.
+    #: A larger distance calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD = 0.20
     #: A moving robot has arrived only if a stop now would end at most this share of the tolerance
     #: beyond the goal.
@@ -104,8 +103,7 @@ class DriveLaw:
                           finished=abs(turn.remaining) < self.FACING_ANGLE)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Drive along the line. The state is finished when a stop now would bring the robot to rest
-        at the goal.
+        """Drive along the line. The state is finished when a stop now would end at the goal.
 
         If a command is delayed, the robot may drive past the goal. A robot past the goal comes to
         rest, and backs up straight if it is outside the tolerance.
@@ -121,8 +119,7 @@ class DriveLaw:
                           finished=self._is_at_goal or self._has_arrived(motion.linear))
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Turn to the goal's heading. The state is finished when the robot rests inside the
-        tolerance."""
+        """Turn to the goal's heading, until the robot rests inside the tolerance."""
         if not self._final_turn_begun:
             self._final_turn_begun = True
             self._begin_turn(motion.pose, goal.yaw)

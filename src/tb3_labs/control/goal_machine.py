@@ -2,8 +2,8 @@
 
 The law, :mod:`tb3_labs.control.drive_law`, gives the command in each driving state, and decides
 when a state is finished. This module chooses the next state. A drive is given up if the robot gets
-no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows the
-robot at the goal.
+no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows it
+at the goal.
 
 Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure the
 command is None.
@@ -112,8 +112,7 @@ class GoalMachine:
         return steps[self.state](motion, goal, dt)
 
     def _has_settled(self, motion: Motion) -> bool:
-        """Do the IMU and the odometry show that the robot has settled? The law checks only the
-        IMU."""
+        """Do IMU and odometry show that the robot has settled? The law checks only the IMU."""
         rest_began_at = self._settling.rest_began_at
         if rest_began_at is None or not self._settling.rests:
             return False

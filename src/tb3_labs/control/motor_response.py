@@ -48,8 +48,7 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: Time [s] until a real robot's motors begin to follow a command: half a control period, plus 8 ms
 #: for the network (firmware 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: The delays of two commands differ by up to this time [s]. A smaller difference between delays is
-#: not a sample delay.
+#: The delays of two commands may differ by this time [s] without any sample delay.
 COMMAND_SPREAD = 0.025
 #: A sample delay is clipped to these limits [s]. A fast host has the lower limit.
 MIN_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
@@ -118,8 +117,7 @@ class MotorResponse:
 
 def identify_at_start(time: float, steady_speed: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
-    """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if the sample does
-    not show both values.
+    """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if they are unknown.
 
     The sample has the travel `travelled` since the start, and the `speed` at one instant, which is
     not the mean of a period. The first command was sent `time` [s] before the sample, was not

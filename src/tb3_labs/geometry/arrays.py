@@ -37,6 +37,5 @@ def last_until(times: Any, time: Any) -> Any:
 
 
 def last_before(times: Any, time: Any) -> Any:
-    """Returns the index of the latest entry in `times` that is before `time`; -1 if none is
-    before."""
+    """Returns the index of the latest entry in `times` before `time`; -1 if there is none."""
     return np.searchsorted(times, time, side='left') - 1

@@ -36,8 +36,7 @@ class Pose2:
     yaw: float = 0.0    # [rad]
 
     def act(self, points: Union[np.ndarray, Sequence]) -> np.ndarray:
-        """Transform `points` [m], shape (..., 2), from this pose's own frame to the parent
-        frame."""
+        """Transform `points` [m], shape (..., 2), from this pose's frame to the parent frame."""
         return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def inverse(self) -> 'Pose2':
@@ -57,8 +56,7 @@ class Pose2:
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def bearing_to(self, other: 'Pose2') -> float:
-        """Returns the direction [rad] from this pose to `other` in the parent frame, in (-pi,
-        pi]."""
+        """Returns the direction [rad], (-pi, pi], from this pose to `other` in the parent frame."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x))
 
     def __str__(self) -> str:

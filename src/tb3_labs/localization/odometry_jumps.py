@@ -53,7 +53,6 @@ CALIBRATION_TURN = 0.005
 STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it moves for this time [s] while the wheels rest.
 CONTRADICTION_TIME = 0.5
-#: The text about an odometry that contradicts the wheels.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
                  'empty? a cable out?); switch the robot off and on')
 SET_TO_ZERO = 'the odometry was set to zero'

@@ -116,10 +116,8 @@ class SenderClock:
     """The robot's clock, learned from the stamps of its messages."""
 
     def __init__(self) -> None:
-        #: Number of the epoch, counted from 0.
-        self.epoch = -1
-        #: True until the stamps show that they are not a clock.
-        self.uses_stamps = True
+        self.epoch = -1    # number of the epoch; the first epoch is 0
+        self.uses_stamps = True    # until the stamps show that they are not a clock
         self._last_arrival = math.nan    # before the first sample
         self._new_epoch()
 
@@ -148,14 +146,12 @@ class SenderClock:
         return time
 
     def stamp_of(self, now: float) -> Optional[float]:
-        """Converts `now` from the receiver's clock to the sender's clock; None before any
-        sample."""
+        """Converts `now` to the sender's clock; None before the first sample."""
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
-        """Returns the time of measurement [s, receiver's clock] of the sample that has just
-        arrived. The fastest message is assumed to need no time. `time` is the result of
-        :meth:`time_of`."""
+        """Returns when the latest sample was measured [s, receiver's clock]. The fastest message is
+        assumed to need no time. `time` is the result of :meth:`time_of`."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
@@ -185,12 +181,10 @@ class SenderClock:
 
 class YawNoise:
     """Learns the noise of one IMU. The previous sample and the gyro's rate predict the yaw of a
-    sample. If the robot turns slowly and evenly, the measured and the predicted yaw differ only by
-    noise."""
+    sample. In a slow and even turn, the prediction differs from the measured yaw only by noise."""
 
     def __init__(self) -> None:
-        #: Standard deviation [rad] of one sample's yaw.
-        self.deviation = 0.0
+        self.deviation = 0.0    # standard deviation [rad] of one sample's yaw
         self._count = 0
 
     def learn(self, timed: TimedSample) -> None:

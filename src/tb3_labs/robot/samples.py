@@ -1,7 +1,6 @@
 """The samples of the robot's sensors, without ROS.
 
-Units: seconds, metres, radians. A `stamp` is a time on the sender's clock, which may be wrong by a
-second.
+Units: seconds, metres, radians. A `stamp` is on the sender's clock, which may be wrong by a second.
 """
 import math
 from typing import Any, NamedTuple, Optional, Union
@@ -15,8 +14,7 @@ MAX_TURN_PER_SAMPLE = 1.0
 MAX_ODOMETRY_DISTANCE = 2e4
 #: The largest speed [m/s] in the odometry. A person who spins the wheels can reach this speed.
 MAX_DRIVE_SPEED = 3.0
-#: The largest rate of turn [rad/s] in the odometry. A spike of the firmware is a wrong turn by 2 pi
-#: in 1 ms or more.
+#: The largest rate of turn [rad/s] in the odometry, whose spikes are 2 pi in 1 ms or more.
 MAX_SPIKE_RATE = 7e3
 #: The board's gyro measures at most this rate [rad/s], which is 2000 deg/s.
 MAX_GYRO_RATE = 35.0

@@ -2,8 +2,8 @@
 
 Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and its
 motor driver), the Dynamixel XL430/XM430 manuals. The data sheet rounds the Burger's speeds up to
-0.22 m/s and 2.84 rad/s. The Burger's wheels turn at 61 rpm at most, and `motor_steps` reduces this
-limit by 0.5 %.
+0.22 m/s and 2.84 rad/s. The Burger's wheels turn at 61 rpm at most, and `motor_steps` is 0.5 %
+less.
 """
 import math
 from dataclasses import dataclass, replace
@@ -66,8 +66,7 @@ MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 
 
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
-    """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the robot's
-    `model`.
+    """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the `model`.
 
     First each speed is clipped to its own limit. If a wheel is still too fast, both speeds are
     scaled by the same factor, so that the robot drives the same curve more slowly.
@@ -84,8 +83,7 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
 
 
 def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """Returns the model called `name`. An unknown name raises ``ValueError``, whose text begins
-    with `source`."""
+    """Returns the model `name`. The ``ValueError`` of an unknown name begins with `source`."""
     try:
         return MODELS[name]
     except (KeyError, TypeError):     # the value of a parameter may be a list

@@ -17,10 +17,8 @@ class DeadMan:
     """Remembers the page that drives. The caller makes one object for each page."""
 
     def __init__(self) -> None:
-        #: The page that drives, or None.
-        self.page: Optional[object] = None
-        #: The number of stops so far.
-        self.stops = 0
+        self.page: Optional[object] = None    # the page that drives
+        self.stops = 0    # number of stops so far
         self._source = Freshness('page', INPUT_TIMEOUT)
         self._sleep = SleepMonitor()
 
@@ -42,13 +40,11 @@ class DeadMan:
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
-        """Let `page` drive, since a person grips it. Raises ``ValueError`` if the page must not
-        drive.
+        """A person grips `page`, so let it drive. Raises ``ValueError`` if the page must not drive.
 
         `lateness` is the delay [s] of the message. Returns False if the delay is more than
-        `INPUT_TIMEOUT`, since the message then counts as silence. `is_first`: is this the first
-        message of the grip? A grip without its first message is refused, since the robot would move
-        too late.
+        `INPUT_TIMEOUT`, since the message then counts as silence. `is_first`: is this the grip's
+        first message? A grip without its first message is refused, since it would begin too late.
         """
         if lateness > INPUT_TIMEOUT:
             return False

@@ -44,14 +44,12 @@ class Event(Generic[Content]):
     """A message, its sender and its age."""
 
     content: Content
-    #: Time of arrival [s].
-    arrived_at: float
+    arrived_at: float    # time of arrival [s]
     sender: str = ''
     age: Age = Age.NEW
     #: Does the sender announce that it will renew its permission?
     renews: bool = False
-    #: Time of sending [s, sender's clock]; 0 if unknown.
-    sent_at: float = 0.0
+    sent_at: float = 0.0    # time of sending [s, sender's clock]; 0 if unknown
 
 
 class SenderConnection(NamedTuple):
@@ -77,8 +75,7 @@ class MessageAges:
     def age_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
                clock: float = 0.0) -> Age:
         """Returns the Age of a message that arrives now. `stamp` is the message's stamp, or 0.
-        `clock` is the time now on the clock of the stamps. A driver that hangs repeats its
-        stamp."""
+        `clock` is the present time on the stamps' clock. A driver that hangs repeats a stamp."""
         sender = connection.sender
         previous = self._latest.get(sender)
         last_stamp, last_clock = self._stamps.get(sender, (0.0, 0.0))
@@ -185,8 +182,7 @@ class Output:
     command: Optional[Tuple[float, float]] = None
     #: Has the driver changed, so that the node must send one zero before the command?
     stops_first: bool = False
-    #: Lines for the user.
-    log_lines: Sequence[LogLine] = ()
+    log_lines: Sequence[LogLine] = ()    # lines for the user
     #: Must the node look at the clock often, because the robot may move?
     watched: bool = False
 

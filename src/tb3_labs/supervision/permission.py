@@ -33,7 +33,6 @@ from tb3_labs.supervision.timeouts import (
 #: A renewal confirms its grant if it comes more than this time [s] after the grant. An earlier
 #: renewal may have been delayed together with the grant.
 CONFIRMED_AFTER = 0.04
-#: Tells a person how to give control again.
 REMEDY = 'False, then True, gives it again'
 
 

@@ -1,8 +1,7 @@
 """Is a motion allowed to continue? The sensors must work, and the robot must obey.
 
 A sensor is lost if its messages stop. A sensor is frozen if its driver hangs and repeats one
-reading while the robot moves. A robot is stalled if it gets no nearer to its goal in spite of
-commands to move.
+reading while the robot moves. A robot is stalled if commands bring it no nearer to its goal.
 
 Units: radians or metres for the remaining way, seconds on one clock (`now`).
 """
@@ -144,7 +143,6 @@ class SensorMonitor:
             self.status = SensorStatus.FRESH
 
     def forget_silences(self) -> None:
-        """Forget silences and repetitions, since the robot stood until now."""
         self.hold_reason = ''
         for sensor in self._sensors:
             sensor.forget_silences()
@@ -183,9 +181,8 @@ class DriveSensors(SensorMonitor):
         self.last_command = (0.0, 0.0)
 
     def check_repetitions(self, odometry_turned: bool, now: float) -> None:
-        """Find readings that did not change, although `last_command` moves the robot. The IMU's
-        reading must also change if the odometry shows a turn, since the odometry takes its yaw from
-        the IMU."""
+        """Find readings that did not change, although `last_command` moves the robot. If the
+        odometry turns, the IMU must change, too, since the odometry takes its yaw from the IMU."""
         linear, angular = self.last_command
         drives = abs(linear) > SURE_DRIVE_SPEED
         turns = abs(angular) > SURE_TURN_RATE

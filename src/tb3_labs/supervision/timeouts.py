@@ -2,7 +2,7 @@
 
 Freshness finds a silent source by the arrival times of its messages. Lateness finds a delayed
 message by its stamp. If the time between two looks at the clock is long, SleepMonitor finds that
-this process slept. A process sleeps while it is stopped or swapped out, or while its computer is
+this process slept. A process sleeps while it is stopped or swapped out, or its computer is
 suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
@@ -18,8 +18,7 @@ RESUME_TIME = 2.0
 
 # -- a sensor, a pad or a mouse is silent
 
-#: A sensor is lost if it is silent for longer than this. Within this timeout a fast robot drives 5
-#: cm.
+#: A sensor is lost if it is silent for longer than this, in which a fast robot drives 5 cm.
 SENSOR_TIMEOUT = 0.22
 #: A sensor is frozen if it repeats a reading for longer than this while the robot must move.
 FROZEN_TIME = 0.6
@@ -58,8 +57,7 @@ STALL_AGE = 0.1
 #: A message that arrives within this time after an event may have been sent before the event. An
 #: event is a press, a sleep, a node's start, or a pad's first message.
 CROSSING_TIME = 0.3
-#: When a pad takes the robot back, the pad waits this long, so that move_to_goal can stop the
-#: robot.
+#: A pad that takes the robot back waits this long, so that move_to_goal can stop the robot.
 HAND_BACK_TIME = 0.15
 
 # -- a person's permission
@@ -80,8 +78,7 @@ SENDER_PAUSE = 2.0
 MIN_SLEEP = 1.0
 #: A simulated clock stands still if it does not change for this long.
 STANDSTILL_TIME = 0.3
-#: A node that may move its robot looks at the clock after a silence of this length, which is at
-#: most half a timeout.
+#: A node that may move its robot looks at the clock after this time without a message.
 QUIET_TIME = 0.1
 #: After QUIET_TIME, a node looks at the clock with this period until the next message.
 CHECK_PERIOD = 0.02
@@ -95,8 +92,7 @@ class Freshness:
     def __init__(self, name: str, timeout: float = SENSOR_TIMEOUT) -> None:
         self.name = name
         self.timeout = timeout
-        #: Number of valid messages so far.
-        self.count = 0
+        self.count = 0    # number of valid messages so far
         self._received_at: Optional[float] = None
 
     def received(self, now: float) -> float:
@@ -113,7 +109,6 @@ class Freshness:
         return max(0.0, now - self._received_at)
 
     def is_fresh(self, now: float) -> bool:
-        """Is the age of the latest message at most `timeout`?"""
         return self.age(now) <= self.timeout
 
     def silence_text(self, now: Optional[float] = None) -> str:
@@ -129,11 +124,9 @@ class SleepMonitor:
     def __init__(self) -> None:
         #: Length [s] of the sleep that the latest update found, or 0.
         self.slept_for = 0.0
-        #: Has this process just woken? A message may be older than the sleep, so only stops are
-        #: obeyed.
+        #: Has this process just woken? Messages may be old, so only stops are obeyed.
         self.is_waking = False
-        #: Time [s] at which the latest sleep ended.
-        self.woke_at = -math.inf
+        self.woke_at = -math.inf    # time [s] at which the latest sleep ended
         self._looks = Freshness('look at the clock', MIN_SLEEP)
 
     def update(self, now: float) -> None:
@@ -188,8 +181,7 @@ class WindowMinimum:
     def __init__(self) -> None:
         #: (time, value); each value is less than all later values.
         self._candidates: Deque[Tuple[float, float]] = deque()
-        #: None before the first value.
-        self.value: Optional[float] = None
+        self.value: Optional[float] = None    # None before the first value
 
     def add(self, time: float, value: float) -> None:
         """Take in a value. If `time` goes back, earlier values stay for longer."""
