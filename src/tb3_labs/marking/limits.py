@@ -1,11 +1,11 @@
-"""The limits of the programs of a submission: memory, processes, files."""
-#: All programs of a sandbox together may use this memory. Linux limits only single processes, so
-#: ResourceWatch (trial/processes.py) adds up the memory of the programs.
+"""The limits on memory, processes and files of a submission's programs."""
+#: All programs of a sandbox together may use at most this much memory. Linux limits only single
+#: processes, so ResourceWatch (trial/processes.py) adds up the memory of the programs.
 MAX_NODE_MEMORY_BYTES = 2 * 10 ** 9
 MAX_DISK_BYTES = 300 * 10 ** 6      # the size of the files in OWN_FOLDERS
 MAX_PROCESSES = 100
-#: Master, robot and check together may use this memory. The three need about 180 MB, but a node can
-#: fill their memory by its messages.
+#: Master, robot and check together may use at most this much memory. Master, robot and check need
+#: about 180 MB, but a node's messages can fill their memory.
 MAX_OTHER_MEMORY_BYTES = 600 * 10 ** 6
 #: No program of a submission can write a larger file.
 MAX_FILE_BYTES = 50 * 10 ** 6

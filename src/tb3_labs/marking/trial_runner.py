@@ -1,4 +1,4 @@
-"""Records the trial of a submission by the check_LAB.test of the lab.
+"""Records the trial of a submission. The lab's launch file check_LAB.test runs the trial.
 
 Each submission has its own master, simulated robot, home and log folder, and a time limit. At the
 end of the trial the marking kills all processes of the submission.
@@ -36,7 +36,7 @@ INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
 PYTHON_FOLDER = 'lib/python3/dist-packages'
-#: {environment variable: the folder that the variable lists for each prefix}
+#: {environment variable: folder}. The variable lists this folder of each prefix.
 PREFIX_FOLDERS = {CMAKE_PREFIX_PATH: '', PYTHONPATH: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
@@ -49,7 +49,7 @@ loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
 #: The marking ends the check of a submission after this time [s].
 TIME_LIMIT = 300.0
-#: The marking looks with this period [s] whether a check still runs.
+#: Time [s] between two looks whether a check still runs.
 POLL_PERIOD = 0.1
 
 
@@ -87,7 +87,6 @@ class TrialRunner:
         return marks
 
     def _record_trial(self, marks, parsed, work, identity):
-        """Record the trial of a submission. The Marks get the node's name and remarks."""
         workspace, bag = work / 'ws', work / 'trial.bag'
         marks.path_prefixes = [f'{workspace}/{COPY}/{parsed.package}/', f'{workspace}/{COPY}/',
                                f'{workspace}/']
@@ -126,7 +125,6 @@ class TrialRunner:
             raise NotJudged(f'{marks.node} ended at once: {failed_import}.')
 
     def _rostest(self, node, work):
-        """Returns the command that tries `node`, package/file, and records the bag."""
         package, executable = node.split('/')
         command = ['rostest', OWN_PACKAGE, f'check_{self.folder.lab}.test', f'pkg:={package}',
                    f'type:={executable}', 'parts:=' + ','.join(self.folder.parts),
@@ -152,8 +150,9 @@ class TrialRunner:
 
 
 def import_error(processes: Sequence[NodeProcess]) -> str:
-    """Returns the last line of the node's first process if a failed import ended the process before
-    it was ready, else ''. The student's machine may have the module."""
+    """Returns the last printed line of the node's first process if a failed import ended this
+    process before the node was ready, else ''. The student's machine may have the missing
+    module."""
     if not processes or processes[0].ready is not None:
         return ''
     last_line = processes[0].printed.rstrip().split('\n')[-1]
@@ -179,7 +178,7 @@ def kill_processes(identity: str) -> None:
     """
     mark = f'{IDENTITY}={identity}'.encode()
     empty_searches = 0
-    # one search may miss a process that is about to start a program and shows no environment
+    # one search may miss a process that has no environment while the process starts a program
     while empty_searches < 2:
         stopped: Set[int] = set()
         finds_more = True
@@ -188,13 +187,13 @@ def kill_processes(identity: str) -> None:
         empty_searches = 0 if stopped else empty_searches + 1
         for pid in stopped:
             with suppress(ProcessLookupError):      # it has ended already
-                if _has_in_environment(pid, mark):     # not a new process of the same number
+                if _has_in_environment(pid, mark):     # a new process may have the old number
                     os.kill(pid, signal.SIGKILL)
 
 
 def _stop_more(mark, stopped):
     """Stop the processes that have `mark` in their environment, and their process groups. Add the
-    processes to `stopped`. Returns False if `stopped` had all processes already."""
+    processes to `stopped`. Returns False if the search found no further process."""
     before = len(stopped)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first
@@ -224,20 +223,20 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
     home.mkdir(exist_ok=True)
     logging = settings / 'logging.yaml'
     logging.write_text(LOGGING_CONFIG)
-    # an empty file: roscore starts no rosout, which would write all log lines into a file
+    # with this empty file, roscore does not start rosout, which would write a file of log lines
     (settings / 'roscore.xml').write_text('<launch/>')
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging),
-                ROS_TEST_RESULTS_DIR='results')     # below ROS_HOME: rostest cuts paths at blanks
+                ROS_TEST_RESULTS_DIR='results')     # in ROS_HOME; rostest cuts paths at blanks
 
 
 def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
-    """Returns an environment with two prefixes, the prefix of ROS and the new folder `prefix`. The
-    folder gets links to the files of this package.
+    """Returns an environment with two install prefixes, which are the new folder `prefix` and the
+    prefix of ROS. The folder `prefix` gets links to the files of this package.
 
-    The workspaces of the `caller` are left out. They may have an instructor's nodes and messages
-    beside this package, and these must not replace a submission's nodes and messages.
+    The `caller` is the instructor's environment. Its workspaces are left out, since the
+    instructor's nodes and messages must not replace a submission's nodes and messages.
     """
     prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
     modules = caller.get(PYTHONPATH, '').split(':')
@@ -257,8 +256,8 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
 
 
 def _link_files(place, folders):
-    """Make a folder for this package in `place`. Link the files of the first of the `folders` that
-    exists into the new folder."""
+    """Make a folder for this package in `place`. The new folder gets links to the files of the
+    first existing folder in `folders`."""
     own = place / OWN_PACKAGE
     own.mkdir(parents=True)
     folder = next(filter(os.path.isdir, folders), None)

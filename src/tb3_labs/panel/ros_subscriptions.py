@@ -48,7 +48,7 @@ class RobotSubscriptions:
         def read_all(topic, *arguments):    # reads every message
             subscribe(topic, *arguments, queue_size=None)
 
-        def read_some(topic, *arguments, period=NUMBERS_PERIOD):    # reads one in each `period` [s]
+        def read_some(topic, *arguments, period=NUMBERS_PERIOD):    # one message a `period` [s]
             subscribe(topic, *arguments, idle_for=lambda now: period)
 
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
@@ -90,8 +90,8 @@ class RobotSubscriptions:
         return self._callback(lambda view, value, now: view.on_message(kind, value, now))
 
     def _read_transforms(self, message):
-        """Returns [(kind, pose)] of the transforms that a picture needs. ``ValueError`` if such a
-        transform is invalid."""
+        """Returns [(kind, pose)] of the transforms that a picture needs. Raises ``ValueError`` if
+        one of these transforms is invalid."""
         kinds = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
         poses = []
         for stamped in message.transforms:

@@ -1,1 +1,1 @@
-"""A submission becomes a workspace in which its node can run."""
+"""How can the node of a submission run here? This package makes a workspace for the node."""
