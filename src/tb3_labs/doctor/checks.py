@@ -1,4 +1,5 @@
-"""Examines this computer and a robot, one check after another. Yields each Finding at once."""
+"""Examines this computer and a robot, one check after another. Yields each Finding as soon as it is
+known."""
 import os
 import time
 from dataclasses import replace
@@ -38,8 +39,8 @@ def examine(namespace):
 
 
 def _peers_of(master, nodes):
-    """Returns {node: Peer}. The master knows the URI of each node. Each node has been called one
-    time."""
+    """Returns {node: Peer}. The master knows the URI of each node. Each Peer has the outcome of one
+    call."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))

@@ -37,7 +37,7 @@ LIKENESS_OF_MISTAKES = 0.65
 
 @dataclass
 class Peer:
-    """A master or a node, and the outcome of the last call."""
+    """A master or a node, and the outcome of the latest call."""
 
     uri: str
     problem: str = 'silent'    # a key of PROBLEMS; '' if the peer has answered
@@ -121,9 +121,9 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_topic(self, topic, node, names):
-        """Returns the robot's topic that `node` probably means by `topic`. This topic is the
-        namespace with one of `names`. Returns '' if `topic` is right, belongs to another robot, or
-        is not similar to a right topic."""
+        """Returns the robot's topic that `node` probably means by `topic`. The returned topic is
+        the robot's namespace and one of `names`. Returns '' if `topic` is right, belongs to another
+        robot, or is not similar to a right topic."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''
@@ -183,8 +183,8 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 
 def _mistakes(text, graph, names, users, partners):
     """Returns a sentence for each wrong topic in `users`. Each sentence is `text` with the names of
-    node, wrong topic, right topic and partner. `users` and `partners` are {topic: nodes} of the two
-    ends of the connections: subscribers and publishers, or publishers and subscribers."""
+    node, wrong topic, right topic and partner. `users` and `partners` are {topic: nodes}. One of
+    them has the subscribers, and the other one has the publishers."""
     texts = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:

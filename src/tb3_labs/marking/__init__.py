@@ -1,1 +1,1 @@
-"""How many points is a student's node worth? The node is tried, and criteria judge the trial."""
+"""How many points is a student's node worth? A trial is recorded, and criteria judge the trial."""

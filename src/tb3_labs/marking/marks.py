@@ -33,7 +33,7 @@ MAX_POINTS = 1000000
 #: Marks have at most this many remarks, and at most this many findings.
 MAX_SENTENCES = 100
 NOT_JUDGED = 'not judged'
-#: In a lab's points, the name of the section for criteria beyond the handout.
+#: The name of the section with the points for criteria beyond the handout.
 EXTRA = 'extra'
 
 
@@ -78,10 +78,10 @@ class Marks:
     findings: List[str] = field(default_factory=list)     # sentences only for the instructor
     unjudged: str = ''               # a sentence on why it was not judged; '' if it was judged
     seconds: float = 0.0             # the duration [s] of the trial
-    #: First parts of paths on the marking machine. Pages show paths without these parts.
+    #: Pages leave out these first parts of paths, which only the marking machine has.
     path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
-    observation: Optional[Observation] = None       # None without a trial
+    observation: Optional[Observation] = None       # None if there was no trial
     decided_points: Optional[float] = None      # the points that a person gave, if any
     decision_reason: str = ''                   # a person's reason for these points
     first_broken_link: Optional[Tuple[Link, BrokenLink]] = None     # see _broken_link
@@ -99,8 +99,8 @@ class Marks:
 
     @property
     def delay_sentence(self) -> str:
-        """A sentence that says if the machine was too busy for a fair trial. The sentence is '' if
-        no point was lost, or if the trial was fair."""
+        """A warning if the machine was too busy for a fair trial. The warning is '' if no point was
+        lost, or if the trial was fair."""
         gap = self.observation.longest_gap if self.observation else 0.0
         if gap <= MAX_FAIR_GAP or self.is_full:
             return ''
@@ -174,7 +174,7 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
                       criterion_points: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
     """Returns the Marks of a submission with verdicts and points.
 
-    `observation` is None without a trial. `criterion_points` is a dict {name of a criterion:
+    `observation` is None if there was no trial. `criterion_points` is a dict {name of a criterion:
     points}. `parts` has the tried parts of the lab; [] means all parts.
     """
     marks = replace(handed_in, observation=observation)
@@ -231,7 +231,7 @@ def _broken_link(observation: Observation,
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences, short and printable, since they may quote a submission."""
+    """Returns the first sentences. They become printable, since they may quote a submission."""
     return [printable(sentence[:MAX_SENTENCE_LENGTH]) for sentence in sentences[:MAX_SENTENCES]]
 
 
@@ -264,8 +264,8 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
 
 
 def read_points(path: Optional[Path]) -> Any:
-    """Returns the table in a file of points. The default is the file of this package. Raises
-    ``ValueError`` with the reason if the file cannot be read."""
+    """Returns the table in a file of points. If `path` is None, the file is points.yaml of this
+    package. Raises ``ValueError`` with the reason if the file cannot be read."""
     if path is None:
         path = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch/checks/points.yaml'
     try:

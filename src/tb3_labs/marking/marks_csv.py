@@ -31,7 +31,7 @@ csv.field_size_limit(2 ** 31 - 1)
 
 
 class MarksTable:
-    """The table that the last run of mark.py wrote."""
+    """The table that the previous run of mark.py wrote."""
 
     def __init__(self, text: str = '') -> None:
         """`text` is the text of marks.csv; '' in the first run. Raises ``ValueError`` if the text

@@ -106,7 +106,7 @@ class MarksFolder:
         marks = self._write_page(record)
         if marks.delay_sentence:
             record['key']['submission'] = ''
-        self._write_record(record)
+        write_output(self.logs / (marks.student + RECORD), json.dumps(record))
         return marks
 
     def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
@@ -153,8 +153,7 @@ class MarksFolder:
                 f'{path} cannot be read, and may hold what a person wrote: {why}') from None
 
     def _write_page(self, record):
-        """Write a student's page and results from the student's record and bag. Returns the
-        Marks."""
+        """Write a student's page and results from the student's record and bag."""
         handed_in = Marks(**record['handed_in'])
         observation = None
         bag = self.bag(handed_in.student)
@@ -183,9 +182,6 @@ class MarksFolder:
         marks.decided_points, marks.decision_reason = self._table.decisions.get(
             safe(marks.student), (None, ''))
         return marks, student_page(marks, LABS[self.lab].title)
-
-    def _write_record(self, record):
-        write_output(self.logs / (record['handed_in']['student'] + RECORD), json.dumps(record))
 
 
 def failure(problem: Exception) -> str:

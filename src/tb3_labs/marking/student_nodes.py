@@ -1,4 +1,4 @@
-"""The nodes that students write: their names, and the start of a node from a submission."""
+"""The names of the nodes that students write, and the start of a node from a submission."""
 import ast
 import json
 import keyword
@@ -54,9 +54,9 @@ def nodes_of(text: bytes) -> List[Any]:
 
 #: This package. A submission's program sees only a part of this package.
 OWN_PACKAGE = 'tb3_labs'
-#: The value of this environment variable identifies one try of a submission.
+#: The value of this environment variable identifies one trial of a submission.
 IDENTITY = 'TB3_LABS_SUBMISSION'
-#: The environment variable with the path of the file that holds a NodeStart.
+#: This environment variable has the path of a file with a NodeStart.
 NODE_START_FILE = 'TB3_LABS_NODE_START'
 #: A program in a sandbox can write only into these folders.
 HOME = '/home/student'

@@ -22,7 +22,7 @@ from tb3_labs.report.page.document import Markup, document, hints, table
 from tb3_labs.report.page.timeline import section, timeline, timeline_event
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows only the last lines that a process printed, at most this many.
+#: A page shows at most this many of the last lines that a process printed.
 SHOWN_LINES = 15
 #: A page shows at most this many characters of a line.
 SHOWN_LINE_LENGTH = 300
@@ -31,7 +31,7 @@ SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
 SEEN_HEADING = 'what was seen, and where to look'
-#: Gradescope shows a visible test at once.
+#: With this value, Gradescope shows a test to the student as soon as the marking has ended.
 VISIBILITY = 'visible'
 
 PAGE_STYLE = '''

@@ -36,7 +36,7 @@ INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
 PYTHON_FOLDER = 'lib/python3/dist-packages'
-#: {environment variable: folder}. The variable lists this folder of each prefix.
+#: {environment variable: the folder in each prefix that the variable lists}
 PREFIX_FOLDERS = {CMAKE_PREFIX_PATH: '', PYTHONPATH: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
@@ -61,7 +61,7 @@ class TrialRunner:
     """Records the trials of a class. Several threads may use one TrialRunner at the same time."""
 
     def __init__(self, folder: MarksFolder, interrupted: threading.Event) -> None:
-        """`folder` has the lab and its options, and gets the bags and the logs. If the event
+        """`folder` has the lab and the options, and gets the bags and the logs. If the event
         `interrupted` is set, each trial ends, and :meth:`try_out` raises MarkingInterrupted."""
         self.folder, self.interrupted = folder, interrupted
 
@@ -150,9 +150,8 @@ class TrialRunner:
 
 
 def import_error(processes: Sequence[NodeProcess]) -> str:
-    """Returns the last printed line of the node's first process if a failed import ended this
-    process before the node was ready, else ''. The student's machine may have the missing
-    module."""
+    """Returns the error if a failed import ended the node's first process before the node was
+    ready, else ''. The student's machine may have the missing module."""
     if not processes or processes[0].ready is not None:
         return ''
     last_line = processes[0].printed.rstrip().split('\n')[-1]
@@ -178,7 +177,7 @@ def kill_processes(identity: str) -> None:
     """
     mark = f'{IDENTITY}={identity}'.encode()
     empty_searches = 0
-    # one search may miss a process that has no environment while the process starts a program
+    # one search may miss a process, since a process that starts a program has no environment
     while empty_searches < 2:
         stopped: Set[int] = set()
         finds_more = True
@@ -228,15 +227,15 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging),
-                ROS_TEST_RESULTS_DIR='results')     # in ROS_HOME; rostest cuts paths at blanks
+                ROS_TEST_RESULTS_DIR='results')     # relative, since rostest cuts paths at blanks
 
 
 def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
     """Returns an environment with two install prefixes, which are the new folder `prefix` and the
     prefix of ROS. The folder `prefix` gets links to the files of this package.
 
-    The `caller` is the instructor's environment. Its workspaces are left out, since the
-    instructor's nodes and messages must not replace a submission's nodes and messages.
+    The `caller` is the instructor's environment. The instructor's workspaces are left out, since
+    the nodes and messages in them must not replace a submission's nodes and messages.
     """
     prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
     modules = caller.get(PYTHONPATH, '').split(':')
@@ -256,8 +255,7 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
 
 
 def _link_files(place, folders):
-    """Make a folder for this package in `place`. The new folder gets links to the files of the
-    first existing folder in `folders`."""
+    """Make `place`/tb3_labs with links to the files of the first existing folder in `folders`."""
     own = place / OWN_PACKAGE
     own.mkdir(parents=True)
     folder = next(filter(os.path.isdir, folders), None)

@@ -9,15 +9,16 @@ A request is a JSON object:
     {"type": "goal", "x": 1, "y": 0, "yaw_deg": 0}     a goal in local [m, deg]
     {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot's present pose in local [m, deg]
 
-"pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}, or null if the
-person does not hold the pad. "mouse" is the place in the square, or null if the person does not
-hold the mouse. x is from -1 (left edge) to 1 (right edge), and y is from -1 (lower edge) to 1
-(upper edge). "first" is true in the first message after the person gripped pad or mouse.
+The entry "pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}, or null if
+the person does not hold the pad. The entry "mouse" is the place in the square, or null if the
+person does not hold the mouse. In the square, x is from -1 (left edge) to 1 (right edge), and y is
+from -1 (lower edge) to 1 (upper edge). The entry "first" is true in the first message after the
+person gripped pad or mouse.
 
-Each request may have an "id", a whole number, which the answer repeats. "stops" is the number of
-stops in the picture that the page had when the person acted; see
-:mod:`tb3_labs.supervision.dead_man`. "t" is the time [s] of sending on the panel's clock. To
-compute "t", the page adds the time since the arrival of the latest picture to the "now" of this
+Each request may have an "id", a whole number, which the answer repeats. The entry "stops" is the
+number of stops in the picture that the page had when the person acted; see
+:mod:`tb3_labs.supervision.dead_man`. The entry "t" is the time [s] of sending on the panel's clock.
+To compute "t", the page adds the time since the arrival of the latest picture to the "now" of this
 picture. So the panel may overestimate the delay of a message. The panel underestimates the delay
 only if the clock of the browser jumps.
 """
@@ -82,7 +83,7 @@ class PageRequest(NamedTuple):
     value: Any = None              # see READERS
     id: Optional[int] = None
     stops: Optional[int] = None    # number of stops that the page knew; None if missing
-    sent_at: float = 0.0           # time [s] on the panel's clock; if missing, 0, which is too old
+    sent_at: float = 0.0           # time [s] of sending on the panel's clock; 0 if missing
 
     def lateness(self, now: float) -> float:
         """The delay [s] of the message. Raises ``ValueError`` if `sent_at` is in the future."""

@@ -1,4 +1,4 @@
-"""Makes the picture that a page draws from the latest messages of one robot.
+"""Makes a picture of one robot from the robot's latest messages. A page draws the picture.
 
 A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 

@@ -31,7 +31,8 @@ CONFIRM_PERIOD = 0.05
 
 
 class PanelRobot:
-    """The robot of this node's namespace. Only the thread of the `server` calls its methods."""
+    """The robot of this node's namespace. Only the thread `server` calls the methods of this
+    class."""
 
     def __init__(self, server):
         self._server = server

@@ -96,8 +96,8 @@ class Pages:
         return 'this' if driver is page else 'other'
 
     def _on_line(self, message):
-        """Pass a message of /rosout to the pages. rospy calls this method in a separate thread for
-        each node that sends log lines."""
+        """Pass a message of /rosout to the pages. For each node that sends log lines, rospy calls
+        this method in a separate thread."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
             self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))

@@ -47,8 +47,8 @@ class Server:
     """Offers the page at the address of a PanelConfig, in a separate thread.
 
     The server calls `open_page(send)` for each page that connects. `send(text)` sends a message to
-    this page. `open_page` returns two functions. The server calls the first function with each
-    message of the page (a str), and the second function when the page is closed. Raises
+    this page. `open_page` returns two functions, `on_text` and `on_end`. The server calls
+    `on_text(text)` with each message of the page, and `on_end()` when the page is closed. Raises
     ``ValueError`` if the address cannot be used.
     """
 
@@ -76,14 +76,14 @@ class Server:
         threading.Thread(target=guarded(self._run), name='server', daemon=True).start()
 
     def call_soon(self, job):
-        """Run `job()` soon in the thread of the server. Any thread may call this method."""
+        """Run `job()` soon in the thread `server`. Any thread may call this method."""
         try:
             self._loop.call_soon_threadsafe(guarded(job))
         except RuntimeError:
             pass    # the server has ended
 
     def call_later(self, seconds, job):
-        """Run `job()` after `seconds`. Only the thread of the server may call this method."""
+        """Run `job()` after `seconds`. Only the thread `server` may call this method."""
         self._loop.call_later(seconds, guarded(job))
 
     def _run(self):
@@ -104,7 +104,7 @@ class Server:
 
 
 def run_in_thread(job):
-    """Run `job()` in a separate thread, since it may wait. The thread of the server must stay free,
+    """Run `job()` in a separate thread, since `job()` may wait. The thread `server` must not wait,
     since it receives the stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 

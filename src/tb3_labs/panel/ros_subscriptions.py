@@ -1,4 +1,5 @@
-"""Subscribes to the robot's topics for pages. A topic is read at most as often as a page draws."""
+"""Subscribes to the robot's topics for pages. A topic is read at most as often as a page is
+drawn."""
 import threading
 from operator import attrgetter
 
@@ -48,7 +49,7 @@ class RobotSubscriptions:
         def read_all(topic, *arguments):    # reads every message
             subscribe(topic, *arguments, queue_size=None)
 
-        def read_some(topic, *arguments, period=NUMBERS_PERIOD):    # one message a `period` [s]
+        def read_some(topic, *arguments, period=NUMBERS_PERIOD):    # one message in each `period`
             subscribe(topic, *arguments, idle_for=lambda now: period)
 
         subscribe_events('ctrl_relinq', Bool, self._on_permission)

@@ -1,1 +1,1 @@
-"""How can the node of a submission run here? This package makes a workspace for the node."""
+"""How can a stranger's node run on this machine? A submission is copied into a workspace."""

@@ -134,9 +134,9 @@ class SubmissionCopy:
         self._links: List[PurePath] = []
 
     def add(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
-        """Write a file of `size` [bytes] into the copy. A file above MAX_COPIED_BYTES is left out.
-        `path` is the file's path in the copy. If the copy already has a file with this path, the
-        new file replaces the old file."""
+        """Write a file of `size` [bytes] into the copy. A file with more than MAX_COPIED_BYTES is
+        left out. `path` is the file's path in the copy. If the copy already has a file with this
+        path, the new file replaces the old file."""
         if size > MAX_COPIED_BYTES:
             self._large.append(path)
             return
@@ -157,7 +157,8 @@ class SubmissionCopy:
         """Unpack a zip file into a folder of the copy. Raises ``NotJudged`` if the zip file is
         damaged, or if one of its paths leads out of the folder.
 
-        For each file in a zip file, zipfile reads at most the declared number of bytes.
+        For each file in a zip file, zipfile reads at most the number of bytes that the zip file
+        declares.
         """
         try:
             with zipfile.ZipFile(str(file)) as archive:

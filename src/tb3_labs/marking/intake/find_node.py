@@ -23,8 +23,7 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: Two candidates are alike if their first COMPARED_RANKS fields are equal.
 COMPARED_RANKS = 4
-#: The values of `package_rank`, the best first. They say where the usual name of a package was
-#: found.
+#: The values of `package_rank`, the best first, say where the usual name of a package was found.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
 #: The instructor reads this text if no file can be the node.
 WHAT_IS_READ = 'Only zip files are unpacked, and none in others. Folders such as build, devel, ' \
@@ -47,7 +46,7 @@ class _Candidate(NamedTuple):
     package_rank: int       # see _package_rank
     missing_signs: int      # how many signs of the node are missing; see _signs
     name_rank: int          # index of the file's name in the usual names; see _rank
-    is_outside_zip: bool    # is the file in no zip file? Zip files often have all modules
+    is_outside_zip: bool    # is the file in no zip file, possibly without its modules?
     folder_rank: int        # index of the file's folder in FOLDERS; see _rank
     depth: int
     path: str
@@ -56,7 +55,7 @@ class _Candidate(NamedTuple):
 
     @property
     def has_usual_package(self) -> bool:
-        """Is the usual name of the package a part of the name of the file's package?"""
+        """Does the name of the file's package contain a usual name?"""
         return self.package_rank <= PART_OF_NAME
 
 
@@ -110,7 +109,7 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
 
 def _starting_program(module, programs, folder):
     """Returns the first program that imports and starts `module`, and is in the same package.
-    Returns None if there is no such program, or if `module` itself starts."""
+    Returns None if there is no such program, or if `module` itself does more than define names."""
     path = folder / module.path
     if read_program(path).acts:
         return None
@@ -124,8 +123,8 @@ def _starting_program(module, programs, folder):
 
 
 def _remarks_and_findings(candidates, names):
-    """Returns (remarks, findings) on the choice of the first candidate. Both lists have at most one
-    sentence."""
+    """Returns (remarks, findings) on the choice of the first candidate, at most one sentence
+    each."""
     best, *others = candidates
     if not others:
         if best.name_rank < len(names):
@@ -142,8 +141,7 @@ def _remarks_and_findings(candidates, names):
 
 
 def _is_doubtful(best, other, names):
-    """Is it doubtful that `best` is the node, since `other` has similar signs, a better name or a
-    better place?"""
+    """Could `other` be the node, because of similar signs, a better name or a better place?"""
     if other.text == best.text:
         return False
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
@@ -164,8 +162,7 @@ def _is_program(path):
 
 
 def _package_names(package, folder):
-    """Returns the _PackageNames of `package`, a folder below `folder`. `package` is None if there
-    is no package."""
+    """Returns the _PackageNames of `package`, which is a folder below `folder`, or None."""
     if package is None:
         return _PackageNames([], 0)
     places = package.relative_to(folder).parts
@@ -187,8 +184,7 @@ def _candidate(lab, path, package, text, packages, names):
 
 
 def _rank(name, usual_names):
-    """Returns the index of `name` in `usual_names`; len(usual_names) if `name` is not in the
-    list."""
+    """Returns the index of `name` in `usual_names`, or else len(usual_names)."""
     return usual_names.index(name) if name in usual_names else len(usual_names)
 
 

@@ -60,7 +60,7 @@ class ParsedProgram(NamedTuple):
 class MissingModules(NamedTuple):
     """The modules that a node imports, and that the marking machine lacks."""
 
-    stand_ins: List[str]        # packages of messages and services that were made
+    stand_ins: List[str]        # packages of messages and services that were not handed in
     unused: List[str]           # modules that no program uses
     used: List[str]             # modules that a program uses
 
@@ -181,8 +181,8 @@ def _can_stand_in(item, program, types):
 
 
 def _definitions(node, folder):
-    """Returns the files of messages and services. The files of this package come first. Then the
-    files of the submission follow, the nearest to the node last."""
+    """Returns the files of messages and services. The files of this package come first. The
+    submission's files follow, the nearest to the node last."""
     course = interface_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
     own = [path for path in definitions_in(folder)
            if is_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
@@ -192,8 +192,7 @@ def _definitions(node, folder):
 
 
 def _copy_definitions(definitions, package):
-    """Copy the files of `definitions` into a package. If files have the same name, the last of them
-    is kept."""
+    """Copy files into a package. If files have the same name, the last of them is kept."""
     for path in definitions:
         place = package / path.suffix[1:]
         place.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 """Finds the packages of a submission, with their names, folders, messages and modules.
 
-This module only reads files. It does not run CMake.
+This module only reads files, and does not run CMake.
 """
 import re
 import xml.etree.ElementTree as ElementTree
@@ -18,7 +18,7 @@ MESSAGES = 'msg'
 INTERFACES = MESSAGES, 'srv'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
-#: A file was put aside if a part of its path begins with a dot, or contains one of these words.
+#: A file is old or a copy if a part of its path begins with a dot, or contains one of these words.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
 
@@ -65,7 +65,7 @@ def is_aside(path: str) -> bool:
 
 def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
     """Returns a key that sorts paths in `folder`, the nearest to `node` first. If paths are equally
-    near, a path that was put aside comes last."""
+    near, old or copied files come last."""
     common = set(path.parents) & set(node.parents)
     return -len(common), is_aside(str(path.relative_to(folder))), len(path.parts), str(path)
 

@@ -1,11 +1,11 @@
 """Protects the marker from a submission's node by limits, and by a sandbox of bubblewrap.
 
-The rostest, master, robot, check and node of a submission share a network that has only a loopback.
-All these processes end together with the marker. The node is in a sandbox inside that network. The
-sandbox has its own processes, its own /tmp and its own home folder. The node sees only the parts of
-the system that a node needs, and cannot write these parts. An ordinary user makes the sandbox with
-a user namespace. If root runs mark.py, the node runs as a user that owns nothing, since Linux does
-not count root's processes.
+The rostest, master, robot, check and node of a submission share a network that has only a loopback
+interface. All processes of a submission end together with the marker. The node runs in a sandbox
+inside the shared network. The sandbox has its own processes, its own /tmp and its own home folder.
+The node sees only the parts of the system that a node needs, and cannot write these parts. An
+ordinary user makes the sandbox with a user namespace. If root runs mark.py, the node runs as a user
+that owns nothing, since Linux does not count root's processes.
 """
 import os
 import platform
@@ -25,13 +25,14 @@ from tb3_labs.marking.student_nodes import HOME, IDENTITY, OWN_FOLDERS, OWN_PACK
 CMAKE_PREFIX_PATH = 'CMAKE_PREFIX_PATH'
 #: The environment variable that lists the folders of Python's modules.
 PYTHONPATH = 'PYTHONPATH'
-#: A sandbox gets those environment variables of the instructor that begin with one of these words.
+#: A sandbox gets an environment variable of the instructor if the variable's name begins with one
+#: of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH',
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
 #: The folder of rospy's log files in a sandbox.
 LOGS = HOME + '/.ros/log'
-#: If root runs mark.py, programs run as users with these numbers, who own nothing. systemd uses the
-#: same numbers for this purpose.
+#: If root runs mark.py, programs run as users with these numbers. The users own nothing, and
+#: systemd uses the same numbers for this purpose.
 UNUSED_USER_IDS = range(61184, 65519)
 #: The first version of Linux that counts the processes of each user namespace separately.
 LINUX_WITH_COUNT = 5, 14
@@ -46,8 +47,8 @@ SHARED_PARTS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 #: In a sandbox, python3 -c first runs this program. The first argument is the number of a user, or
 #: ''. The further arguments are a command. The program makes the user's folders writable, and
-#: becomes the user. Next the program makes the folder of log files, since rospy would fail to give
-#: this folder the owner of the folder above. Then the program runs the command.
+#: becomes the user. Next the program makes the folder of log files, since rospy would try to change
+#: the owner of this folder, and fail. Then the program runs the command.
 ENTER_PROGRAM = f'''import errno, os, signal, sys
 user, *command = sys.argv[1:]
 if user:
@@ -259,8 +260,8 @@ def _with_parents(mounts):
     """Returns bubblewrap's options for `mounts`.
 
     A folder is mounted before its subfolders, since Python may be in a hidden folder, and a hidden
-    folder may be in a folder of ROS. The options also make the folders above each mount. If
-    bubblewrap made the folders above a mount, only root could enter some of them.
+    folder may be in a folder of ROS. The options also make the parent folders of each mount. If
+    bubblewrap made the parent folders, only root could enter some of them.
     """
     options = []
     made = {Path('/')}

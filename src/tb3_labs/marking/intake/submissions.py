@@ -155,7 +155,8 @@ def _refusal(path):
 
 
 def _upload_order(name):
-    """Returns a key that sorts a student's files by the numbers of Canvas, the latest file last."""
+    """Returns a key that sorts a student's files by the numbers that Canvas adds, the latest
+    last."""
     canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
     return (int(repetition.group(1)) if repetition else 0,
             int(canvas['upload']) if canvas else 0, name)

@@ -6,7 +6,7 @@ imports but never uses. A remark names each repair.
 
 catkin is not run, since a CMakeLists.txt is a program of the submission, and often needs packages
 that are not on the marking machine. A Python node needs only messages, services, and the modules of
-a setup.py. message_examples.py makes the modules of messages and services in a sandbox.
+a setup.py. The program message_examples.py makes the modules of messages and services in a sandbox.
 """
 import codecs
 import json
@@ -54,7 +54,8 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
     NodeStart.
 
     The node's environment is `environment` with the folders of the workspace added. This function
-    adds remarks and findings to `parsed`. `protection` is used to make messages and services.
+    adds remarks and findings to `parsed`. `protection` protects this machine while messages and
+    services are made.
     """
     remarks = parsed.remarks
     copy, made = workspace / COPY, workspace / 'python'
@@ -87,8 +88,8 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
 
 
 def _shown_name(package, file):
-    """Returns the text package/file for roslaunch and for the pages. 'submission' replaces an
-    invalid package, and 'node.py' replaces an invalid file."""
+    """Returns the text package/file for roslaunch and for the pages. An invalid package becomes
+    'submission', and an invalid file becomes 'node.py'."""
     stem = file[:-3] if file.endswith('.py') else file
     if package in ('', OWN_PACKAGE):
         package = 'submission'
@@ -129,8 +130,8 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
 
     Python looks for a package's modules and messages in one folder. Therefore the messages are made
     in the folder of the package's own modules, if there are any. A program that runs with
-    `protection` and `environment` reads the messages. If the text of `node` has the name of a
-    package, problems of the package are added to `remarks`.
+    `protection` and `environment` reads the messages. Problems of a package are added to `remarks`
+    if the code of `node` names the package.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in modules_of(package, name)}
