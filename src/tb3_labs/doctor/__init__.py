@@ -3,7 +3,7 @@
 A function ``judge_*`` turns numbers and names into a Finding. The module `checks` measures, and
 calls the functions ``judge_*`` in order.
 
-At first the doctor only makes XML-RPC calls, and is not a node. After the line `Way back` is
+At first the doctor is not a node, and only makes XML-RPC calls. After the line `Way back` is
 printed, the doctor listens to the robot as an ordinary node that publishes nothing.
 """
 from collections import Counter

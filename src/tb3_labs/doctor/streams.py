@@ -13,7 +13,7 @@ from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 LISTENING_TIME = 5.0
 #: A larger offset [s] of the robot's clock disturbs tf.
 CLOCK_WARNING_OFFSET = 0.1
-#: With a larger offset [s], nodes that use stamps do not work.
+#: With a larger offset [s] of the robot's clock, nodes that use stamps do not work.
 CLOCK_FAULT_OFFSET = 1.0
 #: A larger drift [deg/min] of the heading disturbs a lab.
 MAX_DRIFT = 2.0

@@ -7,7 +7,7 @@ the section `extra` has the points of the criteria beyond the handout:
       left: 3
       extra: {within_1_deg: 0}
 
-Marks follow from the submission, the recorded trial, the points, and a person's decision.
+The marks depend on the submission, the recorded trial, the points, and a person's decision.
 """
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -238,9 +238,9 @@ def _limited(sentences: Sequence[str]) -> List[str]:
 # -- points
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
-    """Returns {name of a criterion: points}. `table` is the content of a file of points.
-    Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing or
-    unknown, or if points are not finite or below 0."""
+    """Returns {name of a criterion: points}. `table` is the content of a file of points. Raises
+    ``ValueError`` if the table has no section for the lab, if a criterion is missing or unknown, or
+    if points are negative, NaN or above MAX_POINTS."""
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     graded = dict(table[lab])

@@ -1,4 +1,4 @@
-"""The table of a class, marks.csv, and the page with the same content, overview.html.
+"""Makes marks.csv, the table of a class, and overview.html, a page with the same content.
 
 The table has the columns `student`, `points`, `of` (full marks), a column for each criterion,
 `node`, `remarks`, `id` (the student's number on the learning platform), `late`, `decided`,

@@ -191,8 +191,8 @@ def failure(problem: Exception) -> str:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Keep other runs of mark.py out of the folder during a ``with`` block. Raises ``ValueError``
-    if another run of mark.py already uses the folder."""
+    """During a ``with`` block, no other run of mark.py can use the folder. Raises ``ValueError`` if
+    another run of mark.py already uses the folder."""
     with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'a') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

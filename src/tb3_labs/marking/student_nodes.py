@@ -67,8 +67,8 @@ NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 
 
 class NodeStart(NamedTuple):
-    """Everything that the start of a node needs. mark.py writes it into a file. The check, another
-    process, reads the file and starts the node."""
+    """The data for the start of a node. The program mark.py writes the data into a file. The check,
+    which is another process, reads the file and starts the node."""
 
     prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the command's first words
     environment: Optional[Dict[str, str]] = None        # None means the environment of this process

@@ -101,8 +101,8 @@ class TrialRunner:
         if self.folder.lab == GAMEPAD:
             marks.remarks.append(pad_text(self.folder.options.pad))
         protection.hand_over(workspace)
-        # The node's environment is in a file. If the check had this environment itself, the check
-        # would import modules of the submission.
+        # The node's environment is in a file. If the check itself had the node's environment, the
+        # check would import modules of the submission.
         environment.update(launch.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
         write_output(log, '')       # a new file, even if the log was a link
@@ -175,28 +175,28 @@ def kill_processes(identity: str) -> None:
     first stops all processes, and then kills them. A stopped process starts nothing, and no new
     process gets the number of a stopped process.
     """
-    mark = f'{IDENTITY}={identity}'.encode()
+    variable = f'{IDENTITY}={identity}'.encode()
     empty_searches = 0
     # one search may miss a process, since a process that starts a program has no environment
     while empty_searches < 2:
         stopped: Set[int] = set()
         finds_more = True
         while finds_more:
-            finds_more = _stop_more(mark, stopped)
+            finds_more = _stop_more(variable, stopped)
         empty_searches = 0 if stopped else empty_searches + 1
         for pid in stopped:
             with suppress(ProcessLookupError):      # it has ended already
-                if _has_in_environment(pid, mark):     # a new process may have the old number
+                if _has_in_environment(pid, variable):     # a new process may have the old number
                     os.kill(pid, signal.SIGKILL)
 
 
-def _stop_more(mark, stopped):
-    """Stop the processes that have `mark` in their environment, and their process groups. Add the
-    processes to `stopped`. Returns False if the search found no further process."""
+def _stop_more(variable, stopped):
+    """Stop the processes that have `variable` in their environment, and their process groups. Add
+    the processes to `stopped`. Returns False if the search found no further process."""
     before = len(stopped)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first
-        if pid not in stopped and _has_in_environment(pid, mark):
+        if pid not in stopped and _has_in_environment(pid, variable):
             with suppress(ProcessLookupError):      # it has ended already
                 group = os.getpgid(pid)
                 os.kill(pid, signal.SIGSTOP)
@@ -206,9 +206,9 @@ def _stop_more(mark, stopped):
     return len(stopped) > before
 
 
-def _has_in_environment(pid, mark):
+def _has_in_environment(pid, variable):
     try:
-        return mark in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
+        return variable in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
     except OSError:
         return False
 

@@ -89,7 +89,8 @@ class RobotView:
             self._computed_frame = odom.pose @ declared.inverse()
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Store a command of the node `sender`: a speed [m/s] and a rate of turn [rad/s]."""
+        """Store a command of the node `sender`. `linear` is in [m/s], and `angular` is in
+        [rad/s]."""
         self._commands[sender] = now, linear, angular
 
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:

@@ -1,7 +1,7 @@
 """Carries out the requests of pages by sending messages to the nodes of the labs.
 
-The panel publishes the pad of a page as `joy`, and the node `gamepad` decides about sticks and
-buttons. The panel publishes the mouse of a page as `mouse_info`, for the node `controller`. A
+The panel publishes the pad of a page as `joy`, and the node `gamepad` decides what sticks and
+buttons do. The panel publishes the mouse of a page as `mouse_info`, for the node `controller`. A
 :class:`tb3_labs.supervision.dead_man.DeadMan` decides which page drives. A STOP goes to all nodes.
 """
 import rospy
@@ -136,7 +136,7 @@ class PanelRobot:
                 'reset': _reset}
 
     def _check_age(self, request, oldest):
-        """Raises ``ValueError`` if `request` is, or may be, older than `oldest` [s]. Only requests
+        """Raises ``ValueError`` if `request` is possibly older than `oldest` [s]. Only requests
         that move the robot or the frame local are checked."""
         now = steady_time()
         self.dead_man.check(request.stops, now, request.lateness(now), oldest)

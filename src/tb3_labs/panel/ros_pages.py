@@ -47,7 +47,8 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since this node ends. Any thread may call release()."""
+        """Stop the robot at the end of this node, if a page drives. Any thread may call
+        release()."""
         released = threading.Event()
 
         def release():

@@ -21,7 +21,7 @@ from tb3_labs.ros.topics import subscribe, subscribe_events
 
 #: Time [s] between two readings of the odometry, which moves the robot on the page.
 ODOMETRY_PERIOD = 0.045
-#: Time [s] between two readings of another sensor's topic. Each reading costs computing time.
+#: Time [s] between two readings of a topic other than `odom`. Each reading costs computing time.
 NUMBERS_PERIOD = 0.2
 _read_data = attrgetter('data')
 
@@ -87,7 +87,7 @@ class RobotSubscriptions:
         return lambda value: self.read_view(lambda view: store(view, value, steady_time()))
 
     def _store_as(self, kind):
-        """Returns a callback that stores each value as the latest of `kind`."""
+        """Returns a callback that stores each value as the latest value of `kind`."""
         return self._callback(lambda view, value, now: view.on_message(kind, value, now))
 
     def _read_transforms(self, message):

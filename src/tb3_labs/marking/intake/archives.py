@@ -16,7 +16,7 @@ from typing import IO, Dict, Iterable, List, Sequence, Tuple
 from tb3_labs.command_line import printable
 
 ZIP = '.zip'
-#: A zip file is unpacked into a folder with its name and this ending.
+#: The folder of an unpacked zip file has the zip file's name and this ending.
 UNPACKED = '.unpacked'
 #: The copy of a submission has at most MAX_FILES files and MAX_SUBMISSION_BYTES bytes.
 MAX_FILES, MAX_SUBMISSION_BYTES = 5000, 200000000
@@ -200,10 +200,10 @@ def _safe_path(name):
     return '/'.join(parts)
 
 
-def shortened(names: Sequence[str], most: int = 6) -> str:
-    """Returns a text with the first `most` names. The text also has the number of further names."""
-    more = f' and {len(names) - most} more' if len(names) > most else ''
-    return ', '.join(names[:most]) + more
+def shortened(names: Sequence[str], max_names: int = 6) -> str:
+    """Returns a text with the first `max_names` names, and the number of further names."""
+    more = f' and {len(names) - max_names} more' if len(names) > max_names else ''
+    return ', '.join(names[:max_names]) + more
 
 
 def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:

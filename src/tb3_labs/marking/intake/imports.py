@@ -17,7 +17,7 @@ from tb3_labs.marking.intake.packages import (
     INTERFACES, MAX_MANIFEST_BYTES, definitions_in, distance, interface_files, is_aside)
 from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_name, nodes_of
 
-#: If a statement of these kinds has a call, the program does something.
+#: A program does something if a statement of these kinds has a call.
 ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
@@ -58,7 +58,7 @@ class ParsedProgram(NamedTuple):
 
 
 class MissingModules(NamedTuple):
-    """The modules that a node imports, and that the marking machine lacks."""
+    """The modules that a node imports, and that are not on the marking machine."""
 
     stand_ins: List[str]        # packages of messages and services that were not handed in
     unused: List[str]           # modules that no program uses

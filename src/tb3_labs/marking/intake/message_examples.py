@@ -25,8 +25,8 @@ from genpy.generator import MsgGenerator, SrvGenerator
 #: The program leaves out a larger example.
 MAX_EXAMPLE_BYTES = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: The types of the fields that the check fills in, and their formats for struct. In a header the
-#: check fills in only the stamp.
+#: The check fills in fields of these types. The values are formats of the module struct. In a
+#: header the check fills in only the stamp.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 

@@ -66,7 +66,7 @@ class PlatformName(NamedTuple):
 
 
 def read_name(name: str, is_folder: bool) -> PlatformName:
-    """Returns the parts of the name of a file or a folder."""
+    """Splits the name of a file or a folder into its parts."""
     moodle, canvas = MOODLE.fullmatch(name), CANVAS.fullmatch(name)
     if moodle:
         return PlatformName(moodle['student'].strip(), moodle['number'], moodle['file'])

@@ -128,8 +128,8 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
     or None if the packages define no type. `packages` is a dict {name: folder}.
 
-    Python looks for a package's modules and messages in one folder. Therefore the messages are made
-    in the folder of the package's own modules, if there are any. A program that runs with
+    Python looks for a package's modules and messages in one folder. Therefore, if a package has
+    modules, its messages are made in the folder of these modules. A program that runs with
     `protection` and `environment` reads the messages. Problems of a package are added to `remarks`
     if the code of `node` names the package.
     """
