@@ -1,5 +1,4 @@
-"""Examines this computer and a robot, one check after another. Yields each Finding as soon as it is
-known."""
+"""Checks this computer and a robot. Each Finding is yielded as soon as it is known."""
 import os
 import time
 from dataclasses import replace
@@ -39,8 +38,7 @@ def examine(namespace):
 
 
 def _peers_of(master, nodes):
-    """Returns {node: Peer}. The master knows the URI of each node. Each Peer has the outcome of one
-    call."""
+    """Returns {node: Peer}. Each Peer has the outcome of one call to the node."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
@@ -49,9 +47,8 @@ def _peers_of(master, nodes):
 
 
 def _check_return_path(here, graph, alive, drivers):
-    """Yields the finding on the connection from the robot to this computer. `alive` is {node: Peer}
-    of the robot's nodes that answer. `drivers` is {node: Peer} of the nodes that publish
-    cmd_vel."""
+    """Yields the finding on the connection from the robot to this computer. `alive` is {node of the
+    robot that answers: Peer}. `drivers` is {node that publishes cmd_vel: Peer}."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
     if robot_node is None:
         return

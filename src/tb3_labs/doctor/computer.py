@@ -2,8 +2,7 @@
 
 An address is a text such as '192.168.0.5', or '' if there is no address. Only IPv4 is used, as in
 ROS 1. A node *advertises* the address to which other nodes connect. As in rospy, the advertised
-address is ROS_HOSTNAME. If ROS_HOSTNAME is not set, the address is ROS_IP. If both are not set, the
-address is the computer's name.
+address is ROS_HOSTNAME, else ROS_IP, else the computer's name.
 """
 import os
 import socket

@@ -30,8 +30,7 @@ SENSORS = 'imu', 'odom', 'joint_states'
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 #: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: If a topic's name is at least this similar to a right name (by difflib), the user probably means
-#: the right name.
+#: A topic's name is probably a mistake if difflib finds this similarity to a right name.
 LIKENESS_OF_MISTAKES = 0.65
 
 

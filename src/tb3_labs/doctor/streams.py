@@ -58,8 +58,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 
 def judge_clock(least_delay: float) -> Finding:
-    """Does the robot's clock agree with this computer's clock? `least_delay` is the shortest time
-    [s] from a message's stamp (by the robot's clock) to the message's arrival (by this computer's
+    """Does the robot's clock agree with this computer's clock? `least_delay` [s] is the smallest
+    difference between the arrival of a message (this computer's clock) and its stamp (the robot's
     clock)."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")

@@ -9,10 +9,10 @@ MAX_PROCESSES = 100
 MAX_OTHER_MEMORY_BYTES = 600 * 10 ** 6
 #: No program of a submission can write a larger file.
 MAX_FILE_BYTES = 50 * 10 ** 6
-#: Each process has at most this address space. On 64 cores numpy reserves 3 GB.
+#: Each process has at most this address space. (On 64 cores numpy starts 64 threads, and reserves 3
+#: GB.)
 MAX_ADDRESS_SPACE_BYTES = 6 * 10 ** 9
-#: All programs of a submission together have at most this many threads and processes. On 64 cores
-#: numpy starts 64 threads.
+#: All programs of a submission together have at most this many threads and processes.
 MAX_THREADS_AND_PROCESSES = 500
 LIMIT_FILES_COMMAND = ['prlimit', f'--fsize={MAX_FILE_BYTES}']
 #: This command limits the master, the robot, the check, and the node in a sandbox.

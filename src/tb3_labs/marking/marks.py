@@ -117,8 +117,7 @@ class Marks:
 
     @property
     def hint(self) -> str:
-        """The mistake, and the place in a lab sheet that explains the mistake; '' if no mistake was
-        found."""
+        """The mistake, and the place in a lab sheet that explains it; '' if there is no mistake."""
         if not self.first_broken_link:
             return ''
         link, _ = self.first_broken_link
@@ -211,8 +210,7 @@ def _broken_link(observation: Observation,
     without criteria of the handout are left out.
 
     Returns None if no link is broken, or if the observation already shows the mistake. Such a
-    mistake is an exception, a sensor's topic that nobody publishes, or a command that is not
-    finite.
+    mistake is an exception, an unpublished topic, or a command that is not finite.
     """
     is_mistake_known = (observation.unpublished_topic or observation.not_finite
                         or tracebacks_before_the_end(observation))

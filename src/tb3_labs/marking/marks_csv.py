@@ -59,9 +59,8 @@ class MarksTable:
                     row[STUDENT], (_decided_points(decided, row[STUDENT]), reason))
 
     def changes(self, all_marks: Sequence[Marks]) -> List[str]:
-        """Returns a list with a sentence for the instructor if points in the table differ from the
-        new marks; else []. The criteria may have changed, or a person may have typed over the
-        marker's points."""
+        """Returns a list with one sentence for the instructor, or [] if no points have changed.
+        Criteria may have changed, or a person may have typed over the marker's points."""
         before = {row[STUDENT]: row[POINTS] for row in self._rows}
         changed = []
         for marks in all_marks:
@@ -75,8 +74,7 @@ class MarksTable:
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added are kept.
-        The rows of students without new marks are kept too, even if several rows have the same
-        name."""
+        Rows without new marks are kept too, even if several rows have the same name."""
         heads = list(cells_of(all_marks[0]))
         heads += [head for head in self._heads if head not in heads]
         old_rows, new_rows = list(self._rows), []

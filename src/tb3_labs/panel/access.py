@@ -43,8 +43,7 @@ class Access:
     """Checks the host, the origin and the token of requests."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
-        """`names` has the names and addresses of this computer. The loopback names are always
-        valid."""
+        """`names` has names and addresses of this computer. Loopback names are always valid."""
         self._names = {name.lower() for name in ('localhost', LOOPBACK, *names)}
         self._token = token
 

@@ -20,7 +20,7 @@ number of stops in the picture that the page had when the person acted; see
 :mod:`tb3_labs.supervision.dead_man`. The entry "t" is the time [s] of sending on the panel's clock.
 To compute "t", the page adds the time since the arrival of the latest picture to the "now" of this
 picture. So the panel may overestimate the delay of a message. The panel underestimates the delay
-only if the clock of the browser jumps.
+only if the browser's clock jumps.
 """
 import json
 from contextlib import suppress
@@ -169,8 +169,7 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
 
 
 def _read_number(message: Dict, name: str, limit: float, unit: str = '') -> float:
-    """Returns the number called `name`. Raises ``ValueError`` if the number is not from -`limit` to
-    `limit`."""
+    """Raises ``ValueError`` if the number called `name` is not from -`limit` to `limit`."""
     value: Any = message.get(name)
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     # the comparison is False for NaN, infinity, and integers that are too large for a float

@@ -2,9 +2,8 @@
 
 A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 
-    "odom", "local"      pose of the robot in odom, and in local. If the node does not publish
-                         local, by local_pose and tf, the panel computes local from the odometry
-                         since the line "Local pose set to"
+    "odom", "local"      pose of the robot in odom, and in local. If no node publishes local, the
+                         panel computes local from the odometry after the line "Local pose set to"
     "frame"              pose of the frame local, in odom
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
@@ -39,11 +38,9 @@ from tb3_labs.watch.printed_pose import declared_pose
 #: If the odometry's position [m] or yaw [rad] jumps by more than this, the odometry was reset.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
-#: If the stamps of true pose and odometry differ by less than this time [s], the true pose is moved
-#: to the stamp of the odometry.
+#: The true pose is moved to the odometry's stamp if the stamps differ by less than this time [s].
 MAX_TIME_APART = 0.3
-#: A robot stands still if the speed [m/s] and the rate of turn [rad/s] of its odometry are below
-#: this number.
+#: A robot stands still if its speed [m/s] and its rate of turn [rad/s] are below this number.
 STANDSTILL_SPEED = 0.02
 #: After a silence of this length [s] a page no longer shows a node's variables.
 VARIABLES_TIMEOUT = 2.0
@@ -81,16 +78,14 @@ class RobotView:
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
-        """If a line of the log has the robot's pose in local, compute the frame local from this
-        pose."""
+        """Compute the frame local if a line of the log has the robot's pose in local."""
         declared = declared_pose(text)
         odom = self.latest('odom')
         if declared and odom:
             self._computed_frame = odom.pose @ declared.inverse()
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Store a command of the node `sender`. `linear` is in [m/s], and `angular` is in
-        [rad/s]."""
+        """Store a command (`linear` [m/s], `angular` [rad/s]) of the node `sender`."""
         self._commands[sender] = now, linear, angular
 
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
@@ -192,8 +187,7 @@ def _pose_numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _heading_deg(yaw: Optional[float]) -> Optional[float]:
-    """Returns the heading from 0 to 359.9 degrees. For 359.96 degrees the result is 0.0, not
-    360.0."""
+    """Returns the heading from 0 to 359.9 degrees. 359.96 degrees become 0.0, not 360.0."""
     if yaw is None:
         return None
     tenths = round(math.degrees(yaw) % 360.0, 1)

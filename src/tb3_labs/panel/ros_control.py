@@ -31,8 +31,7 @@ CONFIRM_PERIOD = 0.05
 
 
 class PanelRobot:
-    """The robot of this node's namespace. Only the thread `server` calls the methods of this
-    class."""
+    """The robot of this node's namespace. Only the thread `server` calls the methods."""
 
     def __init__(self, server):
         self._server = server
@@ -71,8 +70,7 @@ class PanelRobot:
 
     def carry_out(self, page, request):
         """Carry out a request of `page`. Returns the answer as text, or None if another thread or a
-        timer answers the request. Raises ``ValueError`` with the reason if the request is
-        rejected."""
+        timer answers. Raises ``ValueError`` with the reason if the request is rejected."""
         return self._ACTIONS[request.kind](self, page, request)
 
     def _hold(self, page, request):

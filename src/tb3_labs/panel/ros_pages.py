@@ -47,8 +47,8 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot at the end of this node, if a page drives. Any thread may call
-        release()."""
+        """Stop the robot if a page drives, since this node ends. Any thread may call this
+        method."""
         released = threading.Event()
 
         def release():
@@ -97,8 +97,7 @@ class Pages:
         return 'this' if driver is page else 'other'
 
     def _on_line(self, message):
-        """Pass a message of /rosout to the pages. For each node that sends log lines, rospy calls
-        this method in a separate thread."""
+        """Pass a message of /rosout to the pages. Several threads may call this method."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
             self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))

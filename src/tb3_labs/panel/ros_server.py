@@ -164,8 +164,7 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
 
 
 def _bind(port, address):
-    """Returns (sockets, port) of the first free port. Raises ``ValueError`` if no port can be
-    used."""
+    """Returns (sockets, port) of a free port. Raises ``ValueError`` if no port can be used."""
     for number in range(port, port + MAX_PORTS):
         try:
             sockets = netutil.bind_sockets(number, address)

@@ -1,5 +1,4 @@
-"""Subscribes to the robot's topics for pages. A topic is read at most as often as a page is
-drawn."""
+"""Subscribes to the robot's topics. A topic is read at most as often as a page is drawn."""
 import threading
 from operator import attrgetter
 

@@ -134,9 +134,8 @@ class SubmissionCopy:
         self._links: List[PurePath] = []
 
     def add(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
-        """Write a file of `size` [bytes] into the copy. A file with more than MAX_COPIED_BYTES is
-        left out. `path` is the file's path in the copy. If the copy already has a file with this
-        path, the new file replaces the old file."""
+        """Write a file of `size` [bytes] to `path` in the copy, where it replaces an older file. A
+        file with more than MAX_COPIED_BYTES is left out."""
         if size > MAX_COPIED_BYTES:
             self._large.append(path)
             return
@@ -157,8 +156,7 @@ class SubmissionCopy:
         """Unpack a zip file into a folder of the copy. Raises ``NotJudged`` if the zip file is
         damaged, or if one of its paths leads out of the folder.
 
-        For each file in a zip file, zipfile reads at most the number of bytes that the zip file
-        declares.
+        The zip file declares the size of each file, and zipfile reads at most so many bytes.
         """
         try:
             with zipfile.ZipFile(str(file)) as archive:

@@ -39,8 +39,7 @@ class Choice(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A file that may be the node. The candidates are compared as tuples, and the smallest
-    candidate is chosen."""
+    """A file that may be the node. The smallest tuple is chosen."""
 
     aside: bool             # is the file in a folder of old or copied files?
     package_rank: int       # see _package_rank
@@ -123,8 +122,7 @@ def _starting_program(module, programs, folder):
 
 
 def _remarks_and_findings(candidates, names):
-    """Returns (remarks, findings) on the choice of the first candidate, at most one sentence
-    each."""
+    """Returns (remarks, findings) on the choice of the first candidate. Each list may be []."""
     best, *others = candidates
     if not others:
         if best.name_rank < len(names):

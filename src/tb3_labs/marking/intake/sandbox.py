@@ -25,8 +25,7 @@ from tb3_labs.marking.student_nodes import HOME, IDENTITY, OWN_FOLDERS, OWN_PACK
 CMAKE_PREFIX_PATH = 'CMAKE_PREFIX_PATH'
 #: The environment variable that lists the folders of Python's modules.
 PYTHONPATH = 'PYTHONPATH'
-#: A sandbox gets an environment variable of the instructor if the variable's name begins with one
-#: of these words.
+#: A sandbox gets only environment variables with names that begin with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH',
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
 #: The folder of rospy's log files in a sandbox.
@@ -38,8 +37,7 @@ UNUSED_USER_IDS = range(61184, 65519)
 LINUX_WITH_COUNT = 5, 14
 #: A sandbox that has not started within this time [s] does not work.
 SANDBOX_START = 20.0
-#: A sandbox has these parts of /etc, since host names, time zone, libraries, fonts and ROS need
-#: them.
+#: Host names, time zone, libraries, fonts and ROS need these parts of /etc in a sandbox.
 ETC_PARTS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
              'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: A student's program sees only these parts of tb3_labs.
@@ -103,8 +101,7 @@ class Protection:
 
 class OtherUser(Protection):
     """The protection if root cannot make sandboxes, for example in a container. A program runs as a
-    user that owns nothing, so the program can neither write the marks nor send signals to the
-    marker."""
+    user that owns nothing, so the program can neither write the marks nor kill the marker."""
 
     def __init__(self) -> None:
         self.user = random.choice(UNUSED_USER_IDS)
@@ -170,16 +167,14 @@ class Sandbox(Protection):
 
 
 def protection_problem(protection: Protection) -> str:
-    """Try a protection. Returns '' if the protection works on this machine, else the reason why it
-    fails."""
+    """Returns the reason why a protection fails on this machine; '' if the protection works."""
     command = protection.check_command(protection.program_command(
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
         done = subprocess.run(command, env=protection.program_environment(os.environ),
                               timeout=SANDBOX_START, stdin=subprocess.DEVNULL,
                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                              universal_newlines=True,
-                              cwd='/')    # python -c imports modules from this folder
+                              universal_newlines=True, cwd='/')    # python -c imports from cwd
     except FileNotFoundError:
         return 'bubblewrap is not installed (apt install bubblewrap)'
     except subprocess.TimeoutExpired:

@@ -83,9 +83,8 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     folder: parts of the name}.
 
     Files belong to one student if the student's name and the number are the same. A file without a
-    number belongs to a separate student. If several students have the same name, the number is
-    added to each student's name. If there is no number, the file's name is added. Each student's
-    name is a valid name of a file.
+    number belongs to a separate student. If several students have the same name, the number or the
+    file's name is added. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, parts in names.items():
@@ -155,8 +154,7 @@ def _refusal(path):
 
 
 def _upload_order(name):
-    """Returns a key that sorts a student's files by the numbers that Canvas adds, the latest
-    last."""
+    """Returns a key that sorts a student's files by the numbers of Canvas, the latest last."""
     canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
     return (int(repetition.group(1)) if repetition else 0,
             int(canvas['upload']) if canvas else 0, name)

@@ -50,12 +50,10 @@ COPY = 'src'
 
 def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
             protection: Protection = Protection()) -> NodeStart:
-    """Prepare the workspace of a submission that is in the folder `workspace`/COPY. Returns the
-    NodeStart.
+    """Prepare the workspace of a submission in `workspace`/COPY. Returns the NodeStart.
 
     The node's environment is `environment` with the folders of the workspace added. This function
-    adds remarks and findings to `parsed`. `protection` protects this machine while messages and
-    services are made.
+    adds remarks and findings to `parsed`. Messages and services are made under `protection`.
     """
     remarks = parsed.remarks
     copy, made = workspace / COPY, workspace / 'python'
