@@ -156,7 +156,7 @@ class SubmissionCopy:
         """Unpack a zip file into a folder of the copy. Raises ``NotJudged`` if the zip file is
         damaged, or if one of its paths leads out of the folder.
 
-        The zip file declares the size of each file, and zipfile reads at most so many bytes.
+        For each file, zipfile reads at most the size that the zip file declares.
         """
         try:
             with zipfile.ZipFile(str(file)) as archive:

@@ -39,7 +39,7 @@ class Choice(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A file that may be the node. The smallest tuple is chosen."""
+    """A file that may be the node. Candidates are compared as tuples. The smallest is chosen."""
 
     aside: bool             # is the file in a folder of old or copied files?
     package_rank: int       # see _package_rank
@@ -122,7 +122,7 @@ def _starting_program(module, programs, folder):
 
 
 def _remarks_and_findings(candidates, names):
-    """Returns (remarks, findings) on the choice of the first candidate. Each list may be []."""
+    """Returns (remarks, findings) on the choice of the first candidate."""
     best, *others = candidates
     if not others:
         if best.name_rank < len(names):

@@ -13,7 +13,7 @@ from tb3_labs.marking.student_nodes import NAME, is_name
 MANIFEST = 'package.xml'
 #: At most this many bytes of a package.xml or a setup.py are read.
 MAX_MANIFEST_BYTES = 100000
-#: The names of the folders of messages and services. The files have the same words as endings.
+#: Folders of messages and services have these names, and the files have these endings.
 MESSAGES = 'msg'
 INTERFACES = MESSAGES, 'srv'
 #: The folders of a package where nodes usually are, likeliest first.

@@ -84,7 +84,7 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
 
     Files belong to one student if the student's name and the number are the same. A file without a
     number belongs to a separate student. If several students have the same name, the number or the
-    file's name is added. Each student's name is a valid name of a file.
+    file's name is added to each name. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, parts in names.items():
