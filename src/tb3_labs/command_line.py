@@ -23,7 +23,8 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the number in `word`, or else `word` itself, which a Config refuses."""
+    """Returns the number in `word`. If `word` is not a number, returns `word`, which a Config
+    refuses."""
     try:
         return float(word)
     except ValueError:
@@ -43,9 +44,9 @@ def output_folder(path: Union[str, Path]) -> Path:
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
     """Write a whole file, with text as UTF-8. Raises ``OSError`` if the file cannot be written.
 
-    The content is written to a new file, which is then renamed to `path`. So the old file is not
-    lost if the program is interrupted. If `path` is a link, the new file replaces the link, and the
-    link's target is not changed.
+    The content is written to a new file, which is then renamed to `path`. If the program is
+    interrupted, the old file is not lost. If `path` is a link, the new file replaces the link, and
+    the link's target is not changed.
     """
     path = Path(str(path))
     if isinstance(content, str):

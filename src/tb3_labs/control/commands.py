@@ -1,7 +1,7 @@
 """Finds when a control law must give a command, and remembers the commands.
 
 In one step, a control law reads the latest samples and gives one command. The robot obeys one new
-command in each control period (turtlebot3.CONTROL_RATE). So a law has one step in each control
+command in each control period (turtlebot3.CONTROL_RATE), and so a law has one step in each control
 period. A `Pace` finds when the next step is due. A command reaches the robot after the *delay*, and
 the motors follow with a first-order *lag*.
 
@@ -143,7 +143,7 @@ class CommandHistory:
         return not any(sent.command for sent in self._sent if sent.start >= time)
 
     def _command_at(self, time: float) -> _SentCommand:
-        """Returns the command at `time` [s], or else the oldest command in memory."""
+        """Returns the command at `time` [s]; if `time` is too early, the oldest command."""
         earlier = (sent for sent in reversed(self._sent) if sent.start <= time)
         return next(earlier, self._sent[0])
 

@@ -1,10 +1,10 @@
 """Identifies the delay, the lag and the gain of a robot while it moves.
 
 The *delay* is the time in which a command crosses the network and waits for the next control period
-of the firmware. The motors then follow as a first-order system with the time constant *lag*. The
-steady speed is the command times the *gain*. The gain is not exactly 1, since motors have discrete
-speeds, and since robots differ in the distance between their wheels. If a robot started from rest,
-its travel x, its speed v and the commanded travel U obey the equation
+of the firmware. The motors follow a command as a first-order system with the time constant *lag*.
+The steady speed is the command times the *gain*. The gain is not exactly 1, since motors have
+discrete speeds, and since robots differ in the distance between their wheels. If a robot started
+from rest, its travel x, its speed v and the commanded travel U obey the equation
 
     x(t) = gain U(t - delay) - lag v(t)
 
@@ -42,11 +42,11 @@ from tb3_labs.supervision.timeouts import STALL_AGE
 
 #: Assumed lag [s] of the motors before the first measurement.
 FIRST_LAG = 0.05
-#: Assumed delay [s] before the first measurement: half a control period of the firmware, plus 25 ms
-#: for a step of the node and a quiet network.
+#: Assumed delay [s] before the first measurement. A step of the node and a quiet network take 25
+#: ms. The wait for the firmware takes half a control period.
 FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
-#: Time [s] until a real robot's motors begin to follow a command: half a control period, plus 8 ms
-#: for the network (firmware 1.2.6, on a fast and on a slow host).
+#: Time [s] until a real robot's motors begin to follow a command. The network takes 8 ms (firmware
+#: 1.2.6, on a fast and on a slow host). The wait for the firmware takes half a control period.
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
 #: The delays of two commands may differ by this time [s] without any sample delay.
 COMMAND_SPREAD = 0.025
@@ -119,9 +119,9 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
     """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if they are unknown.
 
-    The sample has the travel `travelled` since the start, and the `speed` at one instant, which is
-    not the mean of a period. The first command was sent `time` [s] before the sample, was not
-    changed since, and leads to `steady_speed`.
+    `travelled` is the travel since the start. `speed` is the speed at one instant, and not a mean.
+    The first command was sent `time` [s] before the sample, was not changed since, and leads to
+    `steady_speed`.
     """
     follows_command = speed * steady_speed > 0.0    # False for NaN
     if not follows_command or abs(steady_speed) < MIN_FIRST_COMMAND:

@@ -1,8 +1,8 @@
 """Wraps angles, clips numbers, and computes the headings of quaternions.
 
 The library squaternion expects the order w, x, y, z, and checks nothing. In another order, or with
-a norm that is not 1, the numbers give a plausible but wrong yaw. So a caller must give the four
-numbers of a quaternion by keyword.
+a norm that is not 1, the numbers give a plausible but wrong yaw. So the four numbers of a
+quaternion must be given by keyword.
 
 Units: radians, counter-clockwise positive (REP-103). Edge cases: A wrapped angle or yaw is in
 (-pi, pi], so half a turn is +pi. The angle NaN stays NaN. An infinite angle raises ``ValueError``.

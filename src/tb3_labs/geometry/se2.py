@@ -1,7 +1,7 @@
 """Poses in the plane, which transform points as in the handout.
 
 The pose ``A_T_B`` has the place and the heading of frame B in frame A. A pose transforms the point
-p_B in frame B to the point p_A in frame A. Its inverse transforms p_A back to p_B:
+p_B in frame B to the point p_A in frame A. The inverse pose transforms p_A back to p_B:
 
     p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)
     p_B = R(theta)^-1 (p_A - t)       (``A_T_B.inverse().act(p_A)``)

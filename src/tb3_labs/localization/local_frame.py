@@ -10,8 +10,8 @@ IMU's yaw, both at the same instant:
    IMU's yaw would turn every displacement by a constant angle.
 2. The heading comes from the IMU, relative to the IMU's yaw at the reset.
 
-Units: metres, radians. Source: the Transformation lab's handout, extended to declared poses that
-are not zero, and to an IMU whose yaw differs from the odometry's yaw.
+Units: metres, radians. Source: the Transformation lab's handout. In this file, a declared pose need
+not be zero, and the IMU's yaw may differ from the odometry's yaw.
 """
 from dataclasses import dataclass
 

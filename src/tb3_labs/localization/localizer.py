@@ -3,7 +3,7 @@
 Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
 the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits
 until both sensors have sent samples after the request. The samples of both sensors are interpolated
-to the moment of the request. So a reset corrects any error of the old frame.
+to the moment of the request. A reset corrects any error of the old frame.
 
 If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is

@@ -82,7 +82,7 @@ class Permission:
             self._grants[''] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender
         self._stops: Dict[str, float] = {}        # time [s] of each sender's latest False
-        self._refused: Set[str] = set()    # senders of a True whose refusal was logged
+        self._refused: Set[str] = set()    # senders whose refusal was logged
         self._now = math.nan           # time [s] of the latest update
         self._began_at = math.nan      # time [s] of the first update, or of the end of a long sleep
         self.sleep = SleepMonitor()

@@ -200,7 +200,7 @@ class StallMonitor:
         self._rested_for = 0.0
 
     def resume(self) -> None:
-        """After a silence of the sensors, accept a longer remaining way. But keep the time without
+        """After a silence of the sensors, accept a longer remaining way. Keep the time without
         progress, so that a bad network cannot hide a stalled robot."""
         self._least = None
 
