@@ -75,7 +75,8 @@ class GoalMachine:
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
-        """Returns the command, or None without a drive. The previous step was `dt` [s] ago."""
+        """Returns the command, or None if no drive is active. The previous step was `dt` [s]
+        ago."""
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)

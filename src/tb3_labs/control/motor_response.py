@@ -50,7 +50,8 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
 #: The delays of two commands may differ by this time [s] without any sample delay.
 COMMAND_SPREAD = 0.025
-#: A sample delay is clipped to these limits [s]. A fast host has the lower limit.
+#: A sample delay is clipped to these limits [s]. On a fast host, the sample delay is the lower
+#: limit.
 MIN_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
 #: A measured delay and a measured lag are clipped to these limits [s].
 MAX_DELAY, MAX_LAG = 0.4, 0.15

@@ -111,7 +111,7 @@ class GyroMonitor:
         self.has_compared = False    # was any rate of the gyro compared with the wheels?
         self._sends_wheels = False
         self._rested_for = 0.0       # total time [s] of the comparisons at rest
-        self._uncompared_for = 0.0   # time [s] of all gyro samples since the last comparison
+        self._uncompared_for = 0.0   # time [s] for which the gyro was not compared
         self._contradicts = False
         self._comparison = _Comparison()
 

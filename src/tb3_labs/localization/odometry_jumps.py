@@ -197,8 +197,8 @@ class EncoderMonitor:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
-    of its encoders. The odometry then moves for ever, although the robot is at rest and the angles
-    of the wheels in `joint_states` do not change.
+    of its encoders. In this case the odometry moves for ever, although the robot is at rest and the
+    angles of the wheels in `joint_states` do not change.
 
     Only stamps are compared, so delays of the network do not matter. Without stamps, or without
     samples of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls

@@ -53,7 +53,7 @@ class TimedSample(NamedTuple):
     arrival: float          # time of arrival [s, receiver's clock]
     time: float             # time of measurement [s, sender's clock]; without stamps `arrival`
     epoch: int              # epoch of the sender's clock
-    measured_at: float      # `time` on the receiver's clock [s]; the fastest message takes 0 s
+    measured_at: float      # time of measurement [s, receiver's clock]; see SenderClock.measured_at
     silence: float          # silence [s] of this sensor before the sample; at first infinite
     all_silent: float       # silence [s] of both sensors before the sample; at first infinite
     stamp_interval: float   # time [s] from the previous stamp to this stamp; at first 0
@@ -117,7 +117,7 @@ class SenderClock:
 
     def __init__(self) -> None:
         self.epoch = -1    # number of the epoch; the first epoch is 0
-        self.uses_stamps = True    # until the stamps show that they are not a clock
+        self.uses_stamps = True    # are the stamps used as a clock?
         self._last_arrival = math.nan    # before the first sample
         self._new_epoch()
 

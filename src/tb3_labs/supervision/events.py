@@ -93,7 +93,7 @@ class MessageAges:
         if previous is None and connection.sender not in self._present:
             return Age.NEW
         is_restarted = previous is not None and previous.process != connection.process
-        if is_restarted and connection.renews:    # a sender that renews waits for a person
+        if is_restarted and connection.renews:    # a renewing sender is silent until a person acts
             return Age.RESTARTED
         came_at_once = previous is None and now - self._begun_at < CROSSING_TIME
         if connection.latches and came_at_once:

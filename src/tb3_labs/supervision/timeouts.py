@@ -181,7 +181,7 @@ class WindowMinimum:
     def __init__(self) -> None:
         #: (time, value); each value is less than all later values.
         self._candidates: Deque[Tuple[float, float]] = deque()
-        self.value: Optional[float] = None    # None before the first value
+        self.value: Optional[float] = None    # the least value; None before the first value
 
     def add(self, time: float, value: float) -> None:
         """Take in a value. If `time` goes back, earlier values stay for longer."""
