@@ -35,7 +35,7 @@ OPTIONAL_TOPICS = {
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
-#: A person drives the robot through these topics. Their types are not checked.
+#: A person drives the robot through these topics. The types of these topics are not checked.
 DEVICE_TOPICS = 'joy', 'mouse_info'
 
 
@@ -47,7 +47,7 @@ def read_run(path, namespace=None):
         return _run(Bag(str(path), _class_of), str(path), namespace)
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
-    except Exception as problem:        # a stranger's bytes may raise anything
+    except Exception as problem:        # a stranger's bytes may cause any error
         reason = getattr(problem, 'strerror', None) or problem
         raise BagProblem(f'{path}: cannot be read ({reason})') from None
 

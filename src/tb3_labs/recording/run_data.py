@@ -40,7 +40,7 @@ class Samples:
 
     @property
     def contents(self) -> List[np.ndarray]:
-        """All arrays but `arrival` and `time`."""
+        """All arrays except `arrival` and `time`."""
         return [getattr(self, column.name) for column in fields(self)[2:]]
 
     def take(self: SamplesType, index: Any) -> SamplesType:
@@ -110,7 +110,7 @@ class Poses(Yaws):
 
     @property
     def length(self) -> float:
-        """The length [m] of the path. A way backwards counts, too."""
+        """The length [m] of the path. Driving backwards makes the path longer, too."""
         return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
 
     @property
@@ -132,7 +132,7 @@ class Poses(Yaws):
         return self.at(np.array([time])).pose(0)
 
     def inverse(self) -> 'Poses':
-        """Returns each inverse, which is the pose of the parent frame in the child frame."""
+        """Returns the inverse of each pose."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
@@ -246,7 +246,7 @@ class RunData:
     mouse: MouseSamples = MouseSamples.none()
     log: LogLines = LogLines.none()                  # only nodes in the robot's namespace
     devices: Tuple[str, ...] = ()                    # joy, mouse_info, if they were recorded
-    starts: Tuple[float, ...] = ()                   # [s], of the node in a trial
+    starts: Tuple[float, ...] = ()                   # [s], when the node of a trial started
     letters: Numbers = Numbers.none()                # l is 1, r is -1, other letters are 0
     events: States = States.none()                   # notes of the marker in a trial
     printed: States = States.none()                  # texts that the node printed in a trial

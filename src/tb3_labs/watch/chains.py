@@ -44,7 +44,7 @@ BY_THUMB = SheetStep(TRANSFORMATION_SHEET, '4. By thumb')
 TURN_STEP = TURN_LAB.at_step(5)
 DRIVE_STEP = FOUR_STATES.at_step(1)
 CONTROL_STEP = FOUR_STATES.at_step(2)
-#: Values for `Link.parts`. They are the names of the parts of the labs in marking/labs.
+#: Names of parts of the labs in marking/labs, for `Link.parts`.
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')

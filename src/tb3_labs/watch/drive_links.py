@@ -1,5 +1,5 @@
-"""The chain of the Transformation lab: control -> state after a reset -> references -> local pose
--> goal -> command and end of each state -> silence.
+"""Checks the chain of the Transformation lab: control -> state after a reset -> references -> local
+pose -> goal -> command and end of each state -> silence.
 """
 from itertools import product
 from typing import Any, Iterator, Sequence, Tuple
@@ -78,7 +78,8 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str, np.ndarray]]:
-    """Yields (formula, heading errors [rad]) for each possible formula, first the correct one."""
+    """Yields (formula, heading errors [rad]) for each possible formula, first the correct
+    formula."""
     dx, dy = part.pose.to_goal.real, part.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', part.pose.goal_yaw)]
     if part.state != ROTATE_TO_GOAL:

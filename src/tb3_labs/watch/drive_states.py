@@ -116,8 +116,8 @@ def unit_of(series: Series) -> float:
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = MAX_PROBE_LAG) -> Series:
     """Returns the readings in `part` before which the node had control for at least these
-    `seconds`. The variable has_control shows who has control; without this variable, ctrl_relinq
-    does. If both are missing, all readings are returned."""
+    `seconds`. The variable has_control, or else ctrl_relinq, shows who has control. Without
+    has_control and ctrl_relinq, all readings are returned."""
     control, own = node_run.run.control, node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
     if own is not None:

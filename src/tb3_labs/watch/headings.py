@@ -18,8 +18,9 @@ from tb3_labs.watch.variables import (
 #: computer. A node may also round its heading to whole degrees.
 COARSE_FACTOR = 30.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
-#: (name, formula) of each range that a node may use for a yaw. A formula gets a yaw from minus to
-#: plus half a turn, and a whole turn, in the node's unit. The third formula adds 360 in any unit.
+#: (name, formula) of each range that a node may use for a yaw. The arguments of a formula are a yaw
+#: (from -180 to 180 degrees) and a whole turn, both in the node's unit. The third formula adds 360
+#: in any unit.
 RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
     ('from 0 to 360', lambda yaw, turn: np.where(yaw < 0.0, yaw + turn, yaw)),
     ('from -180 to 180', lambda yaw, turn: yaw),
@@ -51,14 +52,14 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     """Returns the quantities that a node may use as its heading, first the correct quantity."""
     imu = node_run.run.imu
     candidates = []
-    for (angle, radians), (unit, factor) in product(angles_of(imu).items(), UNITS):
-        number = np.degrees(radians) * factor
+    for (name, angle), (unit, factor) in product(angles_of(imu).items(), UNITS):
+        number = np.degrees(angle) * factor
         turn = 360.0 * factor
-        is_yaw = angle == 'yaw'
+        is_yaw = name == 'yaw'
         ranges = RANGES if is_yaw else RANGES[:3]
         per_degree = factor if is_yaw else 0.0
         candidates += [
-            Quantity(f'the {angle} in {unit}, {range_text}', imu.arrival, formula(number, turn),
+            Quantity(f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, turn),
                      min(turn, 360.0), per_degree) for range_text, formula in ranges]
     for part in 'wxyz':
         name, number = f'the {part} of the quaternion', getattr(imu, part)

@@ -13,8 +13,8 @@ from tb3_labs.watch.typed_turns import (
     own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. A robot that
-#: turns may turn some degrees before its node reads the letter.
+#: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. If the robot is
+#: already turning, it turns some degrees before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
 #: The side of an error is clear if the error is farther than this [deg] from 0 and from 180.
 CLEAR_ERROR_DEG = 20.0
@@ -116,7 +116,7 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that no commands turn away from the goal."""
+    """Checks that no command turns the robot away from the goal."""
     wrong = []
     for turn in node_run.cached(letter_turns):
         size = np.abs(turn.error)

@@ -118,8 +118,7 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     """Returns the times at which `turning` became True. Returns no times if goal_yaw changes in a
-    turn, because letters may then wait in a queue, and it is unknown which commands belong to which
-    letter."""
+    turn. Letters may wait in a queue in this case, and cannot be assigned to commands."""
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)

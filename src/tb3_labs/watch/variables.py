@@ -139,7 +139,7 @@ def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME
     sample = newest[:, None] - np.arange(most)
     exists = sample >= 0
     sample = sample.clip(0)
-    replaced_at = np.append(times[1:], np.inf)    # the age counts from the next sample on
+    replaced_at = np.append(times[1:], np.inf)    # the age begins with the next sample
     age = (readings[:, None] - replaced_at[sample]).clip(0.0)
     distance = np.abs(series.value[:, None] - quantity.value[sample])
     is_equal = exists & (age <= longest) & (distance <= SAME_SHARE * quantity.scale)

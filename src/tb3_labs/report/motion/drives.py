@@ -61,8 +61,9 @@ def drives(run: RunData) -> List[DriveReport]:
 def frame_interval_of(in_order: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
     """Returns the FrameInterval in which a drive from `begin` to `end` [s] took place.
 
-    A reset may begin the drive, and the pose may show this reset a moment after `begin`. A reset
-    that is nearer to `end` ended the drive, so the interval after this reset is not returned.
+    A reset may begin the drive, and the pose may show this reset a moment after `begin`. A reset in
+    the second half of the drive has ended the drive, so the interval after this reset is not
+    returned.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
     return [interval for interval in in_order if interval.begin <= latest][-1]

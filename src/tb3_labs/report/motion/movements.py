@@ -9,7 +9,7 @@ A *movement* is a series of commands that are not zero, with pauses shorter than
 reset, or a False on `ctrl_relinq`, divides a movement in two.
 
 A turn has no command with a forward speed. A drive has a turn, a way forward and a second turn. One
-of the two turns may be missing. Any other movement is a movement by hand.
+of the two turns of a drive may be missing. Any other movement is a movement by hand.
 
 If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
 at any other time. If `mouse_info` was recorded, no movement is a drive, and a turn must be faster
@@ -55,7 +55,7 @@ class MovementKind(Enum):
 @dataclass(frozen=True)
 class Movement:
     """A movement from `begin` to `end`. The commands have a forward speed from `forward` to
-    `turns_again`. These two times are equal if no command has a forward speed."""
+    `turns_again`. `forward` equals `turns_again` if no command has a forward speed."""
 
     kind: MovementKind
     begin: float
@@ -94,16 +94,16 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     kind = MovementKind.DRIVE
     has_mouse = 'mouse_info' in run.devices
     if len(run.control) or 'joy' in run.devices:
-        is_sure = has_control(run, (begin + end) / 2.0)
+        is_by_node = has_control(run, (begin + end) / 2.0)
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
         length = run.odometry.pose_at(forward).distance_to(run.odometry.pose_at(turns_again))
-        is_sure = has_turn and not has_mouse and length >= MIN_DRIVE_LENGTH
+        is_by_node = has_turn and not has_mouse and length >= MIN_DRIVE_LENGTH
     else:
         kind = MovementKind.TURN
         fastest = np.abs(run.commands.angular[moves]).max()
-        is_sure = not has_mouse or fastest > MOUSE_FULL + NO_SPEED
-    if not is_sure:
+        is_by_node = not has_mouse or fastest > MOUSE_FULL + NO_SPEED
+    if not is_by_node:
         kind = MovementKind.BY_HAND
     return Movement(kind, begin, forward, turns_again, end)
 

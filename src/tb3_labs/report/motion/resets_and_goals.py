@@ -1,8 +1,9 @@
 """Finds the local frame and the goal at each time of a recorded run.
 
 A *frame interval* is the time from one reset of ``local`` to the next. The log line of a reset
-comes a moment before or after the first pose in the new frame. A frame interval begins at the jump
-of local_pose that differs most from the odometry, within `NEAR_RESET` of this log line.
+comes a moment before or after the first pose in the new frame. A frame interval begins at the
+largest jump of local_pose that is at most `NEAR_RESET` before or after the log line. Motion that
+the odometry shows, too, is not a jump.
 
 ``local`` may move in ``odom`` within a frame interval. If the odometry jumps while the robot rests,
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
@@ -26,9 +27,9 @@ from tb3_labs.recording.run_data import Poses, RunData
 
 #: The log line of a reset, and the first pose in the new frame, are at most this time [s] apart.
 NEAR_RESET = 0.3
-#: The weight of a jump decreases at this rate [m/s] with its time from the log line. If a reset
-#: declares the pose that the robot already has, the frame begins at the pose nearest to the log
-#: line.
+#: Each second between the log line and a jump reduces the jump's weight by this length [m]. If a
+#: reset declares the pose that the robot already has, the frame begins at the pose nearest to the
+#: log line.
 LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between its own first message and the previous message, but at most
 #: this time [s] before its own first message.

@@ -25,7 +25,7 @@ from tb3_labs.robot.samples import REST_ANGULAR
 REST_WINDOW = 0.15
 #: The robot rests at most this time [s] after the last command.
 REST_WAIT = 2.0
-#: The heading at rest is the mean over this time [s], which begins after a rest of REST_WINDOW.
+#: The heading at rest is the mean over this time [s], after the robot has rested for REST_WINDOW.
 REST_MEAN = 0.3
 #: The recorder may miss the first commands of a new node. So a turn may begin up to this time [s]
 #: before its first recorded command.

@@ -1,4 +1,4 @@
-"""Finds the moments of a run that its page points to.
+"""Finds the moments that the page of a run points to.
 
 The events on the timeline are turns, drives, movements by hand, resets, starts, stops and gaps.
 Exceptions, open TODOs, and the first broken link are signs of a mistake in the node.

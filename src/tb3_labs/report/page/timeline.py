@@ -33,7 +33,7 @@ MAX_TEXT_LENGTH = 1000
 RECORDER = 'record'
 #: A page shows at most this number of variables.
 MAX_SHOWN_VARIABLES = 40
-#: The handouts' variables. A page shows them first, in this order.
+#: A page shows these variables of the handouts first, in this order.
 HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
                  'has_control')
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
