@@ -68,7 +68,7 @@ class Bag:
     that is not wanted. `problem` says why the reading ended early, or is ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
-        """Read the file. Only messages with ``is_wanted(connection)`` are kept. Raises BagProblem
+        """Read the file. A message is kept if ``is_wanted(connection)`` is true. Raises BagProblem
         if the file is not a bag."""
         self.streams: Dict[Connection, Optional[Stream]] = {}
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]

@@ -110,7 +110,7 @@ def _odometry(message, sender, prefix):
 
 def _command(message, sender, prefix):
     linear, angular = message.linear, message.angular
-    # no wheel follows these speeds, so the command is kept even if they are NaN or infinite
+    # no wheel follows these speeds, so a NaN or infinite speed does not make a command invalid
     ignored = [max(-MAX_IGNORED_SPEED, min(MAX_IGNORED_SPEED, speed))     # the maximum for NaN
                for speed in (linear.y, linear.z, angular.x, angular.y)]
     return None, [(linear.x, angular.z, *ignored, sender)]

@@ -29,8 +29,7 @@ SamplesType = TypeVar('SamplesType', bound='Samples')
 
 @dataclass(frozen=True)
 class Samples:
-    """The samples of one topic. Each array has an element for each sample. Subclasses add arrays
-    for the contents of the messages."""
+    """Arrays with an element for each sample. Subclasses add arrays for the messages' contents."""
 
     arrival: np.ndarray
     time: np.ndarray
@@ -79,8 +78,8 @@ class Yaws(Samples):
     yaw: np.ndarray
 
     def yaw_at(self, time: Any) -> np.ndarray:
-        """Returns the unwrapped yaw [rad] at each time [s], interpolated between samples. Before
-        the first sample the result is the first yaw, and after the last sample the last yaw."""
+        """Returns the unwrapped yaw [rad] at each time [s], interpolated between samples. Outside
+        of the samples, the first or the last yaw is returned."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @cached_property
@@ -122,8 +121,8 @@ class Poses(Yaws):
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, times: np.ndarray) -> 'Poses':
-        """Returns the interpolated poses at the `times` [s]. Before the first sample the result
-        is the first pose, and after the last sample the last pose."""
+        """Returns the interpolated poses at the `times` [s]. Outside of the samples, the first or
+        the last pose is returned."""
         x, y = (np.interp(times, self.time, column) for column in (self.x, self.y))
         return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
 
@@ -151,8 +150,8 @@ class Poses(Yaws):
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Poses in ``odom``, with the forward speed and the rate of turn. The rate of turn contains the
-    firmware's spikes."""
+    """Poses in ``odom``, with the forward speed, and the rate of turn with the firmware's
+    spikes."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -160,16 +159,15 @@ class OdometrySamples(Poses):
 
 @dataclass(frozen=True)
 class Commands(Samples):
-    """Commanded speeds. No wheel follows `sideways` (linear.y), `upward` (linear.z), `rolling`
-    (angular.x) and `pitching` (angular.y). `sender` is the name of the node that sent the command;
-    '' if the node is unknown."""
+    """Commanded speeds. No wheel follows `sideways`, `upward`, `rolling` and `pitching`. `sender` is
+    the name of the node that sent the command; '' if the node is unknown."""
 
     linear: np.ndarray
     angular: np.ndarray
-    sideways: np.ndarray
-    upward: np.ndarray
-    rolling: np.ndarray
-    pitching: np.ndarray
+    sideways: np.ndarray    # linear.y
+    upward: np.ndarray      # linear.z
+    rolling: np.ndarray     # angular.x
+    pitching: np.ndarray    # angular.y
     sender: np.ndarray
 
     def in_force(self) -> 'Commands':
@@ -245,7 +243,7 @@ class RunData:
     control: Numbers = Numbers.none()                # on ctrl_relinq; 1 if a node may drive
     mouse: MouseSamples = MouseSamples.none()
     log: LogLines = LogLines.none()                  # only nodes in the robot's namespace
-    devices: Tuple[str, ...] = ()                    # joy, mouse_info, if they were recorded
+    devices: Tuple[str, ...] = ()                    # recorded device topics
     starts: Tuple[float, ...] = ()                   # [s], when the node of a trial started
     letters: Numbers = Numbers.none()                # l is 1, r is -1, other letters are 0
     events: States = States.none()                   # notes of the marker in a trial

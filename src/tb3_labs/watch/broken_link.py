@@ -124,7 +124,7 @@ def should_be(observation: str, correct: Any) -> str:
 
 
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink at `begin` if the commands at these times come too seldom."""
+    """Yields a BrokenLink at the time `begin` if commands at these `times` come too seldom."""
     pause = np.median(np.diff(times))
     if pause > MAX_COMMAND_GAP:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)

@@ -145,7 +145,7 @@ def unknown_state(part: StateInterval) -> Iterator[BrokenLink]:
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     """Checks that commands come in a state, and that they are correct."""
     if not len(part.commands):
-        # after a reset, a node may wait for both sensors
+        # after a reset, a node may wait for the IMU and the odometry
         first = max(min(samples.between(part.begin, part.end).arrival, default=np.inf)
                     for samples in (node_run.run.imu, node_run.run.odometry))
         if part.end - first >= 1.0:

@@ -18,9 +18,9 @@ from tb3_labs.watch.variables import shortened_value, to_number
 GOAL_TOLERANCE_DEG = 10.0
 #: The side of an error is clear if the error is farther than this [deg] from 0 and from 180.
 CLEAR_ERROR_DEG = 20.0
-#: The angle [deg] by which the error at a turn's end may exceed the handout's tolerance.
+#: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
-#: Longest time [s] from a letter to the node's first command of the turn.
+#: A node sends the first command of a turn within this time [s] after the letter.
 FIRST_COMMAND_TIME = 0.4
 #: When the error is half the handout's tolerance, a node ends its turn within this time [s].
 MAX_STOP_TIME = 0.5

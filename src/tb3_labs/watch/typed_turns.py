@@ -10,7 +10,7 @@ from tb3_labs.watch.broken_link import MAX_COMMAND_GAP, NodeRun
 from tb3_labs.watch.headings import followed_quantity, heading_candidates
 from tb3_labs.watch.variables import Quantity
 
-#: Longest time [s] until a node reads a typed letter.
+#: A node reads a typed letter within this time [s].
 LETTER_DELAY = 3.0
 #: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
@@ -26,10 +26,10 @@ class NodeTurn:
     """The turn after a typed letter, until the next letter. `letter` is l, r or UNKNOWN_LETTER. A
     turn `is_cut` if the mouse was moved, or the node ended, before the next letter was typed.
 
-    Angles have the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
+    Angles are in the node's own unit. `begin_yaw` is the curr_yaw at which the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
-    letter; both are '' if the node has no goal_yaw. The arrays have a value for each command of
-    the turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is
+    letter; both are '' if the node has no goal_yaw. The arrays have a value for each command of the
+    turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is
     goal_yaw minus curr_yaw [deg], and NaN if the goal is not known.
     """
 

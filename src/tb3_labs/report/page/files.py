@@ -44,7 +44,7 @@ NO_GOAL = Pose2(math.nan, math.nan, math.nan)
 
 
 class Column(NamedTuple):
-    """A column of a table of reports."""
+    """A column of a table that has a row for each report."""
 
     name: str                       # in a CSV file
     head: str                       # on a page

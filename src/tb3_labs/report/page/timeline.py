@@ -4,9 +4,9 @@ A *track* is a list of points over time, joined by straight lines. The track has
 the recording. The difference between the track and each recorded value is at most a bound. A track
 has a gap while there are no samples.
 
-Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
-`local` and of the goals are in ``local``, all other poses are in ``odom``. The number
-in a variable's text has the unit that its node uses.
+Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The tracks
+`local` and `goals` are in the frame ``local``, all other poses are in ``odom``. A variable is in
+the unit that the node uses.
 """
 import json
 import math
@@ -47,7 +47,7 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
     are the indices, in order, at which a new stretch of the curve begins. Both ends of a stretch
     are kept.
 
-    Source: Douglas and Peucker (1973), with the distance along the axis of the values.
+    Source: Douglas and Peucker (1973), but distances are measured along the axis of the values.
     """
     is_kept = np.zeros(len(time), dtype=bool)
     begins = [0, *breaks]
@@ -86,7 +86,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[floa
 
 
 def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -> Dict[str, Any]:
-    """Returns all data of the timeline of a run, for JSON."""
+    """Returns all data of a run's timeline in a form for JSON."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = frame_intervals(run)
