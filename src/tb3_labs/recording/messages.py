@@ -30,7 +30,8 @@ MAX_IGNORED_SPEED = MAX_NUMBER / 2.0
 MAX_CLOCK_DIFFERENCE = 0.1
 #: A message is late if its delay differs by more than this time [s] from its sender's usual delay.
 MIN_LATENESS = 0.5
-#: No recorder is busy for longer than this time [s]. If a delay is longer, the stamp is ignored.
+#: No recorder is busy for longer than this time [s]. The stamp of a message with a longer delay is
+#: ignored.
 MAX_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of its messages is not late.
 MIN_IN_TIME_SHARE = 0.25

@@ -150,8 +150,7 @@ class Poses(Yaws):
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Poses in ``odom``, with the forward speed, and the rate of turn with the firmware's
-    spikes."""
+    """Poses in ``odom``, with the forward speed, and the rate of turn with firmware spikes."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -159,8 +158,8 @@ class OdometrySamples(Poses):
 
 @dataclass(frozen=True)
 class Commands(Samples):
-    """Commanded speeds. No wheel follows `sideways`, `upward`, `rolling` and `pitching`. `sender` is
-    the name of the node that sent the command; '' if the node is unknown."""
+    """Commanded speeds. No wheel follows `sideways`, `upward`, `rolling` and `pitching`. `sender`
+    is the name of the node that sent the command, or ''."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -246,7 +245,7 @@ class RunData:
     devices: Tuple[str, ...] = ()                    # recorded device topics
     starts: Tuple[float, ...] = ()                   # [s], when the node of a trial started
     letters: Numbers = Numbers.none()                # l is 1, r is -1, other letters are 0
-    events: States = States.none()                   # notes of the marker in a trial
+    events: States = States.none()                   # on topic trial
     printed: States = States.none()                  # texts that the node printed in a trial
     variables: Variables = Variables.none()          # that the probe read
     derived: Tuple[str, ...] = ()                    # fields that were computed, not recorded

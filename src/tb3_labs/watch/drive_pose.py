@@ -21,8 +21,8 @@ from tb3_labs.watch.variables import (
 
 #: A variable with fewer values in a frame is not judged.
 MIN_VALUES = 10
-#: All quantities of this file have this scale. So two places, or two angles, are equal if they
-#: differ by at most POSE_TOLERANCE.
+#: All quantities of this file have this scale. Two places, or two angles, are equal if they differ
+#: by at most POSE_TOLERANCE.
 SCALE = POSE_TOLERANCE / SAME_SHARE
 
 

@@ -16,7 +16,8 @@ from tb3_labs.watch.variables import shortened_value, to_number
 #: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. If the robot is
 #: already turning, it turns some degrees before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
-#: The side of an error is clear if the error is farther than this [deg] from 0 and from 180.
+#: The side to which a node must turn is clear if the error is farther than this [deg] from 0 and
+#: 180.
 CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0

@@ -44,11 +44,11 @@ class Series:
     value: np.ndarray
 
     def at(self, time: float) -> float:
-        """Returns the number of the last reading up to this time, or of the first reading."""
+        """Returns the last number read up to this time, or the first number if all are later."""
         return float(self.value[max(0, last_until(self.time, time))])
 
     def text_at(self, time: float) -> str:
-        """Returns the text of the last reading up to this time, or of the first reading."""
+        """Returns the last text read up to this time, or the first text if all are later."""
         return str(self.text[max(0, last_until(self.time, time))])
 
     def take(self, index: Any) -> 'Series':
@@ -119,8 +119,8 @@ class Quantity(NamedTuple):
     per_degree: float = 0.0
 
     def at(self, time: Any) -> Any:
-        """Returns the number of the last sample before a time, or of the first sample. If `time` is
-        an array, an array of numbers is returned."""
+        """Returns the last number before a time, or the first number if none is before. If `time`
+        is an array, an array of numbers is returned."""
         return self.value[last_before(self.time, time).clip(0)]
 
 

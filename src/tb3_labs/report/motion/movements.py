@@ -109,8 +109,8 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? The first message on ctrl_relinq changed the
-    control, so the answer before this message is the opposite of the message."""
+    """Did a node have control at this time [s]? Before the first message on ctrl_relinq, the answer
+    is the opposite of this message."""
     if not len(run.control):
         return False
     before = run.control.value[run.control.time <= time]
