@@ -31,7 +31,7 @@ MIN_PATH_LENGTH = 0.05
 #: {name of a figure: its caption}.
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
-    'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
+    'turns': 'Remaining angle, and rate of turn, from the first command on.'}
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
 NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
