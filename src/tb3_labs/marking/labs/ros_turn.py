@@ -27,14 +27,14 @@ MARKERS_IMU = 'probe/imu'
 ODD_SAMPLE_TIME = 0.6
 #: The yaws [rad] of the samples just below zero.
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
-#: A turn is over when the robot rests, and for this time [s] the node has commanded no movement.
+#: A turn is over if the robot rests, and if the node has commanded no movement for this time [s].
 TURN_REST_TIME = 0.4
 
 
 def stand_at_headings(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # read before the node can change it
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')    # a node can change parameters
     node.start()
     for name, degrees in stimuli.STANDING_HEADINGS.items():
         trial.robot.turn_to(degrees - offset)
@@ -64,9 +64,10 @@ def send_odd_samples(trial):
 # ----- the lab -----
 
 class HeldMouse(Repeater):
-    """The mouse that the marker plays. Its messages on mouse_info have the type that the node uses.
+    """The mouse that the marker plays. HeldMouse sends messages of the type that the node uses on
+    mouse_info.
 
-    ``ValueError`` if this type has no fields for a mouse.
+    Raises ``ValueError`` if the type has no fields for a mouse.
     """
 
     def __init__(self, graph, recording):
@@ -111,8 +112,8 @@ def mouse_fields(fields):
     """Returns two lists: the names of the fields for status, x and y, and a sentence on each name
     that differs from the mouse lab's name. `fields` is a list of (name, type, ...).
 
-    The fields for x and y are the first numbers whose names begin with x and y. If such a name is
-    missing, the fields are the first two numbers. Raises ``ValueError`` with a clause if the
+    The fields for x and y are the first numbers whose names begin with x and y. If one of these
+    names is missing, x and y are the first two numbers. Raises ``ValueError`` with a clause if the
     message has no flag, or fewer than two numbers.
     """
     flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
@@ -190,8 +191,8 @@ def try_mouse(trial):
 
 
 def try_mouse_with_turns(trial):
-    """Ask for a turn while the mouse is active. Then move the mouse after a turn, and move it while
-    the robot turns."""
+    """Ask for a turn while the mouse is active. Move the mouse after the turn, and also during
+    another turn."""
     if not _is_idle(trial):
         trial.node.start()
     with mouse_of(trial, stimuli.BESIDE_TURNS) as hand:
@@ -221,7 +222,8 @@ def _set_turning(trial):
 
 
 def try_lost_devices(trial):
-    """Let the mouse fall silent in a drive. Then let the IMU fall silent in a turn."""
+    """End the messages of the mouse during a drive. Then end the messages of the IMU during a
+    turn."""
     trial.node.start()
     with suppress(NotOffered), mouse_of(trial, [stimuli.MOUSE_SILENT]) as hand:
         hand.at(0.0, 0.0, seconds=0.3)

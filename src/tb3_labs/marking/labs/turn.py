@@ -30,17 +30,17 @@ TURNS_ACROSS = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
 COAST_DEG = 1.0
 #: A person can read an answer of at most this many lines.
 MAX_LEGIBLE_LINES = 1000
-#: The greatest error [deg] of a turn in the criterion beyond the handout.
+#: The criterion `within_1_deg` allows an error of a turn up to this angle [deg].
 EXACT_DEG = 1.0
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
-#: The bounds of a speed, [m/s] or [rad/s], for a mouse at the edge of the screen.
+#: The bounds of a speed [m/s or rad/s] for a mouse at the edge of the screen.
 EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
-#: The bounds of a speed, [m/s] or [rad/s], for a mouse at 0.6 of the way to the edge. They are
-#: wide, since the mouse lab does not say how the speed grows outside the dead zone.
+#: The bounds of a speed [m/s or rad/s] for a mouse at 0.6 of the way to the edge. The bounds are
+#: wide, because the mouse lab does not say how the speed grows outside the dead zone.
 HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
-#: Words for the limits of the mouse and of the turns.
+#: Texts of the limits for the mouse and for the turns.
 MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
     '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_TIME), *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED,
                                     *MOUSE_PLACES[HALF_WAY])
@@ -92,7 +92,8 @@ def _why_turns_failed(observation: Observation, names: Iterable[str], *tolerance
 
 
 def _commands_of_turns(observation):
-    """Returns the commands of all tried turns. ``NotObserved`` if no turn moved the robot."""
+    """Returns the commands of all tried turns. Raises ``NotObserved`` if no turn moved the
+    robot."""
     commands = np.vstack([turn.moving for turn in observation.scenes(list(TURN_STIMULI))])
     if not len(commands):
         raise NotObserved('the robot was never turned')
@@ -101,7 +102,7 @@ def _commands_of_turns(observation):
 
 def _why_turned_too_fast(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
-    observation.greatest_speed(commands, ANGULAR)       # sets the moment of the verdict
+    observation.greatest_speed(commands, ANGULAR)       # this call sets the moment of the verdict
     rates = commands[:, ANGULAR]
     greatest = (rates.max(), 'left'), (-rates.min(), 'right')
     too_fast = [f'{rate:.1f} rad/s to the {side}' for rate, side in greatest
@@ -173,8 +174,8 @@ def expected_sign_at_top(observation: Observation) -> float:
     """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0.
 
     If the direction of y in the submission's mouse client is known, the check sends y in this
-    direction, and the robot must drive forward: 1.0. Otherwise the sign is the sign of the first
-    speed that the node commanded for a mouse at the upper edge.
+    direction, so the sign is 1.0. If the direction is unknown, the first speed that the node
+    commanded for a mouse at the upper edge has the right sign.
     """
     if observation.mouse_y_sign:
         return 1.0

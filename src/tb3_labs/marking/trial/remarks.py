@@ -1,5 +1,5 @@
-"""Makes sentences from an Observation: why a node did not do its task, and what else a student
-should know."""
+"""Makes sentences for students from an Observation, mostly on the reason why a node did not do its
+task."""
 import re
 from typing import Dict, List
 
@@ -15,7 +15,7 @@ STILL_DEG = 3.0
 #: Clauses that quote an exception begin with these words.
 STOPPED_BY = 'an exception had stopped it'
 
-#: A traceback begins with these words. In a log they may be in the middle of a line.
+#: A traceback begins with these words, which can stand in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
@@ -37,7 +37,7 @@ MAX_ERROR_LENGTH, MAX_LINE_LENGTH = 160, 160
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
     """Returns the sentences for the student that belong to no criterion. `verdict_text` is the text
-    of the verdicts. Exceptions that this text quotes are left out."""
+    of the verdicts. Exceptions that `verdict_text` quotes are left out."""
     remarks = list(observation.remarks)
     if observation.unpublished_topic:
         remarks.append(f'Note that {observation.unpublished_topic}.')
@@ -60,8 +60,7 @@ def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') 
 
 
 def version_errors(observation: Observation) -> List[str]:
-    """Returns sentences for the instructor on printed errors that a node may not have on another
-    machine."""
+    """Returns a sentence for the instructor on each printed error that matches VERSION_ERROR."""
     printed = '\n'.join(process.printed for process in observation.processes)
     return [f'It ended with "{line}". On another machine, such as one with Noetic, it may run.'
             for line in dict.fromkeys(VERSION_ERROR.findall(printed))]
@@ -94,8 +93,8 @@ def why_idle(scene: Scene) -> str:
 
 
 def other_fields(scene: Scene) -> str:
-    """Returns a clause on values in fields of the commands that move no wheel, such as linear.y;
-    '' without such values."""
+    """Returns a clause on the values that the commands have in fields such as linear.y, which move
+    no wheel; '' if these fields are zero."""
     sent = scene.observation.recording.commands
     return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
 
@@ -177,7 +176,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
     """Returns the exceptions in a node's output, for example
     ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
 
-    If `file` is given, the line is a line of this file of the node. The exceptions that rospy
+    With `file`, the line is a line of the node's file with this name. The exceptions that rospy
     raises while a node ends are left out.
     """
     errors = []
@@ -195,13 +194,13 @@ def exceptions(printed: str, file: str = '') -> List[str]:
 
 
 def _line_of(piece, file):
-    """Returns the line and the function of a traceback in brackets; '' without a known line."""
+    """Returns the text ' (line N, in FUNCTION)' for a traceback; '' if the line is unknown."""
     frames = FRAME.findall(piece)
     own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file]
     if not own:
         own = [frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
     if not own:
-        if "'NoneType' object is not callable" in piece:    # rospy got self.f(), which is None
+        if "'NoneType' object is not callable" in piece:    # rospy got the value of self.f(), None
             return ' (was a callback given as self.f(), not as self.f?)'
         return ''
     _, line, function = own[-1]
@@ -214,13 +213,14 @@ def exceptions_in(scene: Scene) -> List[str]:
 
 
 def last_line(printed: str) -> str:
-    """Returns the last line of a node's output in quotes; a clause for an empty output."""
+    """Returns the last line of a node's output, in quotes. Returns a clause if the output is
+    empty."""
     lines = list(filter(None, map(str.strip, printed.splitlines())))
     return repr(lines[-1][:MAX_LINE_LENGTH]) if lines else 'it printed nothing'
 
 
 def last_words(printed: str, file: str) -> str:
-    """Returns the last exception in a node's output in quotes. Returns the last line if the output
+    """Returns the last exception in a node's output, in quotes. Returns the last line if the output
     has no exception."""
     errors = exceptions(printed, file)
     return repr(errors[-1]) if errors else last_line(printed)

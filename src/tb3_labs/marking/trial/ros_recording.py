@@ -49,7 +49,7 @@ MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000          # events of all kinds
 #: At most this many characters of a line of the log are recorded.
 LOG_LINE_LENGTH = 300
-#: A message of more bytes than this is not recorded.
+#: A recorded message has at most this many bytes.
 MAX_MESSAGE_BYTES = 10000
 #: A command that equals the last command is recorded only if this time [s] has passed.
 SAME_COMMAND = 0.04
@@ -59,7 +59,8 @@ FULL_SIZE = 3 * 10 ** 6
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL_TOPIC}
 #: rosbag compresses the messages in parts of this many bytes.
 CHUNK_SIZE = 2 ** 17
-#: A robot rests if it moved and turned less than this in the last ROBOT_REST_TIME.
+#: A robot rests if it moved less than REST_WAY, and turned less than REST_TURN, in the last
+#: ROBOT_REST_TIME.
 REST_WAY = 0.002        # [m]
 REST_TURN = 0.005       # [rad]
 ROBOT_REST_TIME = 0.4         # [s]
@@ -82,9 +83,9 @@ class Recording:
         self._writer.start()
 
     def add(self, topic, message, at=None):
-        """Record a message at the time `at` [s], and return this time. The default of
-        `at` is the present time; no two default times are equal. A `message` may be (type, bytes,
-        checksum, class)."""
+        """Record a message at the time `at` [s], and return this time. By default `at` is the
+        current time, and each default time is later than the previous one. `message` is a ROS
+        message, or the tuple (type, bytes, checksum, class)."""
         with self._guard:
             if at is None:
                 at = self._last_time = max(ros_time(), self._last_time + 1e-6)
@@ -93,8 +94,8 @@ class Recording:
         return at
 
     def event(self, kind, at=None, **facts):
-        """Record an event of the trial, and return its time [s]. Of a text in `facts`, the first
-        MAX_SENTENCE_LENGTH characters are recorded."""
+        """Record an event of the trial, and return its time [s]. A recorded text in `facts` has at
+        most MAX_SENTENCE_LENGTH characters."""
         self._event_count += 1
         if self._event_count > MAX_EVENTS:      # a node may cause events for ever
             return ros_time()
@@ -112,8 +113,8 @@ class Recording:
         return ros_time()
 
     def close(self):
-        """Write the waiting messages, and close the bag. After an error in writing, `problem` is
-        this error, and the bag is removed, since half a trial would cost the node points."""
+        """Write the waiting messages, and close the bag. If the bag cannot be written, `problem` is
+        the error, and the bag is removed, since half a trial would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -132,8 +133,9 @@ class Recording:
 
 
 class Recorder:
-    """Records the topics of the robot and of the node, and tells what the two did. All times are
-    ROS times [s]. ``RuntimeError`` if the robot does not run."""
+    """Records the topics of the robot and of the node. The methods of a Recorder tell the robot's
+    motion and the node's commands. All times are ROS times [s]. Raises ``RuntimeError`` if the
+    robot does not run."""
 
     def __init__(self, recording):
         self.recording = recording
@@ -145,8 +147,8 @@ class Recorder:
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         record_connections()
         rospy.Subscriber(CMD_VEL_TOPIC, Twist, guarded(self._on_command), tcp_nodelay=True)
-        # rospy does not unpack an AnyMsg. In one process, all subscribers of a topic must have the
-        # same class, and ros_gamepad.py needs a Bool.
+        # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must use the same
+        # class, and ros_gamepad.py needs a Bool.
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY_TOPIC, Joy, rospy.AnyMsg),
@@ -159,7 +161,7 @@ class Recorder:
     def _read_truth(self, path):
         os.mkfifo(path, 0o600)
         with open(path, 'rb') as pipe:
-            os.remove(path)     # only the robot, which has opened the pipe, may write into it
+            os.remove(path)     # now only the robot can write into the pipe
             for line in pipe:
                 at = self.now
                 x, y, yaw = map(float, line.split())
@@ -170,7 +172,8 @@ class Recorder:
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
     def _is_within(self, kind, most):
-        """Count a message of this kind. Returns True if at most `most` messages were counted."""
+        """Count a message of the given kind. Returns True if at most `most` messages were
+        counted."""
         self._counts[kind] = self._counts.get(kind, 0) + 1
         return self._counts[kind] <= most
 
@@ -230,7 +233,7 @@ class Recorder:
 
     @property
     def heading_deg(self):
-        """The robot's true heading, continuous over whole turns [deg]."""
+        """The robot's true heading [deg], continuous over whole turns."""
         return math.degrees(self.pose.yaw)
 
     def commands_since(self, begin):

@@ -1,7 +1,7 @@
-"""Starts and ends a student's node, and asks the master for its topics and services.
+"""Starts and ends a student's node, and asks the master for the node's topics and services.
 
-The start, the output, the topics and the end of each process are recorded. A node may do anything.
-Therefore each wait in this module has a limit.
+The start, the output, the topics and the end of each process are recorded. A student's node can
+block this module, so each wait has a time limit.
 """
 import os
 import signal
@@ -41,7 +41,7 @@ class StudentNode:
         """
         self._sensors = sensors
         self._recording = recording
-        #: The resolved names of the topics that the present process needs.
+        #: The resolved names of the topics that the current process needs.
         self._needed = []
         self._prepared = NodeStart.from_environment()
         program = self._prepared.program
@@ -49,7 +49,7 @@ class StudentNode:
         self._process = self._watch = self._output = None
         #: Was any process ready? None before the first process.
         self._was_ready = None
-        #: Did the present process get Ctrl+C?
+        #: Did the current process get Ctrl+C?
         self._interrupted = False
         self.graph = Graph(Types(self._prepared.types))
 
@@ -59,15 +59,15 @@ class StudentNode:
 
     @property
     def status(self):
-        """The exit status of the process. It is None while the process runs, and -N if signal N
-        ended the process."""
+        """The exit status of the process; None while the process runs, -N if signal N ended the
+        process."""
         status = self._process.status
         if self._prepared.isolated and status is not None:
             return status if status <= BY_SIGNAL else BY_SIGNAL - status
         return status
 
     def start(self, *arguments, needed=()):
-        """End the present process of the node, and start a new process.
+        """End the current process of the node, and start a new process.
 
         The node needs the topics `needed`, by default its `sensors`. The new process is ready when
         it subscribes to the first needed topic. Raises ``NotTried`` if the process is not ready in
@@ -143,7 +143,7 @@ class StudentNode:
 
     @property
     def printed(self):
-        """The output since the last `flush`, which is the output of the present stimulus."""
+        """The output since the latest `flush`, which is the output of the current stimulus."""
         return self._output.last
 
     def flush(self):
@@ -190,8 +190,8 @@ class Graph:
     def at_role(self, role):
         """Returns the topics or services at which the student's node has the `role`.
 
-        Raises an error if the master does not answer. This error ends the trial, so that the
-        silence of the master does not cost the node points.
+        Raises an error if the master does not answer. The error ends the trial, so that the silence
+        of the master does not cost the node points.
         """
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.names.intersection(names)}
@@ -217,8 +217,9 @@ class Graph:
         return sorted(subscribed), {topic: kinds.get(topic, '') for topic in sorted(published)}
 
     def unconnected(self, needed):
-        """Returns the topics in `needed` that the student's node subscribes to without a connection
-        to the robot. The node and the robot give such a topic different types."""
+        """Returns the topics in `needed` that the student's node subscribes to, but without a
+        connection to the robot. There is no connection if the node and the robot use different
+        types."""
         connections = []
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))
