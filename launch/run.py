@@ -7,6 +7,6 @@ import runpy
 import sys
 
 MODULES = {'launch': 'launch_arguments'}    # {name in students' launch files: module}
-del sys.path[0], sys.argv[0]    # so that Python does not look in this script's folder either
+del sys.path[0], sys.argv[0]    # Python must not look for modules in this script's folder
 module = MODULES.get(sys.argv[0], sys.argv[0])
 runpy.run_module('tb3_labs.ros.' + module, run_name='__main__', alter_sys=True)

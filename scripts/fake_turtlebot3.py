@@ -12,8 +12,8 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     /tf_static    tf2_msgs/TFMessage           world -> odom: true place of the odometry's origin
     ground_truth  geometry_msgs/PoseStamped    frame world, 50 Hz: for tests, never for control
     /clock        rosgraph_msgs/Clock          with use_sim_time, 200 per simulated second
-    The network (~network) delays imu, odom, joint_states and /tf. A subscriber gets messages that
-    were delayed together in one write.
+    The network (~network) delays imu, odom, joint_states and /tf. Messages that were delayed
+    together reach a subscriber in one write.
 Parameters
     ~speed        pace of /clock, times real time, with use_sim_time (1)
     ~network      quiet, good, busy, bad: a set of network settings, see simulation/network.py

@@ -5,8 +5,8 @@ Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
 SUBMISSIONS is a folder from a learning platform, with a folder or a zip file for each student.
 mark.py writes marks.csv and overview.html into the folder MARKS. For each student, mark.py also
-writes a page and a results.json. A marked submission is tried again only after a change.
-doc/instructor/marking.md explains the marking.
+writes a page and a results.json. A marked submission is tried again only after a change. The
+instructors' page on marking explains the details.
 """
 import os
 import shlex
@@ -84,9 +84,9 @@ def main(argv):
 
 
 def mark_class(arguments, work):
-    """Mark a class as the `arguments` of the command line ask. The folder `work` is for temporary
-    files. Returns the exit status. The environment of this process is replaced by the environment
-    of a separate ROS."""
+    """Mark a class by the command line's `arguments`. The folder `work` is for temporary files.
+    Returns the exit status. The environment of this process is replaced by the environment of a
+    separate ROS."""
     environment = marking_environment(work / 'ros', os.environ)
     os.environ.clear()
     os.environ.update(environment)
@@ -111,7 +111,6 @@ def mark_class(arguments, work):
 
 
 def _submissions(arguments):
-    """Returns the Submissions to mark."""
     marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
     if source.is_dir() and source in (marks, *marks.parents):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
@@ -237,7 +236,7 @@ class MarkedClass:
             print_line(f'{name}: {marks.points_text}, {tried.seconds:.0f} s')
 
     def _write(self, tried, digest):
-        """Record the Marks of a tried submission, and write its page. Returns the Marks, now with
+        """Record the Marks of a tried submission, and write its page. Returns the Marks with their
         points."""
         with self._writing:
             marks = self._runner.folder.write(tried, digest)

@@ -20,10 +20,10 @@ ROUNDING = 1e-9
 
 
 def judge(number, name, value):
-    """Judges a student's answer, the `name` and the `value` of a fault. An angle may differ from
-    the right angle by whole turns. Returns (is the answer right?, the text for the student). If the
-    fault is wrong, the text does not name the right fault. Raises ``ValueError`` if the number of
-    the robot is not valid."""
+    """Judges a student's answer, the `name` and the `value` of a fault. Whole turns in the error of
+    an angle are ignored. Returns (is the answer right?, the text for the student). If the fault is
+    wrong, the text does not name the right fault. Raises ``ValueError`` if the number of the robot
+    is not valid."""
     hidden, right, _ = draw(number)
     if name != hidden.name:
         return False, f'Wrong: mystery {number} has another fault.'

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sends a goal in the local frame to move_to_goal, and prints the states of the drive and its end.
+"""Sends a goal in the local frame to move_to_goal, and prints the drive's states and result.
 
 Usage: send_goal.py X Y YAW_DEG    [m, m, deg]
        send_goal.py 1 1 90         for example
@@ -57,7 +57,8 @@ def print_states():
 
 
 def drive(goal):
-    """Send the goal, and wait until it ends. Returns the exit status. A signal cancels the goal."""
+    """Send the goal, and wait until the drive ends. Returns the exit status. A signal cancels the
+    goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(SERVER_TIMEOUT)):

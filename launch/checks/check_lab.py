@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks a node by the criteria of its lab, as a rostest with a test for each criterion and a test
+"""Checks a node by the criteria of its lab. The rostest has a test for each criterion, and a test
 for the total.
 
 The stimuli, the verdicts and the points are printed on the terminal. A missed criterion beyond the
@@ -53,7 +53,7 @@ def marks_of_node():
         executable = f'{node}_{executable}'
     lab = LABS[name]
     parts = lab.read_parts(parts)
-    for hidden in ('lab', 'points', 'parts', 'record'):      # no node may read these parameters
+    for hidden in ('lab', 'points', 'parts', 'record'):      # no node should read these parameters
         rospy.delete_param('~' + hidden)
     criterion_points = points_of(name, read_points(points))
     pad = pad_called(rospy.get_param('~pad', HANDOUT_PAD))

@@ -1,4 +1,4 @@
-"""Criteria and verdicts, and the criteria that several labs share.
+"""Defines criteria and verdicts, and has the criteria that several labs share.
 
 Students read the `meaning` of a criterion, its place in a lab sheet, and the Reason that its
 function `judge` returns. No text that students read contains the solution.
@@ -42,7 +42,7 @@ class Criterion:
     """A requirement on a node, and the function that judges the node."""
 
     name: str
-    part: str                # the part of the lab that tries the requirement
+    part: str                # the part of the lab that tests the requirement
     meaning: str             # the requirement
     place: SheetStep             # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
@@ -79,7 +79,7 @@ class Verdict:
 
     @property
     def line(self) -> str:
-        """One line with outcome, points, requirement and sentence."""
+        """A line with the outcome, the points, the requirement and the sentence."""
         points = f'{self.points:g} of {self.worth:g}'
         if self.criterion.extra and not self.worth:
             points = 'extra'

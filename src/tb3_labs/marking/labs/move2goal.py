@@ -40,7 +40,7 @@ COAST_DEG = 2.0             # [deg]
 #: The tolerances of the criterion `exact`, which is beyond the handout.
 EXACT_DISTANCE = 0.02       # [m]
 EXACT_DEG = 1.0             # [deg]
-#: Texts of the criteria: the requirement on the heading, and the limits of place and heading.
+#: Texts of several criteria on the robot's place and heading.
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
     f'{within(REACTION_TIME)}, over {within(DRIVE_TIME)}, never {FARTHEST:g} m away'
@@ -140,7 +140,7 @@ def _why_reset_failed(observation: Observation, name: str = RESET_TO_ORIGIN) -> 
 
 
 def _why_not_reset(observation: Observation) -> Reason:
-    """Judges the name of the reset service, and the effect of a reset at rest and in a drive."""
+    """Judges the name of the reset service, a reset at rest, and a reset in a drive."""
     name = observation.scene(RESET_TO_ORIGIN).facts[WRONG_NAME]
     reason = _why_reset_failed(observation)
     if reason:

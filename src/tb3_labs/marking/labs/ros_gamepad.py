@@ -82,7 +82,7 @@ def try_buttons(trial):
         with HeldPad(trial.pad) as pad:
             _hand_over(trial, pad)
             with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
-                for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # at first the right name alone
+                for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # offer the right name first
                     if calls:
                         break
                     services.offer(names)

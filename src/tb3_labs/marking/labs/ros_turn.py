@@ -109,12 +109,13 @@ NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 def mouse_fields(fields):
-    """Returns two lists: the names of the fields for status, x and y, and a sentence on each name
-    that differs from the mouse lab's name. `fields` is a list of (name, type, ...).
+    """Returns two lists. The first list has the names of the fields for status, x and y. The second
+    list has a sentence on each name that differs from the name in the mouse lab. `fields` is a list
+    of (name, type, ...).
 
-    The fields for x and y are the first numbers whose names begin with x and y. If one of these
-    names is missing, x and y are the first two numbers. Raises ``ValueError`` with a clause if the
-    message has no flag, or fewer than two numbers.
+    The fields for x and y are the first numbers whose names begin with x and y. If a name with x or
+    y is missing, the fields for x and y are the first two numbers. Raises ``ValueError`` with a
+    clause if the message has no flag, or fewer than two numbers.
     """
     flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
     numbers = [name for name, type_name, *_ in fields if type_name in NUMBERS]
@@ -156,7 +157,7 @@ def try_turns(trial):
         trial.set_slip(turn.slip)
         _begin_at(trial, turn.begins_deg)
         _try_turn(trial, name, turn.typed, {REQUESTED_DEG: turn.requested_deg})
-    _begin_at(trial, 40.0)      # a correct node has ended the last turn at this heading [deg]
+    _begin_at(trial, 40.0)      # a correct node ended the previous turn at this heading [deg]
     trial.observe(stimuli.NONSENSE, stimuli.ANSWER_TIME,
                   lambda: trial.node.type(stimuli.TYPED_NONSENSE))
 

@@ -1,4 +1,5 @@
-"""The stimuli of the labs: their names, values and times, and the keys of their facts.
+"""Has the names, the values and the times of the labs' stimuli, and the keys of the stimuli's
+facts.
 
 mark.py repeats all trials after a change of this file.
 """
@@ -44,7 +45,7 @@ HEADING_DEG = 'heading_deg'
 
 #: The parts of the lab.
 TURNS, MOUSE, MOUSE_AND_TURNS, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
-#: The stimuli in which the IMU falls silent in a turn, and the mouse in a drive.
+#: In a turn the IMU falls silent. In a drive the mouse falls silent.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
 
@@ -116,7 +117,7 @@ ODOMETRY_SILENT = 'odometry silent'
 #: Keys of the facts about a reset.
 RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
-DROVE_STRAIGHT = 'straight'     # did the robot drive forward, after the marker turned it?
+DROVE_STRAIGHT = 'straight'     # did the robot drive forward after the marker had turned it?
 #: The marker observes the node for this time [s] before the node has control, and at the goal.
 OBSERVATION_TIME = 1.5
 #: The reset service answers within this time [s].

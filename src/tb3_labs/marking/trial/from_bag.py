@@ -18,7 +18,7 @@ SAME_RESET = 1.0
 #: An Observation keeps at most this many characters from the start of a process's output, and as
 #: many from the end.
 MAX_OUTPUT_LENGTH = 20000
-#: A program prints such a code to set the colour of its text on a terminal.
+#: A code that sets the colour of a program's text on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
 #: {kind of event: the Observation's list for the event's sentence}
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
@@ -29,9 +29,9 @@ PROCESS_FIELDS = {'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens
 
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
-    """Returns the Observation in the bag of a trial. All texts lose the `path_prefixes`, which are
-    paths on the marking machine. Raises ``ValueError`` if the bag has no trial, or if the machine's
-    clock jumped during the trial."""
+    """Returns the Observation in the bag of a trial. The `path_prefixes`, which are paths on the
+    marking machine, are removed from all texts. Raises ``ValueError`` if the bag has no trial, or
+    if the machine's clock jumped during the trial."""
     def cleaned(text: str) -> str:
         for prefix in path_prefixes:
             text = text.replace(prefix, '')
@@ -67,8 +67,8 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
 
 def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     """Adds the marker's starts, stimuli, letters, goals and resets to the recording of a trial, and
-    returns the new recording. The time of a reset is the time of the line that the node printed
-    about the reset, or the time of the call if the node printed no line.
+    returns the new recording. A reset has the time at which the node printed its line about the
+    reset. If the node printed no line, the reset has the time of the call.
 
     After a failed call the node's frame is unknown. Therefore the samples of variables between a
     failed call and the node's next start are removed.
@@ -120,7 +120,6 @@ def _process_fields(facts):
 
 
 def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
-    """Add an event of a trial to the Observation."""
     if kind in ('trial', 'program'):
         vars(observation).update(facts)
     elif kind == 'begin':

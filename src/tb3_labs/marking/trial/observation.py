@@ -61,7 +61,7 @@ class Stimulus:
     name: str
     begin: float
     end: float = math.nan
-    printed: str = ''           # the end of the node's output during the stimulus
+    printed: str = ''           # the final part of the node's output in the stimulus
     lines: int = 0              # the number of lines of the whole output
     died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
@@ -75,12 +75,12 @@ class NodeProcess:
     ready: Optional[float] = None   # the time of the subscription to the needed topic, or None
     end: Optional[float] = None     # None while the process runs
     ended_by_itself: bool = False
-    printed: str = ''               # the start and the end of the output
+    printed: str = ''               # the first and the final part of the output
     #: The subscribed topics that nobody publishes. The list is empty if the node subscribes to all
     #: topics that it needs.
     silent_topics: List[str] = field(default_factory=list)
     needed_topic: str = ''          # the topic to which the node must subscribe
-    nodes: List[str] = field(default_factory=list)      # the names of the node at the master
+    nodes: List[str] = field(default_factory=list)      # the node's names at the ROS master
     subscribed: List[str] = field(default_factory=list)         # the subscribed topics
     published: Dict[str, str] = field(default_factory=dict)     # {published topic: type}
     #: The subscribed topics on which the node has no connection to the robot.

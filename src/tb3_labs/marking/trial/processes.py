@@ -93,7 +93,7 @@ class NodeOutput:
         self._omitted_characters = self._omitted_lines = 0
         #: Time [s] until which output is collected. Until then only `flush` records the output.
         self._free_at = 0.0
-        #: The end of the output since the latest call of `flush`.
+        #: The final part of the output since the latest call of `flush`.
         self.last = ''
 
     def add(self, text):

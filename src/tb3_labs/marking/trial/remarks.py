@@ -1,5 +1,4 @@
-"""Makes sentences for students from an Observation, mostly on the reason why a node did not do its
-task."""
+"""Tells students in sentences why a node did not do its task."""
 import re
 from typing import Dict, List
 
@@ -176,8 +175,8 @@ def exceptions(printed: str, file: str = '') -> List[str]:
     """Returns the exceptions in a node's output, for example
     ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
 
-    With `file`, the line is a line of the node's file with this name. The exceptions that rospy
-    raises while a node ends are left out.
+    If `file` is given, the line number belongs to the node's file with this name. The exceptions
+    that rospy raises while a node ends are left out.
     """
     errors = []
     pieces = printed.split(TRACEBACK)
@@ -200,7 +199,7 @@ def _line_of(piece, file):
     if not own:
         own = [frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
     if not own:
-        if "'NoneType' object is not callable" in piece:    # rospy got the value of self.f(), None
+        if "'NoneType' object is not callable" in piece:    # rospy got self.f(), which is None
             return ' (was a callback given as self.f(), not as self.f?)'
         return ''
     _, line, function = own[-1]

@@ -40,7 +40,6 @@ from tb3_labs.ros.rospy_internals import connection_of, record_connections
 
 #: Names of topics.
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
-#: The name of the robot's node.
 ROBOT_NODE = 'turtlebot3'
 #: A bag has at most this many messages of each kind.
 MAX_COMMANDS = 40000
@@ -51,7 +50,7 @@ MAX_EVENTS = 5000          # events of all kinds
 LOG_LINE_LENGTH = 300
 #: A recorded message has at most this many bytes.
 MAX_MESSAGE_BYTES = 10000
-#: A command that equals the last command is recorded only if this time [s] has passed.
+#: A command that equals the previous command is recorded only if this time [s] has passed.
 SAME_COMMAND = 0.04
 #: A bag with this many bytes is full.
 FULL_SIZE = 3 * 10 ** 6
@@ -97,7 +96,7 @@ class Recording:
         """Record an event of the trial, and return its time [s]. A recorded text in `facts` has at
         most MAX_SENTENCE_LENGTH characters."""
         self._event_count += 1
-        if self._event_count > MAX_EVENTS:      # a node may cause events for ever
+        if self._event_count > MAX_EVENTS:      # a node could cause events without end
             return ros_time()
         for name, fact in facts.items():
             if isinstance(fact, str):
@@ -133,14 +132,14 @@ class Recording:
 
 
 class Recorder:
-    """Records the topics of the robot and of the node. The methods of a Recorder tell the robot's
-    motion and the node's commands. All times are ROS times [s]. Raises ``RuntimeError`` if the
-    robot does not run."""
+    """Records the topics of the robot and of the node. The methods of a Recorder return the robot's
+    pose and the node's commands. All times are ROS times [s]. Raises ``RuntimeError`` if the robot
+    does not run."""
 
     def __init__(self, recording):
         self.recording = recording
         self._lock = threading.Lock()
-        self._truth = []        # [time, x, y, yaw], the yaw continuous over whole turns
+        self._truth = []        # [time, x, y, yaw]; the yaw is continuous over whole turns
         self._commands = []     # [time, linear, angular]
         self._counts = {}       # {kind of message: the number of messages so far}
         threading.Thread(

@@ -44,7 +44,7 @@ class Robot:
 
     def _move(self, command, seconds):
         """Send the speeds (linear, angular) that ``command()`` returns, for at most `seconds` [s],
-        until ``command()`` returns None. Send zero at the end, even after an exception in
+        or until ``command()`` returns None. Send zero at the end, even after an exception in
         ``command()``."""
         begin = time.monotonic()
         try:

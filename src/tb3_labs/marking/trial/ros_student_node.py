@@ -26,7 +26,7 @@ from tb3_labs.watch import watched
 
 #: A node's roles at a topic or a service, in the order of the lists in the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
-#: Topics that every node may have.
+#: Every node may have these topics, so these topics are left out.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
 #: If signal N ends a program in a sandbox, the sandbox has the exit status BY_SIGNAL + N.
 BY_SIGNAL = 128
@@ -176,7 +176,7 @@ class Graph:
         self.names = set()
 
     def nodes(self):
-        """Returns {name of a node: {(role, topic or service)}} of all nodes but the marker.
+        """Returns {name of a node: {(role, topic or service)}} for all nodes except the marker.
         Returns {} if the master does not answer."""
         nodes = {}
         with suppress(OSError, rosgraph.MasterException):

@@ -208,7 +208,7 @@ def end_with_the_marker(recording):
 
 def record_trial(lab, package, executable, parts, path, pad, print_line):
     """Test a node in the `parts` of a lab, or in all parts if `parts` is empty, and write the bag
-    of the trial. Trial explains all other arguments."""
+    of the trial. The class Trial explains all other arguments."""
     trial = Trial(lab, package, executable, path, pad, print_line)
     end_with_the_marker(trial.recording)
     try:
@@ -219,7 +219,7 @@ def record_trial(lab, package, executable, parts, path, pad, print_line):
                 trial.recording.event('part', name=name)
                 trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
-                with suppress(NotOffered, NotTried):    # these exceptions end only this part
+                with suppress(NotOffered, NotTried):    # an untried part does not end the trial
                     act(trial)
     except Exception as problem:
         # the node must not lose points because of an error of the marker

@@ -51,8 +51,8 @@ def read_findings(paths: Iterable[str]) -> Dict[str, Any]:
     """Returns the findings in programs. Each of the `paths` is a program or a folder of programs.
 
     `mouse_y_sign` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction
-    is unknown. `remarks` are sentences for the student. `assigned` is the result of the function
-    `assigned`.
+    is unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
+    variable.
     """
     done = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', ANALYSE_FILES, *paths], cwd='/',
