@@ -35,7 +35,6 @@ INTERRUPTED = threading.Event()
 
 
 def parse(argv):
-    """Returns the command line's arguments."""
     parser = Parser(
         prog='mark.py', description="Marks a class's submissions. What has been marked and has not "
         'changed is not tried again: after an interruption, the same command goes on.')

@@ -37,7 +37,6 @@ def judge(number, name, value):
 
 
 def parse(argv):
-    """Returns the command line's arguments."""
     faults = [f'{kind.name} [{kind.unit}], right within {kind.tolerance:g}: {kind.quantity}'
               for kind in FAULT_KINDS]
     parser = Parser(prog='mystery.py', description=__doc__, epilog='\n'.join(['faults:', *faults]),

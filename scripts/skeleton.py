@@ -54,7 +54,6 @@ def write_package(files, target):
 
 
 def parse(argv):
-    """Returns the command line's arguments."""
     parser = Parser(
         prog='skeleton.py',
         description='Writes the catkin package with which a student begins a lab: a launch file, '

@@ -18,7 +18,7 @@ from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MAX_SENTENCE_LENGTH, WAS_MOVING)
 from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, STOP_REST_TIME, INTERRUPTION_TIME
 from tb3_labs.marking.trial.ros_student_node import OFFERS
-from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.srv import ResetPoseRequest
 
@@ -190,7 +190,7 @@ def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER
                   straight=True):
     """Call the reset service with `pose` as the stimulus `name`, and wait for `seconds` [s].
     Returns False if the call failed. `straight` is the value of the fact DROVE_STRAIGHT."""
-    facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - INTERRUPTION_TIME),
+    facts = {WAS_MOVING: trial.recorder.moves(ros_time() - INTERRUPTION_TIME),
              stimuli.DROVE_STRAIGHT: straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
         problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call(pose)
@@ -205,7 +205,7 @@ def _try_reset_in_drive(trial, control, caller):
     caller.call(Pose2())
     x, y, _ = stimuli.GOAL
     trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
-    begun = trial.recorder.now
+    begun = ros_time()
     control.give()
     straight = wait_until(
         lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begun)),

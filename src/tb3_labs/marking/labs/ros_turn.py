@@ -181,14 +181,14 @@ def _try_turn(trial, name, typed, facts=(), seconds=stimuli.TURN_TIME):
 def try_mouse(trial):
     """Move the mouse before any letter is typed."""
     trial.node.start()
-    with mouse_of(trial, stimuli.MOUSE_ALONE) as hand:
+    with mouse_of(trial, stimuli.MOUSE_ALONE) as mouse:
         trial.observe(stimuli.NOT_ACTIVE, stimuli.MOUSE_TIME,
-                      lambda: hand.at(0.0, 1.0, active=False))
-        hand.at(0.0, 0.0, seconds=0.2)
+                      lambda: mouse.at(0.0, 1.0, active=False))
+        mouse.at(0.0, 0.0, seconds=0.2)
         for name, place in stimuli.MOUSE_PLACES.items():
-            trial.observe(name, stimuli.MOUSE_TIME, lambda: hand.at(*place))
-        hand.at(0.0, 1.0, seconds=0.4)
-        trial.observe(stimuli.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
+            trial.observe(name, stimuli.MOUSE_TIME, lambda: mouse.at(*place))
+        mouse.at(0.0, 1.0, seconds=0.4)
+        trial.observe(stimuli.DEACTIVATED, 1.0, lambda: mouse.at(0.0, 1.0, active=False))
 
 
 def try_mouse_with_turns(trial):
@@ -196,11 +196,11 @@ def try_mouse_with_turns(trial):
     another turn."""
     if not _is_idle(trial):
         trial.node.start()
-    with mouse_of(trial, stimuli.BESIDE_TURNS) as hand:
-        hand.at(0.0, 0.0, seconds=0.3)
+    with mouse_of(trial, stimuli.BESIDE_TURNS) as mouse:
+        mouse.at(0.0, 0.0, seconds=0.3)
         _try_turn(trial, stimuli.TURN_BESIDE_MOUSE, LEFT_KEY, seconds=stimuli.BESIDE_MOUSE_TIME)
-        trial.observe(stimuli.AFTER_TURN, stimuli.MOUSE_TIME, lambda: hand.at(0.0, 1.0))
-        hand.at(0.0, 0.0)
+        trial.observe(stimuli.AFTER_TURN, stimuli.MOUSE_TIME, lambda: mouse.at(0.0, 1.0))
+        mouse.at(0.0, 0.0)
         wait_until(trial.recorder.rests, 2.0)
         was_moving = trial.moves_after(lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION)
         time.sleep(INTERRUPTION_TIME)
@@ -208,9 +208,9 @@ def try_mouse_with_turns(trial):
             def has_driven():
                 commands = trial.recorder.commands_since(stimulus.begin)
                 return any_full_speed(commands, 1.0, -1.0)
-            hand.at(0.0, 1.0)
+            mouse.at(0.0, 1.0)
             wait_until(has_driven, stimuli.MOUSE_REACTION)
-        hand.at(0.0, 0.0, active=False, seconds=0.2)
+        mouse.at(0.0, 0.0, active=False, seconds=0.2)
 
 
 def _is_idle(trial):
@@ -226,12 +226,12 @@ def try_lost_devices(trial):
     """End the messages of the mouse during a drive. Then end the messages of the IMU during a
     turn."""
     trial.node.start()
-    with suppress(NotOffered), mouse_of(trial, [stimuli.MOUSE_SILENT]) as hand:
-        hand.at(0.0, 0.0, seconds=0.3)
-        was_moving = trial.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
+    with suppress(NotOffered), mouse_of(trial, [stimuli.MOUSE_SILENT]) as mouse:
+        mouse.at(0.0, 0.0, seconds=0.3)
+        was_moving = trial.moves_after(lambda: mouse.at(0.0, 1.0), 0.5)
         time.sleep(INTERRUPTION_TIME)
-        trial.falls_silent(stimuli.MOUSE_SILENT, was_moving, lambda: hand.hold(None))
-        hand.at(0.0, 0.0, active=False, seconds=0.3)
+        trial.falls_silent(stimuli.MOUSE_SILENT, was_moving, lambda: mouse.hold(None))
+        mouse.at(0.0, 0.0, active=False, seconds=0.3)
     trial.sensor_falls_silent(stimuli.IMU_SILENT, _set_turning(trial), IMU_SWITCH)
 
 

@@ -58,18 +58,18 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
     if turn.crossing:
         after += f' ({turn.crossing})'
     observed_deg = scene.turned_deg
-    it_turned = f'it turned {_degrees(observed_deg)}'
+    turned_text = f'it turned {_degrees(observed_deg)}'
     if not scene.facts[MOVED]:
-        seen = 'the robot did not turn' if abs(observed_deg) < STILL_DEG else it_turned
+        seen = 'the robot did not turn' if abs(observed_deg) < STILL_DEG else turned_text
         return f'{after} {seen}: {why_idle(scene)}'
     if not scene.facts[RESTED]:
-        return f'{after} {it_turned}, and was still moving after {seconds:g} s'
+        return f'{after} {turned_text}, and was still moving after {seconds:g} s'
     error = abs(observed_deg - turn.requested_deg)
     if error <= tolerance:
         ends_moving = scene.commands[-1:, 1:].any()
         return NO_ZERO.format('its turn ' + after) if ends_moving else ''
     on_carpet = ', where the wheels slip,' if turn.slip else ''
-    reason = f'{after}{on_carpet} {it_turned}, then stopped'
+    reason = f'{after}{on_carpet} {turned_text}, then stopped'
     if observed_deg * turn.requested_deg <= 0.0:
         return reason
     side = 'short of' if abs(observed_deg) < abs(turn.requested_deg) else 'beyond'

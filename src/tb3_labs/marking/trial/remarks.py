@@ -31,7 +31,7 @@ VERSION_ERROR = re.compile(
     "^(?:AttributeError: module '|AttributeError: 'Thread' object .* 'isAlive'|ImportError: |"
     'ModuleNotFoundError: ).*$', re.MULTILINE)
 #: A quoted exception, or a quoted line, has at most this many characters.
-MAX_ERROR_LENGTH, MAX_LINE_LENGTH = 160, 160
+MAX_QUOTE_LENGTH = 160
 
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
@@ -188,7 +188,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
         lines = [line for line in piece.splitlines()[1:] if line.strip()]
         error = next((line for line in lines if ERROR.match(line)), '')
         if not any(text in (error or piece) for text in CLOSED_TOPIC_TEXTS):
-            errors.append((error or 'an exception')[:MAX_ERROR_LENGTH] + _line_of(piece, file))
+            errors.append((error or 'an exception')[:MAX_QUOTE_LENGTH] + _line_of(piece, file))
     return errors
 
 
@@ -215,7 +215,7 @@ def last_line(printed: str) -> str:
     """Returns the last line of a node's output, in quotes. Returns a clause if the output is
     empty."""
     lines = list(filter(None, map(str.strip, printed.splitlines())))
-    return repr(lines[-1][:MAX_LINE_LENGTH]) if lines else 'it printed nothing'
+    return repr(lines[-1][:MAX_QUOTE_LENGTH]) if lines else 'it printed nothing'
 
 
 def last_words(printed: str, file: str) -> str:

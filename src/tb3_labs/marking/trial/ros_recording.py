@@ -162,7 +162,7 @@ class Recorder:
         with open(path, 'rb') as pipe:
             os.remove(path)     # now only the robot can write into the pipe
             for line in pipe:
-                at = self.now
+                at = ros_time()
                 x, y, yaw = map(float, line.split())
                 with self._lock:
                     yaw = unwrap(yaw, self._truth[-1][3]) if self._truth else yaw
@@ -170,19 +170,19 @@ class Recorder:
                 self.recording.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', at), at)
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
-    def _is_within(self, kind, most):
+    def _count_within(self, kind, most):
         """Count a message of the given kind. Returns True if at most `most` messages were
         counted."""
         self._counts[kind] = self._counts.get(kind, 0) + 1
         return self._counts[kind] <= most
 
     def _on_command(self, message):
-        at = self.now
+        at = ros_time()
         linear, angular = message.linear.x, message.angular.z
         if connection_of(message)['process'] == rospy.get_node_uri():
             return      # the marker itself sent this command
         if not (math.isfinite(linear) and math.isfinite(angular)):
-            if self._is_within(NOT_FINITE, MAX_NOT_FINITE):
+            if self._count_within(NOT_FINITE, MAX_NOT_FINITE):
                 self.recording.event('odd', text=f'{linear:g} m/s and {angular:g} rad/s')
             return
         with self._lock:
@@ -190,13 +190,13 @@ class Recorder:
                 last_at, *last = self._commands[-1]
                 if last == [linear, angular] and at - last_at < SAME_COMMAND:
                     return
-            if not self._is_within('commands', MAX_COMMANDS):
+            if not self._count_within('commands', MAX_COMMANDS):
                 return
             self._commands.append([at, linear, angular])
         self.recording.add(CMD_VEL_TOPIC, message, at)
 
     def _on_message(self, message, topic_and_class):
-        at = self.now
+        at = ros_time()
         topic, kind = topic_and_class
         buffer = BytesIO()
         message.serialize(buffer)
@@ -208,10 +208,10 @@ class Recorder:
     def _on_log(self, line):
         if line.name in (rospy.get_name(), '/' + ROBOT_NODE):
             return
-        if self._is_within('log lines', MAX_LOG_LINES):
+        if self._count_within('log lines', MAX_LOG_LINES):
             self.recording.add('/rosout', Log(
                 header=Header(stamp=line.header.stamp), level=line.level,
-                name=line.name[:LOG_LINE_LENGTH], msg=line.msg[:LOG_LINE_LENGTH]), self.now)
+                name=line.name[:LOG_LINE_LENGTH], msg=line.msg[:LOG_LINE_LENGTH]), ros_time())
 
     def finish(self):
         """Record how many messages were not recorded."""
@@ -219,10 +219,6 @@ class Recorder:
             if self._counts.get(kind, 0) > most:
                 self.recording.event('left out', what=f'{kind} after the first {most}',
                                      number=self._counts[kind] - most)
-
-    @property
-    def now(self):
-        return ros_time()
 
     @property
     def pose(self):
@@ -247,10 +243,10 @@ class Recorder:
     def rests(self, without_command=0.0):
         """Has the robot rested for ROBOT_REST_TIME, and has the node sent no command to move for
         `without_command` [s]?"""
-        if without_command and self.moves(self.now - without_command):
+        if without_command and self.moves(ros_time() - without_command):
             return False
         with self._lock:
-            recent = self._truth[bisect_left(self._truth, [self.now - ROBOT_REST_TIME]):]
+            recent = self._truth[bisect_left(self._truth, [ros_time() - ROBOT_REST_TIME]):]
         if len(recent) < 5:     # the robot has just started
             return False
         _, x, y, yaw = np.subtract(recent, recent[0]).T

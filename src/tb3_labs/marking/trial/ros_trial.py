@@ -24,7 +24,7 @@ from tb3_labs.marking.trial.observation import (
 from tb3_labs.marking.trial.ros_recording import Recorder, Recording
 from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, INTERRUPTION_TIME, Robot
 from tb3_labs.marking.trial.ros_student_node import StudentNode
-from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.clocks import ros_time, wait_until
 
 #: A node's file is in the folder of its package, or at most this many folders deeper.
 MAX_PACKAGE_DEPTH = 3
@@ -108,7 +108,7 @@ class Trial:
     def moves_after(self, act, seconds):
         """Call `act()`. Returns True as soon as the node commands a movement. Returns False after
         `seconds` [s], or if the node ends."""
-        begun = self.recorder.now
+        begun = ros_time()
         act()
         wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
         return self.recorder.moves(begun)
@@ -175,7 +175,7 @@ class Trial:
         """
         for name in CTRL_C:
             was_moving = set_in_motion()
-            begin = self.recorder.now
+            begin = ros_time()
             self.ctrl_c(name, was_moving)
             zeros = [at for at, linear, angular in self.recorder.commands_since(begin)
                      if linear == angular == 0.0]
@@ -189,7 +189,7 @@ class Trial:
             if not (ended or was_moving):   # in Python 3.13 input() first waits for Enter
                 self.node.type('')
                 ended = wait_until(lambda: not self.node.alive, STOP_TIME)
-            stimulus.facts[EXIT_SECONDS] = self.recorder.now - stimulus.begin if ended else None
+            stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin if ended else None
             stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status) if ended else 0
             time.sleep(DELIVERY_TIME)
         self.node.stop()
