@@ -98,8 +98,8 @@ def mark_class(arguments, work):
     with locked(arguments.folder):
         folder = MarksFolder(arguments.folder, arguments.lab, parts=parts,
                              criterion_points=criterion_points, options=options)
-        failed = MarkedClass(TrialRunner(folder, INTERRUPTED), bool(arguments.only)).mark_all(
-            submissions, arguments.jobs)
+        marked = MarkedClass(TrialRunner(folder, INTERRUPTED), retry=bool(arguments.only))
+        failed = marked.mark_all(submissions, arguments.jobs)
         with ThreadPoolExecutor(1) as pool:     # Ctrl+C does not end this thread
             page, notes = pool.submit(folder.write_overview, not is_sandbox).result()
     for note in notes:

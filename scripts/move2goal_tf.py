@@ -28,8 +28,8 @@ Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
     ~goal_x, ~goal_y [m], ~goal_yaw_deg: see MoveToGoalConfig in tb3_labs.nodes.move_to_goal.status
-    _has_control:=true: the node may drive at once. This word sets no ROS parameter, since a
-    parameter would outlive the node
+    _has_control:=true: the node may drive at once; this is no ROS parameter, since a parameter
+    would outlive the node
     ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.drive_law;
     they may change while the node runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi

@@ -46,17 +46,17 @@ REMEDIES = {'not executable': 'Type: chmod +x FILE',
 def marks_of_node():
     """Test the node. Returns the node's Marks. Returns None if mark.py started this check, since
     mark.py judges the bag itself."""
-    name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
-        'lab', 'pkg', 'type', 'points', 'parts', 'record'))
-    node = rospy.get_param('~node', FINISHED)
+    given = rospy.get_param('~')
+    name, package, executable = given['lab'], given['pkg'], given['type']
+    node = given.get('node', FINISHED)
     if package == OWN_PACKAGE and node != FINISHED:
         executable = f'{node}_{executable}'
     lab = LABS[name]
-    parts = lab.read_parts(parts)
+    parts = lab.read_parts(given['parts'])
     for hidden in ('lab', 'points', 'parts', 'record'):      # no node should read these parameters
         rospy.delete_param('~' + hidden)
-    criterion_points = points_of(name, read_points(points))
-    pad = pad_called(rospy.get_param('~pad', HANDOUT_PAD))
+    criterion_points = points_of(name, read_points(given['points']))
+    pad = pad_called(given.get('pad', HANDOUT_PAD))
     if name == GAMEPAD:
         rospy.set_param('/' + GAMEPAD, pad)     # for the finished node of this package
     if package == OWN_PACKAGE:
@@ -66,7 +66,7 @@ def marks_of_node():
     print_line(f"{lab.title}, {', '.join(parts or lab.parts)}: {package}/{executable} is judged, "
                f'{file}')
     with tempfile.TemporaryDirectory() as folder:
-        path = record or os.path.join(folder, 'trial.bag')
+        path = given['record'] or os.path.join(folder, 'trial.bag')
         record_trial(name, package, executable, parts, path, pad, print_line)
         if marked_program:
             return None

@@ -20,8 +20,9 @@ HEADING_TOLERANCE = 1.0
 #: runs at the time of Ctrl+C prints one more heading.
 MAX_LATE_HEADINGS = 1
 
-LISTENING_STEP, EXERCISE_STEP, CTRL_C_STEP = (
-    HEADING_EXERCISE.at_step(step) for step in (2, 3, 4))
+LISTENING_STEP = HEADING_EXERCISE.at_step(2)
+EXERCISE_STEP = HEADING_EXERCISE.at_step(3)
+CTRL_C_STEP = HEADING_EXERCISE.at_step(4)
 
 
 def printed_headings(text: str) -> List[float]:

@@ -152,8 +152,8 @@ STICK_POSITIONS = {
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
     BOTH_STICKS: (0.5, -0.5), STICKS_LET_GO: (0.0, 0.0)}
 #: The stimuli of the buttons.
-HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
-    'A', 'left stick up after A', 'B', 'left stick up after B')
+HAND_OVER, UP_HANDED_OVER = 'A', 'left stick up after A'
+TAKE_BACK, UP_TAKEN_BACK = 'B', 'left stick up after B'
 RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 #: The stimulus in which the pad sends no more messages.
 PAD_SILENT = 'pad silent'
