@@ -77,7 +77,6 @@ def _why_not_at_heading(observation: Observation, name: str,
 
 
 def _exceeded_limit(scene: Scene) -> str:
-    """Returns a clause on the time limit or the distance limit that a drive exceeded."""
     distance = np.hypot(*(scene.truth[-1] - scene.truth[0])[1:3])
     limit = f'more than {FARTHEST:g} m from its start' if distance > FARTHEST else 'the limit'
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'

@@ -106,7 +106,6 @@ def samples_from_rows(kind: Type[SamplesType], rows: Sequence[Sequence[Any]]) ->
 
 
 def _add_output(observation: Observation, text: str, lines: int) -> None:
-    """Add an output of `lines` lines to the current process and to the current stimulus."""
     if observation.processes:
         observation.processes[-1].printed += text
     if observation.stimuli and math.isnan(observation.stimuli[-1].end):

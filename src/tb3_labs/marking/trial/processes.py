@@ -84,7 +84,6 @@ class NodeOutput:
     """Records the output of one process of the node, at most MAX_CHARACTERS_PER_SECOND."""
 
     def __init__(self, recording):
-        """`recording` is the Recording of the trial."""
         self._recording = recording
         self._guard = threading.Lock()
         #: The collected output, which is not recorded yet.

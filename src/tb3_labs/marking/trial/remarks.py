@@ -159,7 +159,6 @@ def why_missing(observation: Observation) -> str:
 
 
 def _never_ready(process):
-    """Returns a clause on a process that did not subscribe to the needed topic in time."""
     if process.needed_topic and not process.nodes:
         return 'it ran, but never came to rospy.init_node()'
     if '/' + process.needed_topic in process.subscribed:

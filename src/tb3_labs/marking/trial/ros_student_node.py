@@ -37,8 +37,7 @@ class StudentNode:
 
     def __init__(self, node, sensors, recording):
         """`node` is package/file. `sensors` are the topics that the node needs. The node is ready
-        when it subscribes to the first of these topics. `recording` is the Recording of the trial.
-        """
+        when it subscribes to the first of the `sensors`."""
         self._sensors = sensors
         self._recording = recording
         #: The resolved names of the topics that the current process needs.
@@ -169,7 +168,6 @@ class Graph:
     """Asks the ROS master for nodes, topics and services."""
 
     def __init__(self, types):
-        """`types` are the Types of the node's messages and services."""
         self.types = types
         self._master = rosgraph.Master(rospy.get_name())
         #: The names of the student's node. A process may have several nodes.
