@@ -23,8 +23,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the number in `word`. If `word` is not a number, returns `word`, which a Config
-    refuses."""
+    """Returns the number in `word`, or the text `word`, which a Config refuses."""
     try:
         return float(word)
     except ValueError:

@@ -5,9 +5,8 @@ from typing import Any, Callable, List
 
 
 class SafeStream:
-    """A stream for texts, which drops a text if the terminal is closed, the disk is full, or the
-    pipe is broken. An exception could end a node before its last zero command, or cost the
-    marks."""
+    """A stream that drops a text if the text cannot be written. An exception could end a node
+    before its last zero command, or cost the marks."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream    # None if Python started without this stream

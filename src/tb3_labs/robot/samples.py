@@ -12,7 +12,7 @@ from tb3_labs.geometry.angles import difference
 MAX_TURN_PER_SAMPLE = 1.0
 #: In a day, a robot drives at most this distance [m] from the zero of its odometry.
 MAX_ODOMETRY_DISTANCE = 2e4
-#: The largest speed [m/s] in the odometry. A person who spins the wheels can reach this speed.
+#: The largest speed [m/s] in the odometry, which a person who spins the wheels can reach.
 MAX_DRIVE_SPEED = 3.0
 #: The largest rate of turn [rad/s] in the odometry, whose spikes are 2 pi in 1 ms or more.
 MAX_SPIKE_RATE = 7e3

@@ -2,12 +2,13 @@
 
 Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and its
 motor driver), the Dynamixel XL430/XM430 manuals. The data sheet rounds the Burger's speeds up to
-0.22 m/s and 2.84 rad/s. The Burger's wheels turn at 61 rpm at most, and `motor_steps` is 0.5 %
-less.
+0.22 m/s and 2.84 rad/s. The wheels turn at 61 rpm at most, and `motor_steps` is 0.5 % less.
 """
 import math
 from dataclasses import dataclass, replace
 from typing import Dict, Mapping, NamedTuple
+
+from tb3_labs.geometry.angles import clamp
 
 #: Encoder steps per turn of a wheel.
 TICKS_PER_TURN = 4096
@@ -73,8 +74,8 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
     """
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)
-    linear = max(min(twist.linear, linear_limit), -linear_limit)    # in this order NaN stays NaN
-    angular = max(min(twist.angular, angular_limit), -angular_limit)
+    linear = clamp(twist.linear, -linear_limit, linear_limit)
+    angular = clamp(twist.angular, -angular_limit, angular_limit)
     wheel = abs(linear) + model.half_track * abs(angular)
     if wheel > model.max_wheel_speed:
         scale = model.max_wheel_speed / wheel
