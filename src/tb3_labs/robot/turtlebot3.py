@@ -8,8 +8,6 @@ import math
 from dataclasses import dataclass, replace
 from typing import Dict, Mapping, NamedTuple
 
-from tb3_labs.geometry.angles import clamp
-
 #: Encoder steps per turn of a wheel.
 TICKS_PER_TURN = 4096
 #: The speed of a motor is rounded towards zero to a multiple of this speed [rad/s].
@@ -74,8 +72,8 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
     """
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)
-    linear = clamp(twist.linear, -linear_limit, linear_limit)
-    angular = clamp(twist.angular, -angular_limit, angular_limit)
+    linear = max(min(twist.linear, linear_limit), -linear_limit)    # in this order NaN stays NaN
+    angular = max(min(twist.angular, angular_limit), -angular_limit)
     wheel = abs(linear) + model.half_track * abs(angular)
     if wheel > model.max_wheel_speed:
         scale = model.max_wheel_speed / wheel
