@@ -1,8 +1,8 @@
 """What does each node decide? A node of `scripts/` that decides something has a folder here. The
 folder has the node's core, without ROS and clocks, and the files `ros_*.py`, which use both.
 
-The class :class:`tb3_labs.ros.core_runner.CoreRunner` uses every core in this way. A core takes in
-a sample, a message or a request by ``on_<what>(...)``, which returns nothing. A message that a
+The class :class:`tb3_labs.ros.core_runner.CoreRunner` calls the methods of every core. A core takes
+in a sample, a message or a request by ``on_<what>(...)``, which returns nothing. A message that a
 person may have caused is an events.Event.
 
 The core decides in ``tick(now)``, which returns one events.Output. An Output has the command, and

@@ -29,7 +29,7 @@ def steady_time():
 
 
 def wait_until(condition, seconds, period=POLL_PERIOD):
-    """Wait for ``condition()``. Returns False if it is still false after `seconds` of wall time."""
+    """Wait at most `seconds` of wall time. Returns True as soon as ``condition()`` is true."""
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

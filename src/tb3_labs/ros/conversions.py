@@ -11,7 +11,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
     MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_RATE, LAST_STAMP, OdometrySample, bounded)
 
-#: This environment variable has the path of the pipe into which the simulated robot writes its true
+#: This environment variable has the path of the pipe into which the simulated robot writes true
 #: poses, since a student's node could read a topic. Each line of the pipe has x [m], y [m], yaw
 #: [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
@@ -29,7 +29,7 @@ def yaw_of(orientation):
 
 
 def to_quaternion(yaw, *tilt):
-    """Returns the geometry_msgs/Quaternion of a heading. `tilt` may have roll and pitch [rad]."""
+    """Returns the geometry_msgs/Quaternion of a heading. `tilt` can be roll and pitch [rad]."""
     w, x, y, z = quaternion_from_yaw(yaw, *tilt)
     return Quaternion(x=x, y=y, z=z, w=w)
 

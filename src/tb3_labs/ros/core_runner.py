@@ -36,8 +36,8 @@ class CoreRunner:
     lock. So neither a blocked terminal nor actionlib can delay a stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
-        """``tick()`` returns the core's next Output. ``publish(output)`` follows the command while
-        the lock is held, and must not wait. ``carry_out(output)`` is called without the lock."""
+        """``tick()`` returns the core's next Output. ``publish(output)`` is called after the
+        command, with the lock, and must not wait. ``carry_out(output)`` is called without it."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting = queue.SimpleQueue()    # Outputs for carry_out

@@ -143,7 +143,7 @@ class Interrupted(BaseException):
 
 def catch_signals():
     """From now on the first signal of END_SIGNALS raises Interrupted in the main thread. A
-    background job then obeys SIGINT, too. After nohup a node ignores SIGHUP."""
+    background job also obeys SIGINT from now on. After nohup a node ignores SIGHUP."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)

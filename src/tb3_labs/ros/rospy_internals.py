@@ -1,5 +1,5 @@
 """Each function of this file reads or changes internals of rospy 1.15.15. The docstring describes
-what goes wrong without the function, and a test that fails if the internals change.
+what goes wrong without the function, and names a test that fails if the internals change.
 """
 import select
 import socket
@@ -17,9 +17,9 @@ from rospy.msg import serialize_message
 
 
 def connection_of(message):
-    """Returns the header of a message's connection, a dict. Its 'callerid' is the name of the
-    sender. Its 'latching' is '1' if the sender repeats the last message to each new connection. Its
-    'connected_at' and 'process' are from :func:`record_connections`."""
+    """Returns the header of a message's connection, a dict. `callerid` is the name of the sender.
+    `latching` is '1' if the sender repeats the last message to each new connection. `connected_at`
+    and `process` are from :func:`record_connections`."""
     return message._connection_header
 
 
@@ -52,11 +52,11 @@ def log_without_the_master():
 def serve_connections_in_threads(server=None):
     """Serve each connection in a separate thread. Without the threads a browser, which is not a
     node, would block all clients. Internals: `_tcpros_server`, `inbound_handler`; test:
-    test_node.py.
+    test/unit/test_node.py.
 
     A subscriber that gets two lists of publishers within a moment connects twice, and closes its
     first connection. A publisher keeps the connection that was served last. On a busy computer a
-    late thread served the closed one last in 10 of 200 pairs. So a closed connection is not
+    late thread served the closed connection last in 10 of 200 pairs. So closed connections are not
     served."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
@@ -69,7 +69,7 @@ def serve_connections_in_threads(server=None):
         with suppress(OSError):
             length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
         with serving:
-            # A node first sends the length of its header. Text such as HTTP is a larger number.
+            # A header's length is a small number, but the first bytes of HTTP are a large number.
             is_node = len(length) == 4 and int.from_bytes(length, 'little') < 2 ** 16
             if is_node and not closed.poll(0):
                 serve(connection, address)
@@ -87,14 +87,12 @@ def is_wall_time():
 
 
 def find_late_publishers(manager=None):
-    """Find publishers that register just after a subscriber.
-
-    The master answers a new subscriber with a list of publishers. If a publisher registers at the
-    same moment, the master sends a second list. The subscriber uses the list that arrives last. If
-    the first list arrives last, the two nodes never connect (1 of 1200 pairs that registered within
-    4 ms). So this function joins all waiting lists. A publisher that has ended refuses the
-    connection. Internals: `updates`, `publisher_update` of RegManager; test:
-    test/unit/test_node.py."""
+    """Find publishers that register just after a subscriber. The master answers a new subscriber
+    with a list of publishers. If a publisher registers at the same moment, the master sends a
+    second list. The subscriber uses the list that arrives last. If the first list arrives last, the
+    two nodes never connect (1 of 1200 pairs that registered within 4 ms). So this function joins
+    all waiting lists. A publisher that has ended refuses the connection. Internals: `updates`,
+    `publisher_update` of RegManager; test: test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
     update = manager.publisher_update
@@ -164,9 +162,8 @@ class _Writer:
 
 
 def publish_together(publisher, messages):
-    """Publish `messages` in one write, so that they arrive together, like delayed messages. A
-    subscriber with queue_size=1 reads only the last one. Internals: `buff`, `seq`; test:
-    test/ros/fake_robot.test."""
+    """Publish `messages` in one write, so that they arrive together. A subscriber with queue_size=1
+    reads only the last message. Internals: `buff`, `seq`; test: test/ros/fake_robot.test."""
     *before, last = messages
     topic = publisher.impl
     topic.buff.seek(0)

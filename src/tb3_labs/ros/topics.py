@@ -86,7 +86,7 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
 
 
 def age_reader(topic):
-    """Returns a function that finds the events.Age of each message. Call it for every message."""
+    """Returns a function that finds the events.Age of a message, and must see every message."""
     message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: message_ages.age_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())

@@ -6,8 +6,7 @@ message that would arrive during a stall waits for the end of the stall. A cut i
 until the setting `network_cut` is switched off. Both links have the same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another stall. Stalls and
-jitter have separate generators, so calls of :meth:`NetworkLink.pop` do not change the random
-numbers.
+jitter have separate generators, so :meth:`NetworkLink.pop` does not change the random numbers.
 
 Units: seconds. Edge cases: A stall does not delay a message that is due exactly at the end of the
 stall. A change of latency or jitter does not affect messages that were sent before the change. A

@@ -56,8 +56,7 @@ class Rhythm:
 
 
 class BoardClock:
-    """The clock of the board, with a new random error of up to `largest` [s] after each
-    synchronisation."""
+    """The board's clock, with a random error of up to `largest` [s] after each synchronisation."""
 
     def __init__(self, largest: float, seed: int) -> None:
         self._largest, self._seed = largest, seed

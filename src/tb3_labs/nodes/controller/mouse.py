@@ -26,7 +26,7 @@ class MouseState(NamedTuple):
 
 
 def to_mouse(message) -> MouseState:
-    """Returns the MouseState of a tb3_labs/MouseController; ``ValueError`` if not finite."""
+    """Returns the MouseState of a MouseController. Raises ``ValueError`` for NaN or infinity."""
     x, y = message.xPos, message.yPos
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f'mouse position ({x}, {y}) is not finite')
@@ -80,11 +80,11 @@ class Mouse:
 
     A mouse is treated as lost at the start, after a sleep of this process, and if an active mouse
     is silent. A lost mouse stays inactive until a message shows that the mouse is in the middle of
-    the screen, or deactivated. A message that is delayed, or comes soon after a silence, does not
-    activate a mouse.
+    the screen, or deactivated. A message that is delayed, or follows a silence, does not activate a
+    mouse.
 
     Several mice may be connected. If one mouse is lost or deactivated, all other mice are lost,
-    too, since an earlier user may have forgotten one. The mouse of the latest message drives.
+    too, since a user may have forgotten an active mouse. The mouse of the latest message drives.
     """
 
     def __init__(self, log: LogQueue) -> None:

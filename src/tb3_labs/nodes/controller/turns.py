@@ -2,7 +2,7 @@
 drives. The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
 
 Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
-180 and -180 are different turns, and 360 is a full turn. The handout turns to headings instead.
+180 and -180 are different turns, and 360 is a full turn. In the handout a turn is a heading.
 """
 import math
 from dataclasses import dataclass
@@ -99,7 +99,7 @@ class ActiveTurn:
         self.requested = requested
         self.goal = yaw + requested
         self.stall = StallMonitor()
-        #: The angle that remains at the end. The law computes this angle from many samples.
+        #: The angle that remains after the turn, computed by the law from many samples.
         self.remaining_at_end = 0.0
         self._begun_at = now
 

@@ -5,8 +5,7 @@ if several messages arrive together. Button B always sends False, even if the pa
 Button A sends True, and button Y requests a reset. Old presses of A and Y are refused.
 
 A silent pad is treated as lost if a stick is pushed, or if move_to_goal drives by the pad's
-permission. If joy_node does not repeat messages (autorepeat_rate), a motionless stick looks like a
-lost pad.
+permission. Without the autorepeat_rate of joy_node, a motionless stick looks like a lost pad.
 
 The clock of `now` [s] never stands still and never goes back. Speeds are in m/s and rad/s.
 """
@@ -76,7 +75,7 @@ class GamepadCore:
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
-            self._change_holder(ControlEvent.LOST, now)    # the pad was silent before
+            self._change_holder(ControlEvent.LOST, now)    # the pad was silent before this message
         elif self._drives() and sent_at < self.messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if presses.reset and self._is_accepted('Y', MAX_RESET_AGE, now):

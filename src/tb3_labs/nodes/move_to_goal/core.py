@@ -120,13 +120,13 @@ class MoveToGoalCore:
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
         """Remember that a goal arrived. A goal with a known GoalID has no other effect."""
-        self._update_control(steady_now)    # first find a sleep, which may have delayed the goal
+        self._update_control(steady_now)    # first look for a sleep that delayed the goal
         self._check_end()
         return self._requests.receive(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel the goals for which GoalRequest.is_named_by() is true."""
-        # first find a sleep, which must not look like a pause of a sender
+        # first look for a sleep, which must not look like a pause of a sender
         self._update_control(steady_now)
         if self._requests.cancel(name, stamp):
             self._machine.cancel()
@@ -134,7 +134,7 @@ class MoveToGoalCore:
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
         """Declare that the robot is at `reset.requested` now. The reset is refused if the request
-        may be older than a sleep. When the reset has ended, `reset.is_over` is True."""
+        may be older than a sleep of this process. When the reset has ended, set `reset.is_over`."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
         problem = self.sensors.problem_text(now, with_age=True)
@@ -269,7 +269,7 @@ class MoveToGoalCore:
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
     def _check_readings(self, now: float) -> None:
-        """Give up if a reading has not changed, although the last command must have changed it."""
+        """Give up if a reading is the same, although the last command should have changed it."""
         odometry = self._timing.odometry
         assert odometry is not None
         previous = odometry.previous_sample
@@ -289,7 +289,7 @@ class MoveToGoalCore:
         self.sensors.request_motion()
 
     def _check_localizer(self) -> None:
-        """Give up the drive after a jump of a reading. Start the drive again after a reset."""
+        """Give up the drive if a reading has jumped. Start the drive again after a reset."""
         for jump in self._localizer.jumps.pop_all():
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]

@@ -64,7 +64,7 @@ def pop_permission():
 
 
 def _permission():
-    """Returns the permission at the start. After a restart by roslaunch it is False."""
+    """Returns the permission at the start. The permission is False after a restart by roslaunch."""
     launch = roslaunch_of_this()
     given_by = rospy.get_name() + '_given_by'    # parameter with the last launch that gave control
     if launch and _typed['has_control'] is True:
@@ -107,7 +107,7 @@ class MoveToGoalNode:
         subscribe('odom', Odometry,
                   lambda sample: runner.call(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
-        runner.check()    # sleeps are found from now on, since a slow start is not a sleep
+        runner.check()    # look for sleeps from now on, since a slow start is not a sleep
         Diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 

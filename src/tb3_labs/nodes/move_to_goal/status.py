@@ -49,7 +49,7 @@ class DriveStatus(NamedTuple):
     sensor_problem: str           # a text about lost sensors or contradicting readings, or ''
 
     def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:
-        """Returns the distance [m] to the goal, and the angle [deg] to the goal's heading, >= 0."""
+        """Returns the distance [m] to the goal, and the angle [deg, >= 0] to the goal's heading."""
         assert self.goal is not None and motion is not None
         turn = difference(self.goal.yaw, motion.pose.yaw)
         return motion.pose.distance_to(self.goal), abs(math.degrees(turn))
@@ -99,7 +99,7 @@ class Announcer:
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
-        """Log `status` if it is new. Returns True if it is new. `motion()` returns a Motion."""
+        """Log `status` and return True, if `status` is new. `motion()` returns a Motion."""
         key = (status.attempt, status.goal, status.text)
         if not status.text or key == self._logged:
             return False
