@@ -12,7 +12,7 @@ from tb3_labs.robot.samples import (
     MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_RATE, LAST_STAMP, OdometrySample, bounded)
 
 #: This environment variable has the path of the pipe into which the simulated robot writes true
-#: poses, since a student's node could read a topic. Each line of the pipe has x [m], y [m], yaw
+#: poses. A topic could be read by a student's node. Each line of the pipe has x [m], y [m], yaw
 #: [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 

@@ -37,7 +37,7 @@ class CoreRunner:
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the core's next Output. ``publish(output)`` is called after the
-        command, with the lock, and must not wait. ``carry_out(output)`` is called without it."""
+        command, with the lock, and must not wait. ``carry_out(output)`` runs without the lock."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting = queue.SimpleQueue()    # Outputs for carry_out

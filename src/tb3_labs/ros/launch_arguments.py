@@ -24,7 +24,7 @@ CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
 def _words_of(process):
-    """Returns the words after `roslaunch` on the command line of a process, else []."""
+    """Returns the words after `roslaunch` on the command line of a process, or []."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     for number, word in enumerate(argv[:2], 1):    # the first word may be python3
         if os.path.basename(word) == 'roslaunch':

@@ -41,13 +41,13 @@ RESET_COMMAND = 'reset'
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
     """Returns the goal speeds (left, right) [rad/s] of the motors for a command."""
-    linear = clamp(_by_rosserial(linear), -model.max_linear, model.max_linear)
-    angular = clamp(_by_rosserial(angular), -model.max_angular, model.max_angular)
+    linear = clamp(_as_rosserial_reads(linear), -model.max_linear, model.max_linear)
+    angular = clamp(_as_rosserial_reads(angular), -model.max_angular, model.max_angular)
     turning = angular * model.half_track
     return _whole_steps(linear - turning, model), _whole_steps(linear + turning, model)
 
 
-def _by_rosserial(speed: float) -> float:
+def _as_rosserial_reads(speed: float) -> float:
     """Returns the speed that the board reads if a node sends `speed`."""
     if math.isfinite(speed):
         return speed

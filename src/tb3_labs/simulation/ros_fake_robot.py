@@ -184,7 +184,7 @@ class SensorTopics:
 
     def send(self, burst, time_zero, wheels):
         """Publish the samples of a `burst`, which arrive together, in one write per topic. For
-        `time_zero` see FakeRobot.tick. Older `wheels` (Sensors.wheel_readings) are removed."""
+        `time_zero` see FakeRobot.tick. Older rows of `wheels` are removed."""
         imu, tf, odometry, joints = [], [], [], []
         frames = self.frames
         for sample in burst[-MAX_SAMPLES:]:

@@ -78,10 +78,10 @@ class _MouseSource:
 class Mouse:
     """Finds whether a mouse is active, and the velocity that the mouse asks for.
 
-    A mouse is treated as lost at the start, after a sleep of this process, and if an active mouse
-    is silent. A lost mouse stays inactive until a message shows that the mouse is in the middle of
-    the screen, or deactivated. A message that is delayed, or follows a silence, does not activate a
-    mouse.
+    A mouse is treated as lost at the start, after a sleep of this process, and if the mouse is
+    active but silent. A lost mouse stays inactive until a message shows that the mouse is in the
+    middle of the screen, or deactivated. A message that is delayed, or follows a silence, does not
+    activate a mouse.
 
     Several mice may be connected. If one mouse is lost or deactivated, all other mice are lost,
     too, since a user may have forgotten an active mouse. The mouse of the latest message drives.

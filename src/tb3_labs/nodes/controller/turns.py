@@ -2,7 +2,7 @@
 drives. The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
 
 Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
-180 and -180 are different turns, and 360 is a full turn. In the handout a turn is a heading.
+180 and -180 are different turns, and 360 is a full turn. The handout requests headings instead.
 """
 import math
 from dataclasses import dataclass
@@ -57,7 +57,7 @@ def make_turn(config: TurnConfig, model: RobotModel,
 
 
 class Heading:
-    """The heading of a robot from the IMU alone. The zero of the heading is arbitrary."""
+    """The heading of a robot, measured by the IMU alone. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
         #: The yaw [rad], which does not jump at +/-pi; NaN before the first sample.

@@ -134,7 +134,7 @@ class MoveToGoalCore:
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
         """Declare that the robot is at `reset.requested` now. The reset is refused if the request
-        may be older than a sleep of this process. When the reset has ended, set `reset.is_over`."""
+        may be older than a sleep of this process. After the reset, `reset.is_over` is True."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
         problem = self.sensors.problem_text(now, with_age=True)
