@@ -95,7 +95,8 @@ def test_every_question_has_an_answer():
         questions = read(sheet).split('## Questions')[1].split('\n## ')[0]
         given = answers.split(lab + ' lab:')[1].split(' lab:')[0]
         assert re.findall(r'^\d+\.', questions, re.M) == re.findall(r'^\d+\.', given, re.M)
-        assert asked_in_steps(read(sheet)) == re.findall(r'\* Step ([^:]+): ', given)
+        steps = re.findall(r'^\* (?:Step (\d[\d.]*)|(\w+), step (\d)): ', given, re.M)
+        assert asked_in_steps(read(sheet)) == [place or f'{section}, {step}' for place, section, step in steps]
 
 
 # Figures --------------------------------------------------------------------------------------------
