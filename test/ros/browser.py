@@ -127,6 +127,10 @@ class Browser:
     def is_shown(self, element):
         return self._find(element).is_displayed()
 
+    def shows_refusal(self):
+        """Does the page's message say that the person's last request was refused?"""
+        return 'warning' in self._find('message').get_attribute('class').split()
+
     def wait_until(self, condition, seconds=20.0, what='a condition'):
         """Wait until `condition()` holds. Raises RuntimeError with the page's picture after `seconds`."""
         if not wait_until(condition, seconds, PERIOD):
