@@ -117,7 +117,7 @@ class Bomb:
 def test_programs_that_start_others_without_end_are_ended(monkeypatch):
     bomb = Bomb()
     monkeypatch.setattr(trial_runner, 'os', bomb)
-    monkeypatch.setattr(trial_runner, '_has_in_environment', lambda pid, mark: pid in bomb.running | bomb.stopped)
+    monkeypatch.setattr(trial_runner, '_has_in_environment', lambda pid, variable: pid in bomb.running | bomb.stopped)
     ending = threading.Thread(target=kill_processes, args=('of a bomb',), daemon=True)
     ending.start()
     ending.join(10.0)

@@ -1,4 +1,4 @@
-"""The doctor's examinations, in order. A Finding is yielded as soon as it is known."""
+"""Checks this computer and a robot. Each Finding is yielded as soon as it is known."""
 import os
 import time
 from dataclasses import replace
@@ -38,7 +38,7 @@ def examine(namespace):
 
 
 def _peers_of(master, nodes):
-    """Returns {node: Peer}. The master gave the URIs, and each Peer has the outcome of one call."""
+    """Returns {node: Peer}. Each Peer has the outcome of one call to the node."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
@@ -47,8 +47,8 @@ def _peers_of(master, nodes):
 
 
 def _check_return_path(here, graph, alive, drivers):
-    """Yields the finding on the way from the robot to this computer. `alive` is {node: Peer} of the
-    robot's nodes that answer. `drivers` is {node: Peer} of the nodes that publish cmd_vel."""
+    """Yields the finding on the connection from the robot to this computer. `alive` is {node of the
+    robot that answers: Peer}. `drivers` is {node that publishes cmd_vel: Peer}."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
     if robot_node is None:
         return
@@ -64,7 +64,7 @@ def _check_return_path(here, graph, alive, drivers):
     if connections is not None:
         address = alive[robot_node].address
         connected = {str(uri).rstrip('/') for _, uri, direction, *_ in connections
-                     if direction == 'i'}    # inbound; `uri` may be a name
+                     if direction == 'i'}    # 'i' means inbound; `uri` may be a node's name
         yield judge_return_path(own_drivers, connected, robot_node,
                                 replace(here, outgoing_address=outgoing_address(address)),
                                 robot_elsewhere=not is_own(address))

@@ -1,8 +1,8 @@
 """Checks the address that the nodes of this computer advertise.
 
-An address is a text such as '192.168.0.5', or '' if there is no address. As in ROS 1, only IPv4 is
-used. A node *advertises* an address, to which other nodes connect. As in rospy, this address is
-ROS_HOSTNAME. Without it, the address is ROS_IP. Without both, it is the name of the computer.
+An address is a text such as '192.168.0.5', or '' if there is no address. Only IPv4 is used, as in
+ROS 1. A node *advertises* the address to which other nodes connect. As in rospy, the advertised
+address is ROS_HOSTNAME, else ROS_IP, else the computer's name.
 """
 import os
 import socket
@@ -15,13 +15,13 @@ from tb3_labs.doctor import Finding, fault, ok, warning
 
 
 def is_loopback(address: str) -> bool:
-    """Is this an address of the loopback?"""
+    """Is this an address or the name of the loopback interface?"""
     return address.startswith('127.') or address in ('localhost', '::1')
 
 
 @lru_cache(maxsize=None)
 def own_addresses() -> Tuple[str, ...]:
-    """Returns the addresses of this computer, without the loopback's."""
+    """Returns the addresses of this computer. The loopback addresses are left out."""
     listed = subprocess.run(['hostname', '-I'], stdout=subprocess.PIPE, check=False,
                             universal_newlines=True).stdout
     return tuple(address for address in listed.split() if ':' not in address)
@@ -43,7 +43,7 @@ def address_of(name: str) -> str:
 
 
 def outgoing_address(address: str) -> str:
-    """Returns this computer's address on the way to `address`; '' if there is no route."""
+    """Returns the address from which this computer sends to `address`; '' if there is no route."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:    # connect() sends nothing
         try:
             probe.connect((address, 9))
@@ -54,14 +54,14 @@ def outgoing_address(address: str) -> str:
 
 @dataclass(frozen=True)
 class Address:
-    """The address that this computer advertises, and its real addresses."""
+    """The address that this computer advertises, and the addresses that it really has."""
 
     ros_ip: str = ''
     ros_hostname: str = ''
     hostname: str = ''             # the computer's own name
     resolved: str = ''             # the address of the advertised name
-    own: Tuple[str, ...] = ()      # all addresses but the loopback
-    outgoing_address: str = ''     # the address on the way to the master
+    own: Tuple[str, ...] = ()      # without the loopback addresses
+    outgoing_address: str = ''     # the address from which this computer sends to the master
     master_here: bool = True       # does the master run on this computer?
 
     @property
@@ -71,8 +71,8 @@ class Address:
 
     @property
     def advice(self) -> str:
-        """The commands by which this computer advertises the right address. If the master is on
-        this computer, the right address is the first own address."""
+        """The commands that make this computer's nodes advertise the right address. If the master
+        is on this computer, the right address is the first address in `own`."""
         unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
         usable = [address for address in (self.outgoing_address, *self.own)
                   if address and not is_loopback(address)]

@@ -1,7 +1,7 @@
 """Can this computer, the master and the nodes around one robot reach each other?
 
 Master and nodes answer the XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org). The
-doctor makes only calls that read.
+doctor's calls only read, and change nothing.
 """
 import difflib
 import http.client
@@ -14,11 +14,11 @@ from typing import Collection, Iterator, Mapping
 from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.doctor.computer import Address, address_of, is_loopback
 
-#: The doctor's name in calls. It is not registered at the master.
+#: The doctor sends this name with its calls. The name is not registered at the master.
 CALLER_ID = f'/doctor_{os.getpid()}'
 #: Longest wait [s] for an answer.
 ANSWER_TIMEOUT = 1.0
-#: {problem of a Peer: text}
+#: {problem of a Peer: words for the user}
 PROBLEMS = {
     'malformed': 'is not an address such as http://192.168.0.5:11311',
     'unresolved': 'has a name that this computer cannot resolve',
@@ -30,17 +30,17 @@ SENSORS = 'imu', 'odom', 'joint_states'
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 #: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A name with at least this likeness (difflib) to a right name is probably a mistake.
+#: A topic's name is probably a mistake if difflib finds this similarity to a right name.
 LIKENESS_OF_MISTAKES = 0.65
 
 
 @dataclass
 class Peer:
-    """A master or a node, and the outcome of the last call."""
+    """A master or a node, and the outcome of the latest call."""
 
     uri: str
-    problem: str = 'silent'    # a key of PROBLEMS; '' after an answer
-    address: str = ''          # the address of the name in `uri`
+    problem: str = 'silent'    # a key of PROBLEMS; '' if the peer has answered
+    address: str = ''          # the IP address of the name in `uri`
 
     def __post_init__(self):
         self.name = ''
@@ -64,7 +64,7 @@ class Peer:
             code, reason, value = parameters[0]
             if code != 1:
                 raise RuntimeError(reason)
-        except Exception as trouble:    # the peer may be no ROS program, and send any bytes
+        except Exception as trouble:    # a program that is not of ROS may answer with any bytes
             is_refused = isinstance(trouble, ConnectionRefusedError)
             self.problem = 'refused' if is_refused else 'silent'
             return None
@@ -120,9 +120,9 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_topic(self, topic, node, names):
-        """Returns the robot's topic that `node` probably means by `topic`. The name of the result
-        is one of `names`. Returns '' if `topic` is right, of another robot, or not like a right
-        topic."""
+        """Returns the robot's topic that `node` probably means by `topic`. The returned topic is
+        the robot's namespace and one of `names`. Returns '' if `topic` is right, belongs to another
+        robot, or is not similar to a right topic."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''
@@ -181,17 +181,18 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 
 
 def _mistakes(text, graph, names, users, partners):
-    """Returns `text` with (node, wrong topic, right topic, partner) for each mistake. `users` and
-    `partners` are {topic: nodes} of both ends of the topics. `users` may have wrong topics."""
+    """Returns a sentence for each wrong topic in `users`. Each sentence is `text` with the names of
+    node, wrong topic, right topic and partner. `users` and `partners` are {topic: nodes}. One of
+    them has the subscribers, and the other one has the publishers."""
     texts = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:
             right = graph.right_topic(topic, node, names)
             if right not in partners:
                 continue
-            # if a node also uses the right name, it makes no mistake
+            # a node that also uses the right topic makes no mistake
             if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
-                # a recorder is named only if the robot has no node
+                # a recorder is named only if no node of the robot uses the topic
                 of_robot = [each for each in partners[right] if each in graph.robot_nodes]
                 partner = (of_robot or partners[right])[0]
                 texts.append(text.format(node, topic, right, partner))
@@ -222,9 +223,9 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
 def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
                       here: Address, robot_elsewhere: bool) -> Finding:
     """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `drivers` is
-    {node of this computer that publishes cmd_vel: URI}. `received` has the URIs of the nodes to
-    which `robot` is connected. `here.outgoing_address` is this computer's address on the way to the
-    robot."""
+    {node of this computer that publishes cmd_vel: URI}. `received` has the URIs of the nodes from
+    which `robot` receives messages. `here.outgoing_address` is the address from which this computer
+    sends to the robot."""
     for node, uri in sorted(drivers.items()):
         if uri.rstrip('/') not in received:
             return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(

@@ -38,8 +38,8 @@ class ReceivedMessage(NamedTuple):
 
 
 def examine_messages(graph, address, is_wall_time):
-    """Yields the findings on the messages of a RobotGraph's robot. `is_wall_time` is true if
-    stamps come from a real clock. For `address` see :func:`listen`."""
+    """Yields the findings on the messages of the robot in `graph`, a RobotGraph. `is_wall_time` is
+    true if the stamps come from a real clock. For `address` see :func:`listen`."""
     received, ended = listen(graph.namespace, address)
     drivers = [message.sender for message in received if message.topic == 'cmd_vel']
     yield judge_drivers(Counter(drivers))
@@ -66,8 +66,8 @@ def examine_messages(graph, address, is_wall_time):
 
 def listen(namespace, address):
     """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
-    `address` is this computer's address on the way to the master, which replaces ROS_IP, since
-    ROS_IP may be wrong."""
+    `address` is the address from which this computer sends to the master. This address replaces
+    ROS_IP, since ROS_IP may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []
@@ -92,13 +92,13 @@ def read_samples(received):
     samples = []
     for topic, arrived_at, _, message in received:
         _, read = SAMPLE_READERS[topic]
-        with suppress(ValueError):    # such as joint states of an arm, without the wheels
+        with suppress(ValueError):    # for example, an arm's joint states have no wheels
             samples.append((arrived_at, read(message)))
     return samples
 
 
 def gyro_monitor_of(samples, reset_topic):
-    """Returns a GyroMonitor that has taken in the samples of :func:`read_samples`."""
+    """Returns a GyroMonitor that has received the samples of :func:`read_samples`."""
     monitor = GyroMonitor(model_of_environment(os.environ), reset_topic)
     timing = SampleTiming()
     for arrived_at, sample in samples:

@@ -13,9 +13,9 @@ from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 LISTENING_TIME = 5.0
 #: A larger offset [s] of the robot's clock disturbs tf.
 CLOCK_WARNING_OFFSET = 0.1
-#: With a larger offset [s], nodes that use stamps do not work.
+#: With a larger offset [s] of the robot's clock, nodes that use stamps do not work.
 CLOCK_FAULT_OFFSET = 1.0
-#: A larger drift [deg/min] disturbs a lab.
+#: A larger drift [deg/min] of the heading disturbs a lab.
 MAX_DRIFT = 2.0
 #: A wheel stands still if it turns by less than this angle [rad] while the doctor listens.
 STANDING_TURN = 0.005
@@ -58,8 +58,9 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 
 def judge_clock(least_delay: float) -> Finding:
-    """Does the robot's clock agree with this computer's clock? `least_delay` is the least time
-    [s] from a stamp (the robot's clock) to the arrival (this computer's clock)."""
+    """Does the robot's clock agree with this computer's clock? `least_delay` [s] is the smallest
+    difference between the arrival of a message (this computer's clock) and its stamp (the robot's
+    clock)."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
     if least_delay < 0.0:
@@ -101,7 +102,8 @@ def judge_drift(drift: float, namespace: str = '/') -> Finding:
 def drift_of(imu: Sequence[Tuple[float, float]],
              wheels: Sequence[Tuple[float, float]]) -> Optional[float]:
     """Returns the slope of the yaw [deg/min]; None if the wheels turn, or if there are too few
-    samples. `imu` has (stamp [s], yaw [rad]), and `wheels` has (left [rad], right [rad])."""
+    samples. `imu` has (stamp [s], yaw [rad]) of each sample. `wheels` has the angles (left [rad],
+    right [rad]) of the wheels."""
     if len(imu) < 12 or len(wheels) < 2:
         return None
     for angles in [left for left, _ in wheels], [right for _, right in wheels]:
@@ -110,7 +112,7 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     middle = mean(stamp for stamp, _ in imu)
     _, first_yaw = imu[0]
     turns = [(stamp - middle, math.remainder(yaw - first_yaw, 2.0 * math.pi)) for stamp, yaw in imu]
-    # slope of the least-squares line: sum(time * turn) / sum(time * time). A short recording is
-    # divided by the sum of a recording of 2 s, so that its noise does not look like drift
+    # The slope of the least-squares line is sum(time * turn) / sum(time * time). A short recording
+    # gets the divisor of a recording of 2 s, so that noise does not look like drift.
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

@@ -1,17 +1,17 @@
-"""How is a robot drawn in a browser? The map of the live page and of the page of a recorded run."""
+"""How is a robot drawn in a browser? The live page and the page of a recorded run show one map."""
 import re
 from pathlib import Path
 
-#: The folder of the map's program and colours.
+#: The folder with the program and the colours of the map.
 FOLDER = Path(__file__).resolve().parent
 IMPORT = re.compile(r"^import \{[^}]*\} from '\./([\w.]+)';$", re.MULTILINE)
 EXPORT = re.compile(r'^export ', re.MULTILINE)
 
 
 def one_script(page: Path) -> str:
-    """Returns one script with the program `page` and all its imports, which are beside it or in
-    FOLDER, since a browser loads no modules for a page that is a local file. A name at the top
-    level of one file must not be in another."""
+    """Returns one script with the program in the file `page` and all modules that the program
+    imports. A browser cannot load modules for a page that is a local file. A module is a file
+    beside `page`, or in FOLDER. Two files must not define the same name at the top level."""
     sources = {}
 
     def add(path: Path) -> None:
@@ -24,4 +24,4 @@ def one_script(page: Path) -> str:
 
     add(page)
     body = '\n'.join(sources.values())
-    return f"(() => {{\n'use strict';\n{body}}})();\n"    # no name is visible outside
+    return f"(() => {{\n'use strict';\n{body}}})();\n"    # the script's names are not global

@@ -11,7 +11,7 @@ const style = getComputedStyle(document.documentElement);
 export const colours = Object.fromEntries(
   NAMES.map((name) => [name, style.getPropertyValue('--' + name).trim()]));
 
-/** Clears a canvas. Returns its size, and its new context in which one unit is one CSS pixel.
+/** Clears a canvas. Returns its size and its context. One unit of the context is one CSS pixel.
  *  Returns null while the canvas has no size. */
 export function cleared(canvas) {
   const width = canvas.clientWidth, height = canvas.clientHeight;
@@ -24,7 +24,7 @@ export function cleared(canvas) {
   return {context, width, height};
 }
 
-/** Returns the pose of c in a. The arguments are the poses of b in a, and of c in b. */
+/** Returns the pose A_T_C. The arguments are the poses A_T_B and B_T_C. */
 export function compose(a, b) {
   const c = Math.cos(a[2]), s = Math.sin(a[2]);
   return [a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrap(a[2] + b[2])];
@@ -42,7 +42,7 @@ export function wrap(angle) {
 export const degrees = (rad) => rad * 180 / Math.PI;
 export const radians = (deg) => deg * Math.PI / 180;
 
-/** The middle of the map, and pixels per metre. */
+/** A view has the middle (x, y) of the map, and its `scale` [px/m]. */
 export class View {
   constructor() {
     this.x = 0;
@@ -65,7 +65,7 @@ export class View {
     return [this.x + (px - width / 2) / scale, this.y - (py - height / 2) / scale];
   }
 
-  /** Zoom. The point at the pixel (px, py) stays there. */
+  /** Zoom. The point at the pixel (px, py) keeps its place. */
   zoom(factor, px, py) {
     const [x, y] = this.point(px, py);
     this.scale = Math.max(MIN_SCALE, Math.min(MAX_SCALE, this.scale * factor));
@@ -113,13 +113,13 @@ function bounds(points) {
   return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
 }
 
-/** Returns 1, 2 or 5 times a power of ten, at least `value`. */
+/** Returns the least number from `value` on that is 1, 2 or 5 times a power of ten. */
 export function nice(value) {
   const power = Math.pow(10, Math.floor(Math.log10(value)));
   return power * [1, 2, 5, 10].find((step) => step * power >= value * 0.999999);
 }
 
-/** Returns the number of digits after the point of multiples of a `nice` step. */
+/** Returns the number of digits that multiples of a `nice` step have after the point. */
 export function digits(step) { return Math.max(0, -Math.floor(Math.log10(step) + 1e-9)); }
 
 /** Draw a line through points [x, y]. The line is broken where a point is null. */
@@ -160,7 +160,7 @@ export function circle(c, x, y, radius, colour, opacity = 0) {
   c.globalAlpha = 1;
 }
 
-/** Draw an arrow of this length with a full or open head, which is beyond the length. */
+/** Draw an arrow with a full or open head. `length` does not include the head. */
 export function arrow(c, x, y, angle, length, colour, full) {
   const end = [x + length * Math.cos(angle), y - length * Math.sin(angle)];
   const tip = [end[0] + 7 * Math.cos(angle), end[1] - 7 * Math.sin(angle)];

@@ -11,7 +11,7 @@ const AXIS_PIXELS = [34, 90];
 const MIN_SIZE = 13;       // [px] radius of the robot
 const MAX_POINTS = 3000;    // a longer trail loses its oldest point
 const STEP = 0.004;          // [m] a nearer point is not added to a trail
-const JUMP = 0.5;            // [m] after a longer step the robot was put elsewhere
+const JUMP = 0.5;            // [m] if a step is longer, the robot was put elsewhere
 
 /** Add the place of a pose to a trail. */
 function addTo(trail, [x, y]) {
@@ -105,7 +105,7 @@ export class RobotMap {
     const unknown = isUnknown ? ' \u00b7 the frame local is not known yet' : '';
     drawGrid(c, this.view, `[m] in ${this.fixed}${unknown}`);
     if (!this.picture) return;
-    // Names lie on different sides, so that they do not overlap if the things are at one place.
+    // Names lie on different sides, so that they do not overlap at one place.
     this._paths(c);
     for (const frame of FRAMES) this._frame(c, frame);
     this._truth(c);
@@ -117,7 +117,7 @@ export class RobotMap {
   _paths(c) {
     for (const frame of FRAMES) {
       const points = this.trails[frame];
-      // The part that was driven in an older frame local is faint, since that frame lay elsewhere.
+      // The part of a trail in an older frame local is faint, since that frame lay elsewhere.
       const since = points.lastIndexOf(null) + 1;
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
       c.setLineDash(frame === 'odom' ? [] : [7, 5]);
@@ -140,7 +140,7 @@ export class RobotMap {
     const [px, py, yaw] = at;
     const isOdom = name === 'odom';
     const colour = colours[name];
-    // The axes of local are longer and thinner, so that both are visible where frames coincide.
+    // The axes of local are longer and thinner, so that all axes are visible if frames coincide.
     const factor = isOdom ? 1 : 1.35;
     const [least, most] = AXIS_PIXELS;
     const length = factor * Math.max(least, Math.min(most, AXIS * this.view.scale));
@@ -212,7 +212,7 @@ export class RobotMap {
   _robotSize() { return Math.max(this.radius * this.view.scale, MIN_SIZE); }
 }
 
-/** Pointers that pan a map, and zoom it with a wheel or two fingers. */
+/** Pans a map by pointers, and zooms the map by a wheel or two fingers. */
 export class MapInput {
   /** `redraw()` draws the map again. */
   constructor(map, redraw) {

@@ -1,1 +1,1 @@
-"""How many points is a student's node worth? Trials of a node, and the criteria of each lab."""
+"""How many points is a student's node worth? A trial is recorded, and criteria judge the trial."""

@@ -1,17 +1,18 @@
-"""The limits of the programs of a submission: memory, processes, files."""
-#: All programs of a sandbox together may use this memory. Linux limits only single processes, so
-#: ResourceWatch (trial/processes.py) adds up the memory of the programs.
+"""The limits on memory, processes and files of a submission's programs."""
+#: All programs of a sandbox together may use at most this much memory. Linux limits only single
+#: processes, so ResourceWatch (trial/processes.py) adds up the memory of the programs.
 MAX_NODE_MEMORY_BYTES = 2 * 10 ** 9
 MAX_DISK_BYTES = 300 * 10 ** 6      # the size of the files in OWN_FOLDERS
 MAX_PROCESSES = 100
-#: Master, robot and check together may use this memory. The three need about 180 MB, but a node can
-#: fill their memory by its messages.
+#: Master, robot and check together may use at most this much memory. Master, robot and check need
+#: about 180 MB, but a node's messages can fill their memory.
 MAX_OTHER_MEMORY_BYTES = 600 * 10 ** 6
 #: No program of a submission can write a larger file.
 MAX_FILE_BYTES = 50 * 10 ** 6
-#: Linux limits each process to this address space, and all programs of a submission together to
-#: this number of threads and processes. (On 64 cores numpy starts 64 threads, and reserves 3 GB.)
+#: Each process has at most this address space. (On 64 cores numpy starts 64 threads, and reserves 3
+#: GB.)
 MAX_ADDRESS_SPACE_BYTES = 6 * 10 ** 9
+#: All programs of a submission together have at most this many threads and processes.
 MAX_THREADS_AND_PROCESSES = 500
 LIMIT_FILES_COMMAND = ['prlimit', f'--fsize={MAX_FILE_BYTES}']
 #: This command limits the master, the robot, the check, and the node in a sandbox.

@@ -1,13 +1,13 @@
 """The labs that can be marked, the points of their criteria, and the marks of a submission.
 
-An instructor may edit the table of the points. It has a section for each lab. Within a lab, the
-section `extra` has the points of the criteria beyond the handout:
+An instructor may edit the table of the points. The table has a section for each lab. Within a lab,
+the section `extra` has the points of the criteria beyond the handout:
 
     turn:
       left: 3
       extra: {within_1_deg: 0}
 
-Marks follow from the submission, the recorded trial, the points, and a person's decision.
+The marks depend on the submission, the recorded trial, the points, and a person's decision.
 """
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -32,9 +32,8 @@ from tb3_labs.watch.chains import Link, first_broken
 MAX_POINTS = 1000000
 #: Marks have at most this many remarks, and at most this many findings.
 MAX_SENTENCES = 100
-#: The words in place of points if a submission was not judged.
 NOT_JUDGED = 'not judged'
-#: The section of a lab's points for criteria beyond the handout.
+#: The name of the section with the points for criteria beyond the handout.
 EXTRA = 'extra'
 
 
@@ -51,7 +50,8 @@ class Lab(NamedTuple):
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def read_parts(self, text: str) -> List[str]:
-        """Returns the parts that a text lists with commas. ``ValueError`` for unknown parts."""
+        """Returns the parts of the lab in `text`, which has commas between the parts. Raises
+        ``ValueError`` if a part is unknown."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         if not set(parts) <= set(self.parts):
             raise ValueError(f"{self.title} has these parts: {', '.join(self.parts)}; not: "
@@ -68,7 +68,7 @@ LABS = {
 
 @dataclass
 class Marks:
-    """A submission. After its trial it has verdicts and points."""
+    """The marks of a submission. Verdicts and points are added after the trial."""
 
     student: str
     node: str = ''                   # package/file
@@ -76,15 +76,15 @@ class Marks:
     late: bool = False               # does the learning platform call the submission late?
     remarks: List[str] = field(default_factory=list)      # sentences for the student
     findings: List[str] = field(default_factory=list)     # sentences only for the instructor
-    unjudged: str = ''               # the reason if it was not judged, a sentence; '' otherwise
+    unjudged: str = ''               # a sentence on why it was not judged; '' if it was judged
     seconds: float = 0.0             # the duration [s] of the trial
-    #: First parts of paths on the marking machine. No page shows them.
+    #: Pages leave out these first parts of paths, which only the marking machine has.
     path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
-    observation: Optional[Observation] = None       # None without a trial
+    observation: Optional[Observation] = None       # None if there was no trial
     decided_points: Optional[float] = None      # the points that a person gave, if any
     decision_reason: str = ''                   # a person's reason for these points
-    first_broken_link: Optional[Tuple[Link, BrokenLink]] = None     # None if no points are lost
+    first_broken_link: Optional[Tuple[Link, BrokenLink]] = None     # see _broken_link
 
     @property
     def is_known(self) -> bool:
@@ -99,8 +99,8 @@ class Marks:
 
     @property
     def delay_sentence(self) -> str:
-        """A sentence on a machine that was too busy for a fair trial. Without a lost point, or
-        after a fair trial, the sentence is ''."""
+        """A warning if the machine was too busy for a fair trial. The warning is '' if no point was
+        lost, or if the trial was fair."""
         gap = self.observation.longest_gap if self.observation else 0.0
         if gap <= MAX_FAIR_GAP or self.is_full:
             return ''
@@ -109,7 +109,7 @@ class Marks:
 
     @property
     def mistake(self) -> str:
-        """A sentence on the first broken link, with line numbers; '' without a link."""
+        """A sentence on the first broken link, with line numbers; '' if no link is broken."""
         if not (self.first_broken_link and self.observation):
             return ''
         _, broken_link = self.first_broken_link
@@ -117,7 +117,7 @@ class Marks:
 
     @property
     def hint(self) -> str:
-        """The mistake, and the place in a lab sheet that explains it; '' without a mistake."""
+        """The mistake, and the place in a lab sheet that explains it; '' if there is no mistake."""
         if not self.first_broken_link:
             return ''
         link, _ = self.first_broken_link
@@ -130,7 +130,7 @@ class Marks:
 
     @property
     def decision_sentences(self) -> List[str]:
-        """The sentences on a person's decision; [] without a decision."""
+        """The sentences on a person's decision; [] if no person decided."""
         sentences = []
         if self.decided_points is not None:
             sentences.append(f'A person gave these points; the marker gave {self.earned:g}.')
@@ -173,8 +173,8 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
                       criterion_points: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
     """Returns the Marks of a submission with verdicts and points.
 
-    `observation` is None without a trial. `criterion_points` is a dict {name of a criterion:
-    points}. `parts` are the tried parts of the lab. [] means all parts.
+    `observation` is None if there was no trial. `criterion_points` is a dict {name of a criterion:
+    points}. `parts` has the tried parts of the lab; [] means all parts.
     """
     marks = replace(handed_in, observation=observation)
     observation = observation or Observation(lab, marks.node)
@@ -206,11 +206,11 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
 
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link in the parts of the lab that lost points. A part without
-    criteria of the handout is left out.
+    """Returns the first broken link in those parts of the lab in which points were lost. Parts
+    without criteria of the handout are left out.
 
-    Returns None if no link is broken, or if the observation already has the mistake: an exception,
-    a sensor's topic that nobody publishes, or a command that is not finite.
+    Returns None if no link is broken, or if the observation already shows the mistake. Such a
+    mistake is an exception, an unpublished topic, or a command that is not finite.
     """
     is_mistake_known = (observation.unpublished_topic or observation.not_finite
                         or tracebacks_before_the_end(observation))
@@ -229,16 +229,16 @@ def _broken_link(observation: Observation,
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences, short and printable, since they may quote a submission."""
+    """Returns the first sentences. They become printable, since they may quote a submission."""
     return [printable(sentence[:MAX_SENTENCE_LENGTH]) for sentence in sentences[:MAX_SENTENCES]]
 
 
 # -- points
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
-    """Returns {name of a criterion: points}. `table` is the content of a file of points.
-    Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing or
-    unknown, or if points are not finite or below 0."""
+    """Returns {name of a criterion: points}. `table` is the content of a file of points. Raises
+    ``ValueError`` if the table has no section for the lab, if a criterion is missing or unknown, or
+    if points are negative, NaN or above MAX_POINTS."""
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     graded = dict(table[lab])
@@ -262,8 +262,8 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
 
 
 def read_points(path: Optional[Path]) -> Any:
-    """Returns the table in a file of points. The default is the file of this package.
-    ``ValueError`` with the reason if the file cannot be read."""
+    """Returns the table in a file of points. If `path` is None, the file is points.yaml of this
+    package. Raises ``ValueError`` with the reason if the file cannot be read."""
     if path is None:
         path = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch/checks/points.yaml'
     try:

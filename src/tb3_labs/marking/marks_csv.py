@@ -1,12 +1,12 @@
-"""The table of a class, marks.csv, and the page with the same content, overview.html.
+"""Makes marks.csv, the table of a class, and overview.html, a page with the same content.
 
 The table has the columns `student`, `points`, `of` (full marks), a column for each criterion,
 `node`, `remarks`, `id` (the student's number on the learning platform), `late`, `decided`,
 `reason`, and columns that a person added.
 
-A criterion beyond the handout has a column whose name begins with 'extra_'. If the criterion is
-worth no points, the cells have 'yes' or 'no'. A submission that was not judged has empty cells. A
-text from a submission is never written as a formula.
+A criterion beyond the handout has a column whose name begins with 'extra_'. If a criterion is worth
+no points, the column has 'yes' or 'no'. If a submission was not judged, the criteria's cells are
+empty. A text from a submission is never written as a formula.
 
 A person may write points into the column `decided`, and a sentence into `reason`.
 """
@@ -31,11 +31,11 @@ csv.field_size_limit(2 ** 31 - 1)
 
 
 class MarksTable:
-    """The table that the last run of mark.py wrote."""
+    """The table that the previous run of mark.py wrote."""
 
     def __init__(self, text: str = '') -> None:
-        """`text` is the text of marks.csv. It is '' in the first run. ``ValueError`` if the text is
-        not a table of marks, or if a person's points are invalid."""
+        """`text` is the text of marks.csv; '' in the first run. Raises ``ValueError`` if the text
+        is not a table of marks, or if a person's points are invalid."""
         text = text.lstrip('\ufeff') or ','.join(FIRST_COLUMNS)
         heading = text.partition('\n')[0]
         delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
@@ -59,8 +59,8 @@ class MarksTable:
                     row[STUDENT], (_decided_points(decided, row[STUDENT]), reason))
 
     def changes(self, all_marks: Sequence[Marks]) -> List[str]:
-        """Returns a sentence for the instructor if new marks have other points than the table.
-        The criteria may have changed, or a person may have typed over the marker's points."""
+        """Returns a list with one sentence for the instructor, or [] if no points have changed.
+        Criteria may have changed, or a person may have typed over the marker's points."""
         before = {row[STUDENT]: row[POINTS] for row in self._rows}
         changed = []
         for marks in all_marks:
@@ -73,8 +73,8 @@ class MarksTable:
                 f'into the column "{DECIDED}".']
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
-        """Returns the text of the table with new marks. The columns that a person added stay. The
-        rows of students without new marks stay, too, even if several rows have the same name."""
+        """Returns the text of the table with new marks. The columns that a person added are kept.
+        Rows without new marks are kept too, even if several rows have the same name."""
         heads = list(cells_of(all_marks[0]))
         heads += [head for head in self._heads if head not in heads]
         old_rows, new_rows = list(self._rows), []
@@ -113,7 +113,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
 
 
 def _number(cell: str) -> float:
-    """Returns the number in a cell; NaN for another text."""
+    """Returns the number in a cell; NaN if the cell's text is not a number."""
     try:
         return float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:
@@ -121,7 +121,7 @@ def _number(cell: str) -> float:
 
 
 def _decided_points(cell: str, student: str) -> Optional[float]:
-    """Returns a person's points; None for an empty cell. ``ValueError`` for invalid points."""
+    """Returns a person's points; None for an empty cell."""
     if not cell:
         return None
     if not 0.0 <= _number(cell) < math.inf:
@@ -142,8 +142,8 @@ td.words { min-width: 24em; overflow-wrap: anywhere; }'''
 
 
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
-    """Returns the page of all students, HTML, with the cells of the table, and a link to each
-    student's page. `lab` is the title of the lab. `notes` are sentences only for the
+    """Returns the page of all students as HTML. The page has the cells of the table, and a link to
+    each student's page. `lab` is the title of the lab. `notes` are sentences only for the
     instructor."""
     rows = []
     for marks in all_marks:

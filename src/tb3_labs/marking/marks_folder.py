@@ -5,8 +5,8 @@
     gradescope/STUDENT/          results.json
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
-A trial is kept as long as no setting and none of the `trial_files` changes. Each run of mark.py
-makes verdicts, points and sentences from the bags.
+A trial is kept until the submission, a setting, or one of the `trial_files` changes. Each run of
+mark.py makes verdicts, points and sentences from the bags.
 """
 import fcntl
 import hashlib
@@ -28,17 +28,15 @@ from tb3_labs.marking.student_page import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.report.page.document import safe
 
-#: Names and endings of files.
 TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
     'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
 #: The fields of Marks that a record keeps, since the bag of the trial does not have them.
 RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
                    'seconds', 'path_prefixes')
 PACKAGE = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
-#: The program of the simulated robot.
 ROBOT_SCRIPT = 'fake_turtlebot3.py'
 MARKING = Path(__file__).resolve().parent
-#: The files of trial/ that only read a bag, and do not act on a node.
+#: The files of trial/ that only read a bag, and do not influence a node.
 READING_FILES = 'from_bag.py', 'remarks.py'
 
 
@@ -47,7 +45,7 @@ class Options(NamedTuple):
 
     package: str = ''           # the name of the node's package; '' for the usual names
     name: str = ''              # the name of the node's file; '' for the usual names
-    pad: str = HANDOUT_PAD      # the gamepad that is played
+    pad: str = HANDOUT_PAD      # the kind of gamepad that the check imitates
     sandbox: bool = True        # do the programs of submissions run in a Sandbox?
 
 
@@ -79,7 +77,6 @@ class MarksFolder:
         return self.logs / (student + BAG)
 
     def _digest(self, student: str) -> str:
-        """Returns a hash of a student's bag; '' without a bag."""
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
@@ -99,9 +96,9 @@ class MarksFolder:
         return None if marks.unjudged else marks    # the bag is gone, or cannot be read
 
     def write(self, handed_in: Marks, submission: str) -> Marks:
-        """Record a tried submission, and write the student's page and results. Returns the Marks
-        with points. `submission` is the digest of the submission. If the machine delayed the trial,
-        the record has no digest. Then the next run tries the submission again."""
+        """Write a student's record, page and results after the trial. Returns the Marks with
+        points. `submission` is the digest of the submission. If the machine delayed the trial, the
+        record has no digest, so the next run tries the submission again."""
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
             'handed_in': {name: getattr(handed_in, name) for name in RECORDED_FIELDS},
@@ -109,7 +106,7 @@ class MarksFolder:
         marks = self._write_page(record)
         if marks.delay_sentence:
             record['key']['submission'] = ''
-        self._write_record(record)
+        write_output(self.logs / (marks.student + RECORD), json.dumps(record))
         return marks
 
     def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
@@ -156,7 +153,7 @@ class MarksFolder:
                 f'{path} cannot be read, and may hold what a person wrote: {why}') from None
 
     def _write_page(self, record):
-        """Write a student's page and results from a record and the bag. Returns the Marks."""
+        """Write a student's page and results from the student's record and bag."""
         handed_in = Marks(**record['handed_in'])
         observation = None
         bag = self.bag(handed_in.student)
@@ -186,9 +183,6 @@ class MarksFolder:
             safe(marks.student), (None, ''))
         return marks, student_page(marks, LABS[self.lab].title)
 
-    def _write_record(self, record):
-        write_output(self.logs / (record['handed_in']['student'] + RECORD), json.dumps(record))
-
 
 def failure(problem: Exception) -> str:
     """Returns a sentence on an error in the code of the marking."""
@@ -197,8 +191,8 @@ def failure(problem: Exception) -> str:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Keep other runs of mark.py out of the folder during a ``with`` block. Raises ``ValueError``
-    if another run of mark.py already uses the folder."""
+    """During a ``with`` block, no other run of mark.py can use the folder. Raises ``ValueError`` if
+    another run of mark.py already uses the folder."""
     with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'a') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -211,8 +205,8 @@ def locked(path: Path) -> Iterator[None]:
 # -- the trials
 
 def trial_files(lab: str) -> List[Path]:
-    """Returns the files that act on the node in a trial of a lab. Criteria, points and sentences do
-    not act on a trial, since each run makes verdicts from the bag."""
+    """Returns the files that influence the node in a trial of a lab. Criteria, points and sentences
+    do not influence a trial, since each run makes verdicts from the bag."""
     scripts = [path for path in [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]
                if path.name not in READING_FILES]
     return sorted(path for path in [

@@ -1,4 +1,4 @@
-"""The nodes that students write: their names, and the start of a node from a submission."""
+"""The names of the nodes that students write, and the start of a node from a submission."""
 import ast
 import json
 import keyword
@@ -10,7 +10,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 from tb3_labs.marking.limits import LIMIT_FILES_COMMAND
 
 IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
-#: The names that ROS allows. `\\w` would also allow other letters.
+#: The names that ROS allows. `\w` would also allow letters that are not ASCII.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
 
@@ -22,7 +22,7 @@ class NodeNames(NamedTuple):
     class_name: str             # the handout's name of the class
     node_name: str              # the handout's name of the node
     sensors: Tuple[str, ...]    # needed topics; a node is ready if it listens to the first topic
-    uses: Tuple[str, ...]       # other topics that a complete node has, and its call of the reset
+    uses: Tuple[str, ...]       # other signs of a complete node: topics, and a call for the reset
 
 
 LAB_NODES = {
@@ -42,8 +42,8 @@ def is_name(text: str) -> bool:
 
 
 def nodes_of(text: bytes) -> List[Any]:
-    """Returns the nodes of a program's syntax tree, first the module; [] if `text` is not valid
-    Python, or is nested too deeply."""
+    """Returns the nodes of a program's syntax tree, the module first. Returns [] if `text` is not
+    valid Python, or is nested too deeply."""
     try:
         return list(ast.walk(ast.parse(text)))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -52,11 +52,11 @@ def nodes_of(text: bytes) -> List[Any]:
 
 # -- the start
 
-#: This package. A submission's program sees only a part of it.
+#: This package. A submission's program sees only a part of this package.
 OWN_PACKAGE = 'tb3_labs'
-#: The value of this environment variable identifies one try of a submission.
+#: The value of this environment variable identifies one trial of a submission.
 IDENTITY = 'TB3_LABS_SUBMISSION'
-#: The environment variable with the path of the file that holds a NodeStart.
+#: This environment variable has the path of a file with a NodeStart.
 NODE_START_FILE = 'TB3_LABS_NODE_START'
 #: A program in a sandbox can write only into these folders.
 HOME = '/home/student'
@@ -67,15 +67,15 @@ NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 
 
 class NodeStart(NamedTuple):
-    """Everything that the start of a node needs. mark.py writes it into a file. The check, another
-    process, reads the file and starts the node."""
+    """The data for the start of a node. The program mark.py writes the data into a file. The check,
+    which is another process, reads the file and starts the node."""
 
-    prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the begin of the node's command
-    environment: Optional[Dict[str, str]] = None        # None: the environment of this process
+    prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the command's first words
+    environment: Optional[Dict[str, str]] = None        # None means the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     isolated: bool = False      # is the node in a Sandbox?
     program: str = ''           # the node's path; if '', rosrun finds the node
-    name: str = ''              # package/file, as it is shown
+    name: str = ''              # package/file, for the pages
     copy: str = ''              # the folder of the submission
 
     @classmethod

@@ -2,9 +2,9 @@
 
 The page has the verdicts, and the timeline of the recorded trial. The page needs no other file.
 
-In results.json each test has a score, and the whole score is the sum of these scores. A student
-sees the results as soon as the marking has ended. An unjudged submission gets a file with the score
-0 and the reason, because Gradescope would call a missing file a fault of the autograder.
+In results.json each test has a score, and the whole score is the sum of the tests' scores. A
+student sees the results as soon as the marking has ended. An unjudged submission gets a file with
+the score 0 and the reason, because Gradescope would call a missing file a fault of the autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import math
@@ -22,17 +22,16 @@ from tb3_labs.report.page.document import Markup, document, hints, table
 from tb3_labs.report.page.timeline import section, timeline, timeline_event
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows the last lines of each process's output, at most this many.
+#: A page shows at most this many of the last lines that a process printed.
 SHOWN_LINES = 15
-#: A page shows this many characters of a line.
+#: A page shows at most this many characters of a line.
 SHOWN_LINE_LENGTH = 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
-#: The heading of the column with the reasons.
 SEEN_HEADING = 'what was seen, and where to look'
-#: Gradescope shows a visible test at once.
+#: With this value, Gradescope shows a test to the student as soon as the marking has ended.
 VISIBILITY = 'visible'
 
 PAGE_STYLE = '''
@@ -43,7 +42,7 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 
 
 def student_page(marks: Marks, lab: str) -> str:
-    """Returns a student's page, HTML. `lab` is the title of the lab."""
+    """Returns a student's page as HTML. `lab` is the title of the lab."""
     parts = _points_and_remarks(marks)
     observation = marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
@@ -67,8 +66,8 @@ def _points_and_remarks(marks):
 
 
 def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
-    """Returns the timeline of a recording, with the stimuli and the moments of the criteria that
-    were not met."""
+    """Returns the timeline of a recording. The timeline also shows the stimuli, and the moments at
+    which criteria were not met."""
     observation = marks.observation or Observation('', '')
     moments = []
     for stimulus in observation.stimuli:
@@ -117,7 +116,7 @@ def _verdicts(verdicts, has_timeline):
 
 
 def symbol(verdict: Verdict) -> Markup:
-    """Returns the outcome of a verdict as a coloured sign, HTML."""
+    """Returns the HTML of a coloured sign for the outcome of a verdict."""
     outcome = verdict.outcome
     if verdict.criterion.extra and outcome is Outcome.MISSED:
         outcome = Outcome.NOT_OFFERED       # a missed criterion beyond the handout is no mistake
@@ -140,8 +139,8 @@ def _last_lines(observation):
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the content of results.json. It has a test for each criterion. The field `output` has
-    the rest of the page."""
+    """Returns the content of results.json. The content has a test for each criterion. The field
+    `output` has the page without the criteria and the timeline."""
     parts = [*_points_and_remarks(marks),
              hints(marks.first_broken_link, marks.mistake, has_timeline=False)]
     if marks.observation is not None:

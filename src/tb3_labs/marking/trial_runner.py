@@ -1,4 +1,4 @@
-"""Records the trial of a submission by the check_LAB.test of the lab.
+"""Records the trial of a submission. The lab's launch file check_LAB.test runs the trial.
 
 Each submission has its own master, simulated robot, home and log folder, and a time limit. At the
 end of the trial the marking kills all processes of the submission.
@@ -36,7 +36,7 @@ INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
 PYTHON_FOLDER = 'lib/python3/dist-packages'
-#: {environment variable: the folder that the variable lists for each prefix}
+#: {environment variable: the folder in each prefix that the variable lists}
 PREFIX_FOLDERS = {CMAKE_PREFIX_PATH: '', PYTHONPATH: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
@@ -49,7 +49,7 @@ loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
 #: The marking ends the check of a submission after this time [s].
 TIME_LIMIT = 300.0
-#: The marking looks with this period [s] whether a check still runs.
+#: Time [s] between two looks whether a check still runs.
 POLL_PERIOD = 0.1
 
 
@@ -61,7 +61,7 @@ class TrialRunner:
     """Records the trials of a class. Several threads may use one TrialRunner at the same time."""
 
     def __init__(self, folder: MarksFolder, interrupted: threading.Event) -> None:
-        """`folder` has the lab and its options, and gets the bags and the logs. If the event
+        """`folder` has the lab and the options, and gets the bags and the logs. If the event
         `interrupted` is set, each trial ends, and :meth:`try_out` raises MarkingInterrupted."""
         self.folder, self.interrupted = folder, interrupted
 
@@ -87,7 +87,6 @@ class TrialRunner:
         return marks
 
     def _record_trial(self, marks, parsed, work, identity):
-        """Record the trial of a submission. The Marks get the node's name and remarks."""
         workspace, bag = work / 'ws', work / 'trial.bag'
         marks.path_prefixes = [f'{workspace}/{COPY}/{parsed.package}/', f'{workspace}/{COPY}/',
                                f'{workspace}/']
@@ -102,8 +101,8 @@ class TrialRunner:
         if self.folder.lab == GAMEPAD:
             marks.remarks.append(pad_text(self.folder.options.pad))
         protection.hand_over(workspace)
-        # The node's environment is in a file. If the check had this environment itself, the check
-        # would import modules of the submission.
+        # The node's environment is in a file. If the check itself had the node's environment, the
+        # check would import modules of the submission.
         environment.update(launch.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
         write_output(log, '')       # a new file, even if the log was a link
@@ -126,7 +125,6 @@ class TrialRunner:
             raise NotJudged(f'{marks.node} ended at once: {failed_import}.')
 
     def _rostest(self, node, work):
-        """Returns the command that tries `node`, package/file, and records the bag."""
         package, executable = node.split('/')
         command = ['rostest', OWN_PACKAGE, f'check_{self.folder.lab}.test', f'pkg:={package}',
                    f'type:={executable}', 'parts:=' + ','.join(self.folder.parts),
@@ -152,8 +150,8 @@ class TrialRunner:
 
 
 def import_error(processes: Sequence[NodeProcess]) -> str:
-    """Returns the last line of the node's first process if a failed import ended the process before
-    it was ready, else ''. The student's machine may have the module."""
+    """Returns the error if a failed import ended the node's first process before the node was
+    ready, else ''. The student's machine may have the missing module."""
     if not processes or processes[0].ready is not None:
         return ''
     last_line = processes[0].printed.rstrip().split('\n')[-1]
@@ -177,28 +175,28 @@ def kill_processes(identity: str) -> None:
     first stops all processes, and then kills them. A stopped process starts nothing, and no new
     process gets the number of a stopped process.
     """
-    mark = f'{IDENTITY}={identity}'.encode()
+    variable = f'{IDENTITY}={identity}'.encode()
     empty_searches = 0
-    # one search may miss a process that is about to start a program and shows no environment
+    # one search may miss a process, since a process that starts a program has no environment
     while empty_searches < 2:
         stopped: Set[int] = set()
         finds_more = True
         while finds_more:
-            finds_more = _stop_more(mark, stopped)
+            finds_more = _stop_more(variable, stopped)
         empty_searches = 0 if stopped else empty_searches + 1
         for pid in stopped:
             with suppress(ProcessLookupError):      # it has ended already
-                if _has_in_environment(pid, mark):     # not a new process of the same number
+                if _has_in_environment(pid, variable):     # a new process may have the old number
                     os.kill(pid, signal.SIGKILL)
 
 
-def _stop_more(mark, stopped):
-    """Stop the processes that have `mark` in their environment, and their process groups. Add the
-    processes to `stopped`. Returns False if `stopped` had all processes already."""
+def _stop_more(variable, stopped):
+    """Stop the processes that have `variable` in their environment, and their process groups. Add
+    the processes to `stopped`. Returns False if the search found no further process."""
     before = len(stopped)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first
-        if pid not in stopped and _has_in_environment(pid, mark):
+        if pid not in stopped and _has_in_environment(pid, variable):
             with suppress(ProcessLookupError):      # it has ended already
                 group = os.getpgid(pid)
                 os.kill(pid, signal.SIGSTOP)
@@ -208,9 +206,9 @@ def _stop_more(mark, stopped):
     return len(stopped) > before
 
 
-def _has_in_environment(pid, mark):
+def _has_in_environment(pid, variable):
     try:
-        return mark in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
+        return variable in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
     except OSError:
         return False
 
@@ -224,20 +222,20 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
     home.mkdir(exist_ok=True)
     logging = settings / 'logging.yaml'
     logging.write_text(LOGGING_CONFIG)
-    # an empty file: roscore starts no rosout, which would write all log lines into a file
+    # with this empty file, roscore does not start rosout, which would write a file of log lines
     (settings / 'roscore.xml').write_text('<launch/>')
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging),
-                ROS_TEST_RESULTS_DIR='results')     # below ROS_HOME: rostest cuts paths at blanks
+                ROS_TEST_RESULTS_DIR='results')     # relative, since rostest cuts paths at blanks
 
 
 def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
-    """Returns an environment with two prefixes, the prefix of ROS and the new folder `prefix`. The
-    folder gets links to the files of this package.
+    """Returns an environment with two install prefixes, which are the new folder `prefix` and the
+    prefix of ROS. The folder `prefix` gets links to the files of this package.
 
-    The workspaces of the `caller` are left out. They may have an instructor's nodes and messages
-    beside this package, and these must not replace a submission's nodes and messages.
+    The `caller` is the instructor's environment. The instructor's workspaces are left out, since
+    the nodes and messages in them must not replace a submission's nodes and messages.
     """
     prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
     modules = caller.get(PYTHONPATH, '').split(':')
@@ -257,8 +255,7 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
 
 
 def _link_files(place, folders):
-    """Make a folder for this package in `place`. Link the files of the first of the `folders` that
-    exists into the new folder."""
+    """Make `place`/tb3_labs with links to the files of the first existing folder in `folders`."""
     own = place / OWN_PACKAGE
     own.mkdir(parents=True)
     folder = next(filter(os.path.isdir, folders), None)

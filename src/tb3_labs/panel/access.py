@@ -2,11 +2,11 @@
 
 :mod:`tb3_labs.supervision.dead_man` decides which page may drive.
 
-A browser sends the requests of any page that the browser shows. So the address 127.0.0.1 alone does
-not exclude pages of other sites. Access checks three parts of a request:
+A browser also sends the requests of other sites' pages, even to the address 127.0.0.1. Therefore
+Access checks three parts of a request:
 
 * *Host* is the name under which the browser reached this node. A site may make its own name resolve
-  to 127.0.0.1 (DNS rebinding). Then *Host* still has the site's name, and the request is refused.
+  to 127.0.0.1 (DNS rebinding). But *Host* has the site's name, so the request is refused.
 * *Origin* is the site whose page opens the socket. Only this node's own page is accepted.
 * *The token* is a part of the address that the node prints. Only a node that other computers can
   reach requires the token.
@@ -29,7 +29,7 @@ PORT_SUFFIX = re.compile(r':[0-9]*\Z')
 
 @dataclass(frozen=True)
 class PanelConfig(Config):
-    """The address of the page, and its permission to drive."""
+    """The address of the page, and the page's permission to drive."""
 
     port: int = setting(8080, 'TCP port of the page; if it is in use, one of the next nine',
                         low=1, high=65000)
@@ -40,10 +40,10 @@ class PanelConfig(Config):
 
 
 class Access:
-    """Checks requests by the names of this computer, and by the token if it is not ''."""
+    """Checks the host, the origin and the token of requests."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
-        """`names` are names and addresses of this computer. The names of the loopback are added."""
+        """`names` has names and addresses of this computer. Loopback names are always valid."""
         self._names = {name.lower() for name in ('localhost', LOOPBACK, *names)}
         self._token = token
 
@@ -68,5 +68,5 @@ class Access:
 
 
 def _as_bytes(text: str) -> bytes:
-    """Returns a text for hmac, which takes only ASCII text. A browser may send any text."""
+    """Returns a text as bytes, since hmac accepts no text with characters that are not ASCII."""
     return text.encode(errors='surrogatepass')

@@ -9,16 +9,18 @@ A request is a JSON object:
     {"type": "goal", "x": 1, "y": 0, "yaw_deg": 0}     a goal in local [m, deg]
     {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot's present pose in local [m, deg]
 
-"pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}, or null if the
-person does not hold the pad. "mouse" is the place in the square, or null if the person does not
-hold the mouse: x is -1 at the left edge and 1 at the right edge, y is -1 at the lower edge and 1 at
-the upper edge. "first" is true in the first message after the person gripped pad or mouse.
+The entry "pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}, or null if
+the person does not hold the pad. The entry "mouse" is the place in the square, or null if the
+person does not hold the mouse. In the square, x is from -1 (left edge) to 1 (right edge), and y is
+from -1 (lower edge) to 1 (upper edge). The entry "first" is true in the first message after the
+person gripped pad or mouse.
 
-Each request may have an "id", a whole number, which the answer repeats. "stops" is the number of
-stops in the picture that the page had when the person acted; see
-:mod:`tb3_labs.supervision.dead_man`. "t" is the time [s] of sending on the panel's clock. The page
-adds the time since its last picture to the "now" of this picture. So the panel may overestimate the
-delay of a message. It underestimates the delay only if the clock of the browser jumps.
+Each request may have an "id", a whole number, which the answer repeats. The entry "stops" is the
+number of stops in the picture that the page had when the person acted; see
+:mod:`tb3_labs.supervision.dead_man`. The entry "t" is the time [s] of sending on the panel's clock.
+To compute "t", the page adds the time since the arrival of the latest picture to the "now" of this
+picture. So the panel may overestimate the delay of a message. The panel underestimates the delay
+only if the browser's clock jumps.
 """
 import json
 from contextlib import suppress
@@ -33,7 +35,7 @@ from tb3_labs.supervision.goal_requests import MAX_DISTANCE, MAX_YAW_DEG, TypedP
 MAX_REQUEST_LENGTH = 500
 #: The largest valid time [s] of sending.
 LATEST_TIME = 1e12
-#: The time [s], at most, by which the clock of a browser is ahead of the panel's clock.
+#: A browser's clock may be ahead of the panel's clock by at most this time [s].
 MAX_CLOCK_AHEAD = 0.2
 #: The largest valid turn [deg].
 MAX_TURN_DEG = 360.0
@@ -41,7 +43,7 @@ MAX_TURN_DEG = 360.0
 
 class BrowserPad(NamedTuple):
     """The pad of a page. The sticks are from -1 to 1, forward and left positive. A button is True
-    while a person presses it. For B a page sends a "stop", and `b` stays False."""
+    while a person presses it. If a person presses B, the page sends a "stop", and `b` is False."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -80,8 +82,8 @@ class PageRequest(NamedTuple):
     kind: str
     value: Any = None              # see READERS
     id: Optional[int] = None
-    stops: Optional[int] = None    # number of stops that the page knew, None if missing
-    sent_at: float = 0.0           # on the panel's clock [s]; 0 if missing, which is very late
+    stops: Optional[int] = None    # number of stops that the page knew; None if missing
+    sent_at: float = 0.0           # time [s] of sending on the panel's clock; 0 if missing
 
     def lateness(self, now: float) -> float:
         """The delay [s] of the message. Raises ``ValueError`` if `sent_at` is in the future."""
@@ -103,11 +105,11 @@ class OpenPage:
         self._send(json.dumps(dict(values, type=kind), allow_nan=False))
 
     def answer(self, request: Optional[PageRequest], fulfilled: bool, text: str) -> None:
-        """Answer `request` by a text. `request` is None if the request could not be read."""
+        """Send the answer to `request`. `request` is None if the request could not be read."""
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
         elif not fulfilled:
-            # the page ends its grip, so the person must let go, and grip again
+            # the page lets go of pad and mouse, so the person must grip them again
             self.send('refused', text=text)
 
 
@@ -167,7 +169,7 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
 
 
 def _read_number(message: Dict, name: str, limit: float, unit: str = '') -> float:
-    """Returns the number called `name`. ``ValueError`` if it is not from -`limit` to `limit`."""
+    """Raises ``ValueError`` if the number called `name` is not from -`limit` to `limit`."""
     value: Any = message.get(name)
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     # the comparison is False for NaN, infinity, and integers that are too large for a float
@@ -178,9 +180,9 @@ def _read_number(message: Dict, name: str, limit: float, unit: str = '') -> floa
 
 
 def _read_optional(message: Dict, name: str, value_type: type, missing: Any) -> Any:
-    """Returns the value called `name`, or `missing` if the message does not have it. ``ValueError``
-    if the type of the value is not `value_type`."""
+    """Returns the value called `name`, or `missing` if the message does not have it. Raises
+    ``ValueError`` if the type of the value is not `value_type`."""
     value = message.get(name, missing)
-    if value is not missing and type(value) is not value_type:    # to Python a bool is an int
+    if value is not missing and type(value) is not value_type:    # in Python a bool is an int
         raise ValueError(f'{name} is not valid: {value_type.__name__}')
     return value

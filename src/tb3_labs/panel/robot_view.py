@@ -1,10 +1,9 @@
-"""The latest messages of one robot, as the picture that a page draws.
+"""Makes a picture of one robot from the robot's latest messages. A page draws the picture.
 
 A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 
-    "odom", "local"      pose of the robot in odom, and in local. If the node does not publish
-                         local, by local_pose and tf, the panel computes local from the odometry
-                         since the line "Local pose set to"
+    "odom", "local"      pose of the robot in odom, and in local. If no node publishes local, the
+                         panel computes local from the odometry after the line "Local pose set to"
     "frame"              pose of the frame local, in odom
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
@@ -22,9 +21,9 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "stops"              number of stops so far; see tb3_labs.supervision.dead_man
     "pad"                "ready", or why the pad of a page does not drive
 
-Nodes may publish NaN and infinity, which JSON does not have. A picture has null instead.
+If a node publishes NaN or infinity, a picture has null, since JSON does not have such numbers.
 
-Units in the code: metres and radians. Arrivals are in seconds on one clock (`now`).
+Units in the code: metres and radians. Times of arrival and `now` are in seconds on the same clock.
 """
 import math
 from typing import Any, Dict, Iterable, List, Optional, Tuple
@@ -36,12 +35,12 @@ from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.watch.printed_pose import declared_pose
 
-#: If the odometry's position [m] or yaw [rad] jumps by more than this, a reset set both to zero.
+#: If the odometry's position [m] or yaw [rad] jumps by more than this, the odometry was reset.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
-#: Longest time [s] between the stamps of truth and odometry for which truth is moved in time.
+#: The true pose is moved to the odometry's stamp if the stamps differ by less than this time [s].
 MAX_TIME_APART = 0.3
-#: A robot stands still if both speeds [m/s], [rad/s] of its odometry are below this.
+#: A robot stands still if its speed [m/s] and its rate of turn [rad/s] are below this number.
 STANDSTILL_SPEED = 0.02
 #: After a silence of this length [s] a page no longer shows a node's variables.
 VARIABLES_TIMEOUT = 2.0
@@ -79,14 +78,14 @@ class RobotView:
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
-        """Take the robot's pose in local from a line of the log, if the line has such a pose."""
+        """Compute the frame local if a line of the log has the robot's pose in local."""
         declared = declared_pose(text)
         odom = self.latest('odom')
         if declared and odom:
             self._computed_frame = odom.pose @ declared.inverse()
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Store a command of the node `sender`: a speed [m/s] and a rate of turn [rad/s]."""
+        """Store a command (`linear` [m/s], `angular` [rad/s]) of the node `sender`."""
         self._commands[sender] = now, linear, angular
 
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
@@ -168,8 +167,8 @@ class RobotView:
                        if now - at <= VARIABLES_TIMEOUT]}
 
     def _truth_in_odom(self) -> Optional[Pose2]:
-        """Returns the true pose in odom at the stamp of the odometry. So a page can compare both
-        poses while the robot moves."""
+        """Returns the true pose in odom at the stamp of the odometry. So a page can compare true
+        pose and odometry while the robot moves."""
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
@@ -188,7 +187,7 @@ def _pose_numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _heading_deg(yaw: Optional[float]) -> Optional[float]:
-    """Returns the heading from 0 to 359.9 degrees. 359.96 degrees give 0.0, and not 360.0."""
+    """Returns the heading from 0 to 359.9 degrees. 359.96 degrees become 0.0, not 360.0."""
     if yaw is None:
         return None
     tenths = round(math.degrees(yaw) % 360.0, 1)
@@ -196,7 +195,7 @@ def _heading_deg(yaw: Optional[float]) -> Optional[float]:
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
-    """Returns the rounded number. NaN and infinity give None. -0.0 gives 0.0, without the sign."""
+    """Returns the rounded number. Returns None for NaN and infinity, and 0.0 for -0.0."""
     if number is None or not math.isfinite(number):
         return None
     return round(number, digits) + 0.0

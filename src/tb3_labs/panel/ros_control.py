@@ -1,7 +1,7 @@
-"""Carries out the requests of pages by messages to the nodes of the labs.
+"""Carries out the requests of pages by sending messages to the nodes of the labs.
 
-The panel publishes the pad of a page as `joy`, and the node `gamepad` decides about sticks and
-buttons. The panel publishes the mouse of a page as `mouse_info`, for the node `controller`. A
+The panel publishes the pad of a page as `joy`, and the node `gamepad` decides what sticks and
+buttons do. The panel publishes the mouse of a page as `mouse_info`, for the node `controller`. A
 :class:`tb3_labs.supervision.dead_man.DeadMan` decides which page drives. A STOP goes to all nodes.
 """
 import rospy
@@ -24,14 +24,14 @@ from tb3_labs.supervision.dead_man import DeadMan
 
 #: A request with a larger delay [s] is rejected, since the person no longer expects a motion.
 MAX_REQUEST_AGE = 2.0
-#: Time [s] within which the robot must stand still, so that a stop is confirmed.
+#: A stop is confirmed if the robot stands still within this time [s].
 CONFIRM_TIME = 1.5
 #: Time [s] between two checks whether the robot stands still.
 CONFIRM_PERIOD = 0.05
 
 
 class PanelRobot:
-    """The robot of this node's namespace. Only the thread of the `server` calls its methods."""
+    """The robot of this node's namespace. Only the thread `server` calls the methods."""
 
     def __init__(self, server):
         self._server = server
@@ -69,8 +69,8 @@ class PanelRobot:
     # -- what a page asks for
 
     def carry_out(self, page, request):
-        """Carry out a request of `page`. Returns the answer as text, or None if another thread or
-        timer will answer. Raises ``ValueError`` with the reason if the request is rejected."""
+        """Carry out a request of `page`. Returns the answer as text, or None if another thread or a
+        timer answers. Raises ``ValueError`` with the reason if the request is rejected."""
         return self._ACTIONS[request.kind](self, page, request)
 
     def _hold(self, page, request):
@@ -115,8 +115,8 @@ class PanelRobot:
         return f'goal sent: {typed.x:.2f} m, {typed.y:.2f} m, {typed.yaw_deg:.0f} deg'
 
     def _reset(self, page, request):
-        """Call the service in a separate thread: the call may take a second."""
-        self._check_age(request, MAX_RESET_AGE)    # a late reset would declare another place
+        """Call the reset service in a separate thread, since the call may take a second."""
+        self._check_age(request, MAX_RESET_AGE)    # an old reset may have a wrong pose
         typed = request.value
 
         def call():
@@ -134,8 +134,8 @@ class PanelRobot:
                 'reset': _reset}
 
     def _check_age(self, request, oldest):
-        """Raises ``ValueError`` if `request` is, or may be, older than `oldest` [s]. Called for
-        requests that move the robot or the frame local."""
+        """Raises ``ValueError`` if `request` is possibly older than `oldest` [s]. Only requests
+        that move the robot or the frame local are checked."""
         now = steady_time()
         self.dead_man.check(request.stops, now, request.lateness(now), oldest)
 
@@ -154,11 +154,11 @@ class PanelRobot:
     def stop(self):
         """Stop the robot, whichever node drives."""
         self._control.publish(False)
-        self._send_pad(BrowserPad(b=True))    # the handout's gamepad reads no ctrl_relinq
-        # an active mouse first, because only the release of an active mouse ends a turn
+        self._send_pad(BrowserPad(b=True))    # the handout's gamepad does not listen to ctrl_relinq
+        # the mouse becomes active first, since only the release of an active mouse ends a turn
         self._send_mouse((0.0, 0.0))
         self._release()
-        self._cmd_vel.publish(Twist())    # for drivers that do not read ctrl_relinq
+        self._cmd_vel.publish(Twist())    # stops drivers that do not listen to ctrl_relinq
         self.dead_man.stop()
 
     def _on_stop(self):
@@ -215,8 +215,8 @@ class PanelRobot:
 
     def _send_mouse(self, position):
         """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
-        mouse_client.py, an inactive message precedes the first active message, and follows the last
-        one."""
+        mouse_client.py, an inactive message is sent before the first active message and after the
+        last active message."""
         if self._mouse_active != bool(position):
             self._publish_mouse(active=False)
         self._mouse_active = bool(position)

@@ -16,13 +16,13 @@ from tb3_labs.ros.topics import subscribe
 
 #: Time [ms] between two checks of the page that drives.
 DEAD_MAN_PERIOD = 20.0
-#: Longest wait [s] of the node, at its end, for the stop of the robot.
+#: When the node ends, it waits at most this time [s] until the robot has been stopped.
 RELEASE_TIMEOUT = 0.5
 #: A new page gets at most this many older log lines.
 LINES_KEPT = 200
 #: A page gets at most this many characters of a log line.
 MAX_LINE_LENGTH = 500
-#: (least level of a message, its name on a page)
+#: (lowest level of a message, name of the level on a page)
 LOG_LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
 
 
@@ -47,7 +47,8 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since this node ends. Any thread may call release()."""
+        """Stop the robot if a page drives, since this node ends. Any thread may call this
+        method."""
         released = threading.Event()
 
         def release():
@@ -89,15 +90,14 @@ class Pages:
             page.send('picture', **picture, now=now, page=self._driver_for(page))
 
     def _driver_for(self, page):
-        """Returns the entry "page" of the picture for `page`: does this page drive, or another
-        page?"""
+        """Returns the entry "page" of the picture that is sent to `page`."""
         driver = self._robot.dead_man.page
         if driver is None:
             return ''
         return 'this' if driver is page else 'other'
 
     def _on_line(self, message):
-        """Take in a message of /rosout. Each node has a separate thread that calls this method."""
+        """Pass a message of /rosout to the pages. Several threads may call this method."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
             self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))

@@ -1,4 +1,4 @@
-"""The web server. It serves the page's files, and a websocket for each page. Source: tornado 6."""
+"""The web server serves the page's files, and a websocket for each page. Source: tornado 6."""
 import asyncio
 import errno
 import os
@@ -27,19 +27,19 @@ DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir
 #: Time [s] between two pings of a page.
 PING_PERIOD = 1.0
 #: If a page does not answer a ping within this time [s], the server disconnects the page. The
-#: page's computer may be suspended, or the network stalls. Later the page connects again.
+#: page's computer may be suspended, or the network may stall. The page tries to connect again.
 PONG_TIMEOUT = 3.0
 #: After this time [s] the server closes a connection without a complete request.
 REQUEST_TIMEOUT = 10.0
 #: The panel tries at most this many ports.
 MAX_PORTS = 10
-#: With these headers the page loads files of this server only, and no site shows the page in a
-#: frame.
+#: With these headers the page loads only files of this server, and no other site can show the page
+#: in a frame.
 HEADERS = {
     'Content-Security-Policy': "default-src 'self'; connect-src 'self' ws: wss:; "
                                "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     'X-Content-Type-Options': 'nosniff', 'X-Frame-Options': 'DENY',
-    'Referrer-Policy': 'no-referrer',    # the address may hold the token
+    'Referrer-Policy': 'no-referrer',    # the address may contain the token
     'Cache-Control': 'no-cache'}
 
 
@@ -47,9 +47,9 @@ class Server:
     """Offers the page at the address of a PanelConfig, in a separate thread.
 
     The server calls `open_page(send)` for each page that connects. `send(text)` sends a message to
-    this page. `open_page` returns two functions: the server calls the first one with each message
-    of the page (a str), and the second one when the page is closed. Raises ``ValueError`` if the
-    address cannot be used.
+    this page. `open_page` returns two functions, `on_text` and `on_end`. The server calls
+    `on_text(text)` with each message of the page, and `on_end()` when the page is closed. Raises
+    ``ValueError`` if the address cannot be used.
     """
 
     def __init__(self, config, open_page):
@@ -72,18 +72,18 @@ class Server:
         self._loop = asyncio.new_event_loop()
 
     def start(self):
-        """Offer the page from now on."""
+        """Start to offer the page."""
         threading.Thread(target=guarded(self._run), name='server', daemon=True).start()
 
     def call_soon(self, job):
-        """Run `job()` soon in the thread of the server. Any thread may call this method."""
+        """Run `job()` soon in the thread `server`. Any thread may call this method."""
         try:
             self._loop.call_soon_threadsafe(guarded(job))
         except RuntimeError:
             pass    # the server has ended
 
     def call_later(self, seconds, job):
-        """Run `job()` after `seconds`. Only the thread of the server may call this method."""
+        """Run `job()` after `seconds`. Only the thread `server` may call this method."""
         self._loop.call_later(seconds, guarded(job))
 
     def _run(self):
@@ -96,7 +96,7 @@ class Server:
             log_function=lambda handler: None, websocket_max_message_size=4 * MAX_REQUEST_LENGTH,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_TIMEOUT)
         # tornado reads a request's body before Access checks the request. The page sends no body,
-        # so 1 byte is enough. tornado 5 would take 0 for no limit.
+        # so 1 byte is enough. In tornado 5, 0 means that there is no limit.
         server = httpserver.HTTPServer(application, max_body_size=1, body_timeout=REQUEST_TIMEOUT,
                                        idle_connection_timeout=REQUEST_TIMEOUT)
         server.add_sockets(self._sockets)
@@ -104,7 +104,7 @@ class Server:
 
 
 def run_in_thread(job):
-    """Run `job()` in a separate thread, since it may wait. The thread of the server must stay free,
+    """Run `job()` in a separate thread, since `job()` may wait. The thread `server` must not wait,
     since it receives the stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
@@ -157,14 +157,14 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
 
     def _send(self, text):
         try:
-            # the future fails if the page closes now; on_close() handles this case
+            # write_message() fails if the page closes now; on_close() handles this case
             self.write_message(text).add_done_callback(lambda sent: sent.exception())
         except websocket.WebSocketClosedError:
             pass
 
 
 def _bind(port, address):
-    """Returns (sockets, port) of the first free port. ``ValueError`` if no port can be used."""
+    """Returns (sockets, port) of a free port. Raises ``ValueError`` if no port can be used."""
     for number in range(port, port + MAX_PORTS):
         try:
             sockets = netutil.bind_sockets(number, address)

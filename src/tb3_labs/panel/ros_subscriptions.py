@@ -1,4 +1,4 @@
-"""Subscribes to the robot's topics for pages. A topic is read at most as often as a page draws."""
+"""Subscribes to the robot's topics. A topic is read at most as often as a page is drawn."""
 import threading
 from operator import attrgetter
 
@@ -20,7 +20,7 @@ from tb3_labs.ros.topics import subscribe, subscribe_events
 
 #: Time [s] between two readings of the odometry, which moves the robot on the page.
 ODOMETRY_PERIOD = 0.045
-#: Time [s] between two readings of another sensor's topic. Each reading costs computing time.
+#: Time [s] between two readings of a topic other than `odom`. Each reading costs computing time.
 NUMBERS_PERIOD = 0.2
 _read_data = attrgetter('data')
 
@@ -48,7 +48,7 @@ class RobotSubscriptions:
         def read_all(topic, *arguments):    # reads every message
             subscribe(topic, *arguments, queue_size=None)
 
-        def read_some(topic, *arguments, period=NUMBERS_PERIOD):    # reads one in each `period` [s]
+        def read_some(topic, *arguments, period=NUMBERS_PERIOD):    # one message in each `period`
             subscribe(topic, *arguments, idle_for=lambda now: period)
 
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
@@ -86,12 +86,12 @@ class RobotSubscriptions:
         return lambda value: self.read_view(lambda view: store(view, value, steady_time()))
 
     def _store_as(self, kind):
-        """Returns a callback that stores each value as the latest of `kind`."""
+        """Returns a callback that stores each value as the latest value of `kind`."""
         return self._callback(lambda view, value, now: view.on_message(kind, value, now))
 
     def _read_transforms(self, message):
-        """Returns [(kind, pose)] of the transforms that a picture needs. ``ValueError`` if such a
-        transform is invalid."""
+        """Returns [(kind, pose)] of the transforms that a picture needs. Raises ``ValueError`` if
+        one of these transforms is invalid."""
         kinds = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
         poses = []
         for stamped in message.transforms:

@@ -1,1 +1,1 @@
-"""What was recorded of one run? A bag becomes a RunData, within a budget of bytes and messages."""
+"""What was recorded during one run? A bag becomes a RunData, and the memory for it is limited."""

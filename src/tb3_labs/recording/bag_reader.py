@@ -1,8 +1,8 @@
 """Reads the records of a bag file, in the order in which they were recorded.
 
-This package has its own reader for three reasons: a stranger's definitions of messages never run,
-the memory is bounded, and a recording that was cut off is read up to its last whole record, without
-its index. The library rosbags is no Debian package.
+This package has its own reader. The reader never runs code from a stranger's bag, and limits its
+memory. A recording that was cut off is read up to its last whole record, although its index is
+missing. The library rosbags is not used, since it is not a Debian package.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -14,26 +14,27 @@ import struct
 from shlex import quote
 from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
-#: The memory [bytes] that one reading takes at most. An hour of record.launch takes 1.2e9, and
-#: 1.6e9 if it is packed.
+#: One reading needs at most this memory [bytes]. An hour of record.launch needs 1.2e9 bytes, or
+#: 1.6e9 bytes if the bag is packed.
 MAX_MEMORY = 2e9
-#: The memory [bytes] of a message, and of a connection, in addition to their data.
+#: A message, and a connection, need this memory [bytes] in addition to their data.
 MESSAGE_OVERHEAD, CONNECTION_OVERHEAD = 500, 10000
 #: The largest sizes [bytes] of a header, a name, a message and an unpacked chunk.
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
 #: If a message arrived more than this time [s] before the previous message of its sender, the
-#: recorder's clock was set back. A busy recorder may exchange two messages that are nearer.
+#: recorder's clock was set back. A smaller step back is ignored, since a busy recorder may record
+#: two messages in the wrong order.
 MIN_SET_BACK = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
 #: slept. A smaller jump of the clock looks like a silence of all topics.
 MAX_OUTAGE = 3600.0
-#: The problem of a recording whose clock jumped. The recording is read until the jump, since all
-#: times after the jump are wrong.
+#: This is the `problem` of a bag in which the recorder's clock jumped. The bag is read until the
+#: jump, since all times after the jump are wrong.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
-#: The first bytes of a bag.
+#: A bag begins with these bytes.
 BAG_VERSION = b'#ROSBAG V2.0\n'
-#: The kinds of records, by the field `op` of their headers.
+#: The value of the header field `op` for each kind of record.
 MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'
 UINT32, TIME = struct.Struct('<I'), struct.Struct('<II')
 NOT_A_BAG = 'not a bag of ROS 1, version 2.0. If it is packed, unpack it. If it is of ROS 2, ' \
@@ -45,11 +46,11 @@ class BagProblem(ValueError):
 
 
 class ReadingEnded(Exception):
-    """The rest of a bag is not read. The text of this error names the reason."""
+    """The reading ends before the end of the bag. The text of this error names the reason."""
 
 
 class Connection(NamedTuple):
-    """A sender of messages of this type on a topic. The checksum is the md5sum of the type."""
+    """A node that sends messages of one type on a topic. `checksum` is the md5sum of the type."""
 
     topic: str
     message_type: str
@@ -58,16 +59,16 @@ class Connection(NamedTuple):
 
 
 #: (arrival [s since the first message], bytes) of each message of a connection, in the order of the
-#: file. A message that is too large has no bytes.
+#: file. If a message is too large, its bytes are b''.
 Stream = List[Tuple[float, bytes]]
 
 
 class Bag:
-    """The contents of a bag file. `streams` has a Stream for each connection, or None if
-    its messages are not wanted. `problem` says why the file was not read to its end, or is ''."""
+    """The contents of a bag file. `streams` is {Connection: Stream}, with None for a Connection
+    that is not wanted. `problem` says why the reading ended early, or is ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
-        """Read the file. Only messages with ``is_wanted(connection)`` are kept. Raises BagProblem
+        """Read the file. A message is kept if ``is_wanted(connection)`` is true. Raises BagProblem
         if the file is not a bag."""
         self.streams: Dict[Connection, Optional[Stream]] = {}
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]
@@ -90,7 +91,7 @@ class Bag:
                     self.problem = 'the recording was cut off, or is damaged'
 
     def _read(self, data: Union[bytes, mmap.mmap], at: int) -> None:
-        """Read the records from `at` to the end of the file, or of an unpacked chunk."""
+        """Read the records in `data`, a file or an unpacked chunk, from the index `at` on."""
         while at < len(data):
             [header_size] = UINT32.unpack_from(data, at)
             header_end = at + UINT32.size + header_size
@@ -124,7 +125,6 @@ class Bag:
 
     def _keep(self, stream: Optional[Stream], time: bytes, data: Union[bytes, mmap.mmap],
               place: slice) -> None:
-        """Append the message at `place` in `data` to its stream."""
         seconds, nanoseconds = TIME.unpack(time)
         if self.start is None:
             self.start = seconds + 1e-9 * nanoseconds
@@ -156,7 +156,6 @@ class Bag:
         self._stream_by_connection[header[b'conn']] = self.streams[connection]
 
     def _unpacked(self, compression: bytes, packed: bytes) -> bytes:
-        """Returns the records of a packed chunk."""
         if compression != b'bz2':
             raise ReadingEnded('its chunks are packed by {}; unpack it: rosbag decompress'.format(
                 compression.decode(errors='replace')))

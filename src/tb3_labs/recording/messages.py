@@ -20,15 +20,15 @@ from tb3_labs.watch.printed_pose import declared_pose
 #: The level of a log line for each value of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
-#: A sample with a larger number [m, rad, m/s, rad/s] is invalid. The firmware's spikes are below
-#: 1000 rad/s.
+#: A sample with a larger number [m, rad, m/s, rad/s] is invalid. The spikes in the firmware's rate
+#: of turn are below 1000 rad/s.
 MAX_NUMBER = 1e5
-#: The readers make a larger speed that no wheel follows equal to this speed [m/s, rad/s].
+#: A speed that no wheel follows is limited to this speed [m/s, rad/s].
 MAX_IGNORED_SPEED = MAX_NUMBER / 2.0
 
 #: Two senders whose clocks differ by less than this [s] share one clock.
 MAX_CLOCK_DIFFERENCE = 0.1
-#: A message is late if its delay is more than this [s] off its sender's usual delay.
+#: A message is late if its delay differs by more than this time [s] from its sender's usual delay.
 MIN_LATENESS = 0.5
 #: No recorder is busy for longer than this time [s]. The stamp of a message with a longer delay is
 #: ignored.
@@ -39,8 +39,8 @@ MIN_IN_TIME_SHARE = 0.25
 
 @dataclass(frozen=True)
 class RecordedClock:
-    """The clock of a sender, which is `lag` [s] behind the recorder's clock. `stamps` are the
-    stamps of the sender's messages."""
+    """The clock of a sender is `lag` [s] behind the recorder's clock. `stamps` [s] has the stamp of
+    each message of the sender."""
 
     lag: float
     stamps: np.ndarray
@@ -48,7 +48,7 @@ class RecordedClock:
     @classmethod
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
         """Returns the clock of a sender with at least one message. The clock is computed from the
-        messages with the shortest delays, without outliers."""
+        messages with the shortest delays. Outliers are ignored."""
         lags = np.sort(arrival - stamp)
         median = lags[(len(lags) - 1) // 2]
         lags = lags[np.abs(lags - median) < MIN_LATENESS]
@@ -62,13 +62,13 @@ class RecordedClock:
 
 def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
                              robot_clock: RecordedClock) -> np.ndarray:
-    """Returns the times [s] at which a sender sent its messages, on the recorder's clock. No time
-    is before the previous time.
+    """Returns the time [s] on the recorder's clock at which each message was sent. The times never
+    decrease.
 
-    `robot_clock` is the odometry's RecordedClock. All senders that share this clock get the same
-    lag, so that their stamps stay comparable to the microsecond. A stamp is more exact than an
-    arrival, because messages arrive late while the recorder is busy, and early while a simulated
-    clock stands still. The arrival is used only if the stamp is not plausible.
+    `robot_clock` is the clock of the odometry's sender. All senders that share this clock get the
+    same lag, so the differences between their stamps stay exact. A stamp is more exact than an
+    arrival. Messages arrive late while the recorder is busy, and early while a simulated clock
+    stands still. The arrival is used only if the stamp is not plausible.
     """
     if not len(stamp):
         return arrival
@@ -82,8 +82,9 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     return np.maximum.accumulate(np.where(by_stamp, stamp + clock.lag, arrival))
 
 
-# -- Each function returns the header with the stamp, or None, and a row of values for each sample
-# of the robot in the namespace `prefix`. An invalid quaternion raises ValueError.
+# -- Each function returns (header, rows). The header is None if the message has no stamp.
+# A row has the values of a sample. `prefix` is the robot's namespace. An invalid quaternion raises
+# ValueError.
 
 def _yaw(q):
     return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
@@ -110,7 +111,7 @@ def _odometry(message, sender, prefix):
 
 def _command(message, sender, prefix):
     linear, angular = message.linear, message.angular
-    # no wheel follows these speeds, so the command is kept even if they are NaN or infinite
+    # no wheel follows these speeds, so a NaN or infinite speed does not make a command invalid
     ignored = [max(-MAX_IGNORED_SPEED, min(MAX_IGNORED_SPEED, speed))     # the maximum for NaN
                for speed in (linear.y, linear.z, angular.x, angular.y)]
     return None, [(linear.x, angular.z, *ignored, sender)]
@@ -147,7 +148,7 @@ def _data(message, sender, prefix):
     return None, [(message.data,)]
 
 
-#: {field of RunData: (class of its samples, function of a message)}
+#: {field of RunData: (class of its samples, function that reads a message)}.
 READERS = {
     'imu': (ImuSamples, _imu), 'odometry': (OdometrySamples, _odometry),
     'commands': (Commands, _command), 'local_pose': (Poses, _pose), 'ground_truth': (Poses, _pose),
@@ -163,7 +164,7 @@ def stamped_samples(part, message, prefix, start, received):
 
     `part` is a field of RunData, and `prefix` is the robot's namespace. `start` is the arrival of
     the recording's first message [s since 1970]. `received` has (arrival [s], sender, bytes) of
-    each message. All messages are read into the same `message`.
+    each message. The object `message` is used again for each message.
     """
     samples_type, read = READERS[part]
     rows = []
@@ -177,7 +178,7 @@ def stamped_samples(part, message, prefix, start, received):
             continue
         stamp = arrival
         if header is not None:
-            # first the difference: a float of the seconds since 1970 has steps of 0.2 us
+            # `start` is subtracted first, since a float of seconds since 1970 has steps of 0.2 us
             stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
         rows += [(arrival, stamp, *row) for row in found]
     samples = samples_type.from_rows(rows)
@@ -189,7 +190,7 @@ def stamped_samples(part, message, prefix, start, received):
 
 
 def resets_in(log: LogLines) -> Poses:
-    """Returns the poses that the lines of a log declare."""
+    """Returns the pose that each reset in a log declares."""
     declared = [(arrival, time, declared_pose(text))
                 for arrival, time, text in zip(log.arrival, log.time, log.texts)]
     return Poses.from_rows([(arrival, time, pose.x, pose.y, pose.yaw)

@@ -1,8 +1,8 @@
-"""Reads a rosbag into a RunData. The bag must have a topic of type Imu and one of type Odometry.
+"""Reads a rosbag into a RunData. The bag needs an Imu topic and an Odometry topic.
 
-The library rosbag makes Python code of the definitions of messages in a bag, and runs this code.
-But a bag may come from a stranger. So this module uses only the installed message classes, and does
-not read topics of other types.
+The library rosbag turns the message definitions in a bag into Python code, and runs this code. A
+bag may come from a stranger, so this module uses only the installed message classes. Other topics
+are not read.
 """
 import posixpath
 from dataclasses import replace
@@ -21,7 +21,7 @@ from tb3_labs.recording.messages import (
     RecordedClock, resets_in, stamped_samples, times_on_recorders_clock)
 from tb3_labs.recording.run_data import RunData
 
-#: The topics that a recording may lack: {field of RunData: (name of the topic, class)}.
+#: {field of RunData: (name, class)} of each topic that need not be in a bag.
 OPTIONAL_TOPICS = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
@@ -31,11 +31,11 @@ OPTIONAL_TOPICS = {
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray), 'frames': ('/tf', TFMessage),
     'log': ('/rosout', Log)}
-#: The classes of all topics of record.launch, by type and checksum.
+#: {(type, checksum): class} of the messages that record.launch records.
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
-#: The topics by which a person drives. They may have any type.
+#: A person drives the robot through these topics. The types of these topics are not checked.
 DEVICE_TOPICS = 'joy', 'mouse_info'
 
 
@@ -47,13 +47,12 @@ def read_run(path, namespace=None):
         return _run(Bag(str(path), _class_of), str(path), namespace)
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
-    except Exception as problem:        # a stranger's bytes may be anything
+    except Exception as problem:        # a stranger's bytes may cause any error
         reason = getattr(problem, 'strerror', None) or problem
         raise BagProblem(f'{path}: cannot be read ({reason})') from None
 
 
 def _class_of(connection):
-    """Returns the installed class of the connection's messages, or None."""
     return CLASSES.get((connection.message_type, connection.checksum))
 
 
@@ -94,7 +93,7 @@ def _run(bag, path, namespace):
 
 def _in_order(bag, topic, message_type):
     """Returns (arrival, sender, bytes) of each message of this type on a topic, sorted by arrival.
-    In a bag the messages of different senders are in different streams."""
+    Each stream in a bag has the messages of only one sender."""
     received = [(arrival, connection.sender, message)
                 for connection, stream in bag.streams.items()
                 if connection.topic == topic and _class_of(connection) is message_type
@@ -103,8 +102,8 @@ def _in_order(bag, topic, message_type):
 
 
 def choose_topics(types, namespace):
-    """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
-    `namespace` is None. `types` is {topic: installed class or None}. May raise BagProblem."""
+    """Returns {field of RunData: topic} for the robot in `namespace`. If `namespace` is None, the
+    bag must have one robot. `types` is {topic: installed class or None}. May raise BagProblem."""
     prefix = namespace
     if namespace is not None:
         prefix = f"/{namespace.strip('/')}/".replace('//', '/')
@@ -112,16 +111,16 @@ def choose_topics(types, namespace):
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
     prefix = prefix or parent(topics['odometry'])
     for part, (name, message_type) in OPTIONAL_TOPICS.items():
-        topic = posixpath.join(prefix, name)        # /tf and /rosout stay as they are
+        topic = posixpath.join(prefix, name)        # join() adds no prefix to /tf and /rosout
         if types.get(topic) is message_type:
             topics[part] = topic
     return topics
 
 
 def _by_type(types, message_type, name, prefix):
-    """Returns the topic of this type in the namespace `prefix`, or in any namespace if `prefix`
-    is None. If there are several topics, the topic with this `name` is returned. Raises BagProblem
-    if there is not exactly one such topic."""
+    """Returns the topic of this type in the namespace `prefix`. If `prefix` is None, all namespaces
+    are searched. If several topics have this type, the topic called `name` is returned. Raises
+    BagProblem if the topic does not exist or is ambiguous."""
     topics = [topic for topic, made in types.items() if made is message_type
               and (prefix is None or topic.startswith(prefix))]
     if not topics:
@@ -139,5 +138,5 @@ def _by_type(types, message_type, name, prefix):
 
 
 def parent(topic):
-    """Returns the namespace of a topic, such as `/robot3/` of `/robot3/odom`."""
+    """Returns the namespace of a topic, such as `/robot3/` for `/robot3/odom`."""
     return topic.rpartition('/')[0] + '/'

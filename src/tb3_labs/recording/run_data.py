@@ -1,14 +1,13 @@
-"""The recorded data of one run, as arrays.
+"""Holds the recorded data of one run in arrays.
 
 Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
 sample arrived at the recorder. `time` is the stamp of the sample, converted from the sender's clock
-to the recorder's clock, because the clocks of a real robot and a recorder differ by up to a second.
-If a message has no stamp, `time` equals `arrival`.
+to the recorder's clock. The clocks of a real robot and a recorder differ by up to a second. If a
+message has no stamp, `time` equals `arrival`.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages.
-Edge cases: a topic that was not recorded has samples of length 0. A message with an invalid
-quaternion (see :mod:`tb3_labs.geometry.angles`), or with a number that is not finite, is counted
-and not kept.
+Edge cases: a topic that was not recorded has samples of length 0. A message is dropped and counted
+if its quaternion is invalid (see :mod:`tb3_labs.geometry.angles`) or a number is not finite.
 """
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -20,9 +19,9 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: A longer pause [s] of a topic's messages is a gap.
+#: A longer pause [s] between two messages of a topic is a gap.
 MIN_GAP = 0.3
-#: A longer way [m] from one pose to the next is a leap.
+#: A larger distance [m] between two successive poses is a leap.
 MIN_LEAP = 0.3
 
 SamplesType = TypeVar('SamplesType', bound='Samples')
@@ -30,7 +29,7 @@ SamplesType = TypeVar('SamplesType', bound='Samples')
 
 @dataclass(frozen=True)
 class Samples:
-    """Arrays with an element for each sample. Subclasses add arrays with the messages' contents."""
+    """Arrays with an element for each sample. Subclasses add arrays for the messages' contents."""
 
     arrival: np.ndarray
     time: np.ndarray
@@ -40,20 +39,20 @@ class Samples:
 
     @property
     def contents(self) -> List[np.ndarray]:
-        """The arrays apart from the two times."""
+        """All arrays except `arrival` and `time`."""
         return [getattr(self, column.name) for column in fields(self)[2:]]
 
     def take(self: SamplesType, index: Any) -> SamplesType:
-        """Returns some of the samples. `index` is an index of numpy, such as a mask or a slice."""
+        """Returns the samples at `index`, which is a numpy index, such as a mask or a slice."""
         return type(self)(*(getattr(self, column.name)[index] for column in fields(self)))
 
     def between(self: SamplesType, begin: float, end: float) -> SamplesType:
-        """Returns the samples with `time` in [begin, end) [s]. The times are in order."""
+        """Returns the samples with `time` in [begin, end) [s]. The times must be in order."""
         return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
     @classmethod
     def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
-        """Returns the samples of all parts, in their order. A part may be of a subclass."""
+        """Returns the samples of all `parts`, in order. A part may be of a subclass."""
         if not parts:
             return cls.none()
         return cls(*(np.concatenate([getattr(part, column.name) for part in parts])
@@ -61,7 +60,7 @@ class Samples:
 
     @classmethod
     def from_rows(cls: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
-        """Returns samples. A row has the values of a sample, in the order of the fields."""
+        """Returns a sample for each row. A row has the values in the order of the fields."""
         if not rows:
             return cls.none()
         return cls(*(np.array(column, object if isinstance(column[0], str) else float)
@@ -79,8 +78,8 @@ class Yaws(Samples):
     yaw: np.ndarray
 
     def yaw_at(self, time: Any) -> np.ndarray:
-        """Returns the continuous yaw [rad] at each time [s], linear between two samples. Before the
-        first sample the result is the first yaw, and after the last sample the last yaw."""
+        """Returns the unwrapped yaw [rad] at each time [s], interpolated between samples. Outside
+        of the samples, the first or the last yaw is returned."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @cached_property
@@ -90,7 +89,7 @@ class Yaws(Samples):
 
 @dataclass(frozen=True)
 class ImuSamples(Yaws):
-    """An IMU's heading and rate of turn, and the quaternion w, x, y, z of each message."""
+    """The heading and the rate of turn of each IMU message, and its quaternion w, x, y, z."""
 
     yaw: np.ndarray
     yaw_rate: np.ndarray
@@ -110,7 +109,7 @@ class Poses(Yaws):
 
     @property
     def length(self) -> float:
-        """The length [m] of the path, forwards and backwards."""
+        """The length [m] of the path. Driving backwards makes the path longer, too."""
         return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
 
     @property
@@ -122,23 +121,23 @@ class Poses(Yaws):
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, times: np.ndarray) -> 'Poses':
-        """Returns the interpolated poses at the `times` [s]. Before the first sample the result
-        is the first pose, and after the last sample the last pose."""
+        """Returns the interpolated poses at the `times` [s]. Outside of the samples, the first or
+        the last pose is returned."""
         x, y = (np.interp(times, self.time, column) for column in (self.x, self.y))
         return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
 
     def pose_at(self, time: float) -> Pose2:
-        """Returns the same as `at` for one time [s]."""
+        """Returns the interpolated pose at one time [s]; see `at`."""
         return self.at(np.array([time])).pose(0)
 
     def inverse(self) -> 'Poses':
-        """Returns the inverse of each pose: the parent frame, seen from the pose."""
+        """Returns the inverse of each pose."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
 
     def __matmul__(self, other: 'Poses') -> 'Poses':
-        """Returns A_T_B @ B_T_C = A_T_C, pose by pose, with the times of A_T_B."""
+        """Returns A_T_B @ B_T_C = A_T_C for each pair of poses, with the times of A_T_B."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
@@ -151,7 +150,7 @@ class Poses(Yaws):
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Poses in ``odom``, the forward speed, and the rate of turn, with the firmware's spikes."""
+    """Poses in ``odom``, with the forward speed, and the rate of turn with firmware spikes."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -159,20 +158,20 @@ class OdometrySamples(Poses):
 
 @dataclass(frozen=True)
 class Commands(Samples):
-    """Commanded speeds, and the fields that no wheel follows: linear.y, linear.z, angular.x,
-    angular.y. `sender` is the name of the node that sent the command, '' if it is unknown."""
+    """Commanded speeds. No wheel follows `sideways`, `upward`, `rolling` and `pitching`. `sender`
+    is the name of the node that sent the command, or ''."""
 
     linear: np.ndarray
     angular: np.ndarray
-    sideways: np.ndarray
-    upward: np.ndarray
-    rolling: np.ndarray
-    pitching: np.ndarray
+    sideways: np.ndarray    # linear.y
+    upward: np.ndarray      # linear.z
+    rolling: np.ndarray     # angular.x
+    pitching: np.ndarray    # angular.y
     sender: np.ndarray
 
     def in_force(self) -> 'Commands':
-        """Returns the commands, and a command with the speeds NaN at each time at which the robot's
-        timeout ends a command."""
+        """Returns the commands. A command with the speeds NaN is added at each time when the
+        robot's timeout ends a command."""
         ends = self.time + COMMAND_TIMEOUT
         is_ended = np.append(self.time[1:], np.inf) > ends
         unknown = np.full(is_ended.sum(), np.nan)
@@ -183,7 +182,7 @@ class Commands(Samples):
 
 @dataclass(frozen=True)
 class MouseSamples(Samples):
-    """Places of the mouse on mouse_info: x to the right, y up, -1 to 1. `active` is 1 or 0."""
+    """Places of the mouse. `x` (to the right) and `y` (up) are in [-1, 1]. `active` is 1 or 0."""
 
     x: np.ndarray
     y: np.ndarray
@@ -224,30 +223,30 @@ class Variables(Samples):
 
 @dataclass(frozen=True, eq=False)
 class RunData:
-    """The run of one robot. Only `imu` and `odometry` always have samples. A run equals only
-    itself. So lru_cache can keep the result of a function for the latest run."""
+    """The run of one robot. Only `imu` and `odometry` always have samples. Two runs are never
+    equal, so lru_cache can keep a result for each run."""
 
     name: str
-    start: float                                     # of the recording [s since 1970]
+    start: float                                     # [s since 1970]
     duration: float                                  # [s]
     imu: ImuSamples
     odometry: OdometrySamples
     commands: Commands = Commands.none()
-    local_pose: Poses = Poses.none()                 # of the robot in local
-    ground_truth: Poses = Poses.none()               # of the robot in world
+    local_pose: Poses = Poses.none()                 # robot in local
+    ground_truth: Poses = Poses.none()               # robot in world
     goals: Poses = Poses.none()                      # in local
     frames: Poses = Poses.none()                     # of local in odom
     states: States = States.none()
-    resets: Poses = Poses.none()                     # the declared poses of the robot in local
+    resets: Poses = Poses.none()                     # declared poses in local
     turn_requests: Numbers = Numbers.none()          # [rad], positive to the left
     control: Numbers = Numbers.none()                # on ctrl_relinq; 1 if a node may drive
     mouse: MouseSamples = MouseSamples.none()
-    log: LogLines = LogLines.none()                  # of nodes in the robot's namespace
-    devices: Tuple[str, ...] = ()                    # joy, mouse_info, if they were recorded
-    starts: Tuple[float, ...] = ()                   # of the node in a trial [s]
-    letters: Numbers = Numbers.none()                # typed letters; l is 1, r -1, others 0
-    events: States = States.none()                   # notes of the marker in a trial
+    log: LogLines = LogLines.none()                  # only nodes in the robot's namespace
+    devices: Tuple[str, ...] = ()                    # recorded device topics
+    starts: Tuple[float, ...] = ()                   # [s], when the node of a trial started
+    letters: Numbers = Numbers.none()                # l is 1, r is -1, other letters are 0
+    events: States = States.none()                   # on topic trial
     printed: States = States.none()                  # texts that the node printed in a trial
-    variables: Variables = Variables.none()          # read by the probe in nodes
-    derived: Tuple[str, ...] = ()                    # names of fields that were computed
+    variables: Variables = Variables.none()          # that the probe read
+    derived: Tuple[str, ...] = ()                    # fields that were computed, not recorded
     notes: Tuple[str, ...] = ()                      # sentences about the recording

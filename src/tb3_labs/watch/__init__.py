@@ -3,7 +3,7 @@ import os
 from pathlib import Path
 from typing import Dict, Mapping
 
-#: The folder of the probe. It contains no other file.
+#: The folder of the probe, which contains no other file.
 PROBE = Path(__file__).with_name('probe')
 
 

@@ -1,8 +1,8 @@
-"""A node is a chain: sensor -> belief -> goal -> error -> command -> stop. A broken link is a wrong
-number in this chain.
+"""The numbers of a node form a chain: sensor -> belief -> goal -> error -> command -> stop. A
+broken link is a wrong number in this chain.
 
-A link compares a number of the node with the correct number. The handout computes the correct
-number from the node's *own* numbers in the previous links of the chain. So the consequence of a
+A link compares a number of the node with the correct number. The correct number is computed by the
+handout's formula from the node's *own* numbers in the previous links. So the consequence of a
 mistake is not reported as another mistake.
 """
 from functools import cached_property, lru_cache
@@ -23,7 +23,7 @@ MIN_READINGS = 10
 
 class BrokenLink(NamedTuple):
     """A mistake of a node. `message` describes the mistake in a sentence, without the period at its
-    end. The mistake shows at the time `moment` [s]."""
+    end. `moment` [s] is a time at which the mistake is visible."""
 
     message: str
     moment: float
@@ -39,7 +39,7 @@ class NodeRun:
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         """`run` is a RunData. `node` is the node's name, by default the name of the node with the
-        most readings. A command of an unknown sender is taken for a command of the node."""
+        most readings. A command of an unknown sender counts as a command of the node."""
         self.run, self.variables = run, variables_of(run, node)
         self.commands = run.commands
         if node is not None:
@@ -55,7 +55,7 @@ class NodeRun:
         return None
 
     def boolean_variable(self, name: str) -> Optional[Series]:
-        """Returns the same as `variable`, but None if any value is not True, False, 1 or 0."""
+        """Returns ``variable(name)`` if all its values are True, False, 1 or 0; else None."""
         series = self.variable(name)
         return series if series is not None and set(series.value) <= {0.0, 1.0} else None
 
@@ -79,8 +79,8 @@ class NodeRun:
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
-    """Returns the sentence on a broken link. `assigned` is {variable: numbers of the lines in which
-    the node's file assigns this variable}."""
+    """Returns the sentence on a broken link. `assigned` is {variable: line numbers of its
+    assignments in the node's file}."""
     name, message = broken.variable, broken.message
     lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
     place = ''
@@ -88,7 +88,7 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
         word = 'line' if len(lines) == 1 else 'lines'
         place = f" ({name} is assigned in {word} {', '.join(map(str, lines[:5]))})"
     first_word = message.split()[0]
-    if '_' not in first_word and first_word != name:        # names of variables get no capital
+    if '_' not in first_word and first_word != name:        # a variable keeps its first letter
         message = message[:1].upper() + message[1:]
     return f'{message}{place}.'
 
@@ -102,15 +102,15 @@ def is_constant(series: Series) -> bool:
 
 
 def worst_index(series: Series, should: np.ndarray) -> int:
-    """Returns the index of the value that differs most from `should`, the correct values."""
+    """Returns the index at which a variable differs most from `should`, its correct values."""
     error = np.abs(series.value - should)
     return int(np.argmax(np.where(np.isfinite(error), error, -1.0)))
 
 
 def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
     """Returns the BrokenLink of a variable that should follow the quantity `correct`. The clause
-    `behaviour` says what the variable does instead. The BrokenLink contains the value of
-    the variable and the correct value, at the moment when they differ most."""
+    `behaviour` says what the variable does instead. The BrokenLink contains the wrong value and the
+    correct value at the moment when these two values differ most."""
     should = correct.at(series.time)
     worst = worst_index(series, should)
     name = correct.name.partition(',')[0]
@@ -119,24 +119,24 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
 
 
 def should_be(observation: str, correct: Any) -> str:
-    """Returns a clause: the observation, then the correct value."""
+    """Returns a clause with the observation and the correct value."""
     return f'{observation}; it should be {correct}'
 
 
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink at `begin` if the commands at these times come too seldom."""
+    """Yields a BrokenLink at the time `begin` if commands at these `times` come too seldom."""
     pause = np.median(np.diff(times))
     if pause > MAX_COMMAND_GAP:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 
-#: The command fields that move no wheel: the name in Commands, and the name in the message.
+#: (name in Commands, name in the message) of each command field that moves no wheel.
 UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
                  ('pitching', 'angular.y'))
 
 
 def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
-    """Returns a clause on the first of these fields that is ever not 0; '' if there is none."""
+    """Returns a clause on the first of these `fields` that is not 0; '' if all are 0."""
     for field, field_text in fields:
         speeds = getattr(sent, field)
         if speeds.any():
@@ -145,6 +145,6 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
 
 
 def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on the first field but angular.z that is not 0; '' if all are 0."""
+    """Returns a clause on a field other than angular.z that is not 0; '' if all are 0."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return f'; {clause}' if clause else ''

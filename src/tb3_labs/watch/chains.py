@@ -1,4 +1,4 @@
-"""The table of the links of each lab, and the search for the first broken link of a node."""
+"""Lists the links of each lab, and finds the first broken link of a node."""
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.watch import drive_links, drive_pose, headings, turn_links
@@ -7,8 +7,8 @@ from tb3_labs.watch.variables import bare_name
 
 
 class SheetStep(NamedTuple):
-    """A place in a lab sheet: the section with this `heading`, or one numbered `step` of it. For
-    the whole section `step` is 0."""
+    """A place in a lab sheet: a numbered `step` in the section with this `heading`. If `step` is 0,
+    the place is the whole section."""
 
     sheet: str
     heading: str
@@ -25,7 +25,7 @@ class SheetStep(NamedTuple):
 class Link(NamedTuple):
     """A link of a chain. A student can answer the `question` by looking at the node. The `check`
     finds mistakes. The `place` in a lab sheet explains the link. `parts` are the parts of the lab
-    that use the link. If `is_remarked`, a mistake without loss of points gets a remark."""
+    that use the link. If `is_remarked`, a mistake gets a remark even if it costs no points."""
 
     question: str
     check: Check
@@ -44,12 +44,12 @@ BY_THUMB = SheetStep(TRANSFORMATION_SHEET, '4. By thumb')
 TURN_STEP = TURN_LAB.at_step(5)
 DRIVE_STEP = FOUR_STATES.at_step(1)
 CONTROL_STEP = FOUR_STATES.at_step(2)
-#: The parts of the labs (see marking/labs) that use a link.
+#: Names of parts of the labs in marking/labs, for `Link.parts`.
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
-#: {lab: links of its chain, in order}. The gamepad and the mouse have no chain. Their criteria move
-#: one input at a time, so that the criterion itself names the mistake.
+#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain. Each
+#: criterion of these labs moves one input, so a failed criterion already names the mistake.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -83,15 +83,15 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.not_silent, CONTROL_STEP, CONTROL_PARTS),
         Link('rostopic hz /cmd_vel: how often does a command come?', drive_links.too_seldom,
              DRIVE_STEP, DRIVE_PARTS, is_remarked=True))}
-#: A node with these variables belongs to the lab. The handout gives the variables' names.
+#: A node with these variables of the handout belongs to the lab.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
 def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None
                  ) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link, with its Link, or None. Checks only links of these `parts` of
-    the lab, by default all links."""
+    """Returns (Link, BrokenLink) of the first broken link, or None. Checks only the links that
+    these `parts` of the lab use, or all links if `parts` is None."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -101,7 +101,7 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
 
 
 def remarks(run: Any, lab: str) -> List[str]:
-    """Returns a sentence on a mistake that costs no points; [] without such a mistake."""
+    """Returns a list with a sentence on a mistake that costs no points, or []."""
     links = [link for link in CHAINS.get(lab, ()) if link.is_remarked]
     first = first_broken(NodeRun(run), links)
     if first is None:
@@ -111,7 +111,7 @@ def remarks(run: Any, lab: str) -> List[str]:
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, Link, BrokenLink) for each node of a known lab that has a broken link."""
+    """Returns (node, Link, BrokenLink) for each node of a known lab with a broken link."""
     rows = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)

@@ -1,5 +1,5 @@
-"""The chain of the Transformation lab: control -> state after a reset -> references -> local pose
--> goal -> command and end of each state -> silence.
+"""Checks the chain of the Transformation lab: control -> state after a reset -> references -> local
+pose -> goal -> command and end of each state -> silence.
 """
 from itertools import product
 from typing import Any, Iterator, Sequence, Tuple
@@ -20,14 +20,14 @@ from tb3_labs.watch.variables import shortened_value
 #: The tolerance of each state, an angle [rad] or a distance [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}
-#: At a larger heading error [rad], near half a turn, both signs of a command are correct.
+#: If the heading error [rad] is larger, the robot may turn to either side.
 MAX_CLEAR_ERROR = 3.0
 #: The gain [1/s] of each rotation.
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
 
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the variable has_control if it does not follow ctrl_relinq."""
+    """Checks that has_control follows ctrl_relinq."""
     series = node_run.variable('has_control')
     if series is None:
         return
@@ -42,7 +42,7 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the variable `state` if a reset did not set it to ROTATE_TO_GOAL."""
+    """Checks that each reset sets the variable `state` to ROTATE_TO_GOAL."""
     series = node_run.variable('state')
     if series is None:
         return
@@ -60,7 +60,7 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a variable of the goal if it is constant and differs from the requested value."""
+    """Checks that the constant variables of the goal have the requested values."""
     goals = node_run.run.goals
     if not len(goals) or not len(node_run.run.starts):
         return      # without a trial, another node may have sent the goals
@@ -78,8 +78,8 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str, np.ndarray]]:
-    """Yields (formula, angles) of each formula that a node may use for the heading error. The first
-    formula is correct."""
+    """Yields (formula, heading errors [rad]) for each possible formula, first the correct
+    formula."""
     dx, dy = part.pose.to_goal.real, part.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', part.pose.goal_yaw)]
     if part.state != ROTATE_TO_GOAL:
@@ -94,8 +94,9 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
 
 
 def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
-    """Returns (formula, gain) of the heading error that the commands of a rotation follow. Of
-    several errors, one with the handout's gain is preferred. If there is none, `formula` is ''."""
+    """Returns (formula, gain). The commands of a rotation are the gain times the heading error by
+    the formula. A formula with the handout's gain is preferred. If no formula fits, `formula` is
+    ''."""
     requested = GAINS[part.state]
     angular = part.commands.angular
     another = '', requested
@@ -114,14 +115,14 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
             continue
         if has_handouts_gain:
             return formula, gain
-        # a constant command would follow any constant angle, with some gain
+        # a constant command fits any constant angle with some gain
         if not another[0] and np.ptp(command) >= 0.1:
             another = formula, gain
     return another
 
 
 def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the wrong commands and the wrong end of each state."""
+    """Checks the commands and the end of each state."""
     for part in node_run.cached(state_intervals):
         if part.state not in TOLERANCES:
             yield from unknown_state(part)
@@ -134,7 +135,7 @@ def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def unknown_state(part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a state that the handout does not have, if the node does not leave it."""
+    """Checks that the node does not stay in a state that is unknown to the handout."""
     is_left = part.next_state in STATES or part.end - part.begin < 1.0
     if part.state not in STATES and not is_left:
         yield BrokenLink(f"state became {part.state}, which is none of {', '.join(STATES)}",
@@ -142,9 +143,9 @@ def unknown_state(part: StateInterval) -> Iterator[BrokenLink]:
 
 
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields the wrong commands of a state, or the lack of commands."""
+    """Checks that commands come in a state, and that they are correct."""
     if not len(part.commands):
-        # after a reset, a node may wait for both sensors
+        # after a reset, a node may wait for the IMU and the odometry
         first = max(min(samples.between(part.begin, part.end).arrival, default=np.inf)
                     for samples in (node_run.run.imu, node_run.run.odometry))
         if part.end - first >= 1.0:
@@ -160,7 +161,7 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
 
 
 def wrong_rotation(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields turning commands that follow a wrong error, or have a wrong sign, or are zero."""
+    """Checks that turning commands follow the correct error, and have the correct sign."""
     formula, gain = fitted_formula(node_run, part)
     correct, error = next(heading_errors(node_run, part))
     angular = part.commands.angular
@@ -181,7 +182,7 @@ def wrong_rotation(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLin
 
 
 def early_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a state that the node leaves, or skips, with an error outside the tolerance."""
+    """Checks that the error is within the tolerance when the node leaves or skips a state."""
     passed: Sequence[str] = ()
     if part.next_state in STATES:
         passed = STATES[STATES.index(part.state):STATES.index(part.next_state)]
@@ -193,7 +194,7 @@ def early_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
 
 
 def missing_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a state that the node does not leave within a second at the goal of the state."""
+    """Checks that the node leaves a state within a second when it is at the goal of the state."""
     times = node_run.reading_times
     times = times[(times >= part.begin) & (times <= part.end)]
     error, tolerance = own_pose(node_run, times).error(part.state), TOLERANCES[part.state]
@@ -215,8 +216,7 @@ def error_text(state: str, error: float) -> str:
 
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that a node sends after it has reached the goal or has lost control. Also
-    yields the last command before such a moment, unless the command is zero."""
+    """Checks that commands end, with a zero, when the node is at the goal or has lost control."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     # without control, a node may send zeros
@@ -244,7 +244,7 @@ def command_text(sent: Any, k: int) -> str:
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom."""
+    """Checks that the commands of a state come often enough."""
     for part in node_run.cached(state_intervals):
         if len(part.commands) > 3 and part.state in TOLERANCES:
             yield from slow_commands(part.commands.arrival, part.begin)

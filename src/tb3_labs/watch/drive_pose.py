@@ -1,8 +1,8 @@
-"""The link of the local pose, in the Transformation lab. This file checks local_x, local_y and
-local_yaw, and finds the wrong quantities that these variables, or their references, may follow.
+"""Checks the variables local_x, local_y and local_yaw of the Transformation lab. Finds the wrong
+quantity that a wrong variable, or its reference, follows.
 
-Here, places are complex numbers, x + iy. Angles are compared on the unit circle, so that their
-range does not matter.
+In this file a place (x, y) is the complex number x + iy. Angles are compared on the unit circle, so
+that their range does not matter.
 """
 from dataclasses import replace
 from itertools import product
@@ -21,14 +21,15 @@ from tb3_labs.watch.variables import (
 
 #: A variable with fewer values in a frame is not judged.
 MIN_VALUES = 10
-#: All quantities here have this scale, so that two places or angles are equal up to POSE_TOLERANCE.
+#: All quantities of this file have this scale. Two places, or two angles, are equal if they differ
+#: by at most POSE_TOLERANCE.
 SCALE = POSE_TOLERANCE / SAME_SHARE
 
 
 def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for its local place in `frame`. The first two are
-    correct, since the handout does not ask for a declared pose. Each other quantity has one
-    mistake; the last quantity is the place in ``odom``."""
+    """Yields the quantities that a node may use as its local place in `frame`. The first two
+    quantities are correct, since the handout does not ask for a declared pose. Each other quantity
+    has a mistake."""
     here, declared = samples.x + 1j * samples.y, frame.declared_place
     moved, turned = here - frame.place, frame.odometry_yaw - frame.declared_yaw
     displacement = 'the displacement since the reset, '
@@ -48,7 +49,7 @@ def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
 
 
 def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
-    """Returns the angles that a node may read for the yaw of the IMU. The first is correct."""
+    """Returns the quantities that a node may use as the IMU's yaw, first the correct quantity."""
     readings = [('the yaw of the IMU', imu, imu.yaw),
                 ('the yaw of the odometry', odometry, odometry.yaw),
                 ('the yaw, mirrored', imu, -imu.yaw),
@@ -59,7 +60,8 @@ def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
 
 
 def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for its local yaw. The first two are correct."""
+    """Yields the quantities that a node may use as its local yaw. The first two quantities are
+    correct."""
     yaw, *others = yaw_readings(imu, odometry)
     degrees = yaw._replace(name='the yaw in degrees', value=np.degrees(yaw.value))
     rows = [(yaw, ' since the reset', frame.declared_yaw - frame.imu_yaw),
@@ -74,8 +76,8 @@ def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quan
 
 
 def pose_quantities(node_run: NodeRun, frame: Frame, name: str) -> List[Quantity]:
-    """Returns the quantities that the variable `name` may follow in a frame, with their values in
-    comparable form. The first two are correct. Returns [] if a sensor is silent in the frame."""
+    """Returns the quantities that the variable `name` may follow in a frame, in the form of
+    `comparable`. The first two quantities are correct. Returns [] without samples of a sensor."""
     window = frame.begin - MAX_PROBE_LAG, frame.end
     imu, odometry = (samples.take(slice(*np.searchsorted(samples.arrival, window)))
                      for samples in (node_run.run.imu, node_run.run.odometry))
@@ -99,8 +101,8 @@ def comparable(name: str, value: np.ndarray) -> np.ndarray:
 
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the wrong variables of the local pose. If the node computes a variable from wrong
-    references, the references are yielded before the variable."""
+    """Checks the variables of the local pose. If a variable is wrong, its wrong references are
+    yielded before the variable."""
     for frame, name in product(node_run.cached(local_frames), REFERENCES_OF):
         for wrong in wrong_in_frame(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
@@ -109,8 +111,8 @@ def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
-    """Yields the reference `name` if the reset that begins the frame did not change the reference,
-    or if the reference is a wrong yaw."""
+    """Checks the reference `name` in a frame. A wrong reference is yielded if the reset did not
+    change the reference, or if the reference is another yaw."""
     run, series = node_run.run, node_run.variable(name)
     sensor, correct = {
         'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
@@ -143,7 +145,7 @@ def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Brok
 
 
 def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
-    """Yields the variable `name` if it does not follow the correct quantity in a frame."""
+    """Checks that the variable `name` follows the correct quantity in a frame."""
     series, quantities = node_run.variable(name), pose_quantities(node_run, frame, name)
     if series is None or not quantities:
         return

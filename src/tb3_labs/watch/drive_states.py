@@ -1,8 +1,7 @@
-"""Finds the local frames, the pose, the times with control and the states of a node, by its own
-variables. The node belongs to the Transformation lab.
+"""Finds the local frames, the poses and the states of a node in the Transformation lab. The poses
+and the states come from the node's own variables.
 
-A local frame starts at each start of the node and at each reset. Here, places are complex numbers,
-x + iy, so that a rotation is a product.
+In this file a place (x, y) is the complex number x + iy, so a rotation is a product.
 """
 from typing import Any, List, NamedTuple, Tuple
 
@@ -13,26 +12,26 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_
 from tb3_labs.watch.broken_link import MAX_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series
 
-#: A pose is correct if it is at most this far [m], [rad] from the correct pose.
+#: A pose is correct if it differs by at most this much [m, rad] from the correct pose.
 POSE_TOLERANCE = 0.03
-#: A node keeps a law if at least this share of its values is correct.
+#: Values follow a formula if the formula is correct for at least this share of the values.
 RIGHT_SHARE = 0.9
 #: The probe shows each change within MAX_PROBE_LAG [s], and most changes within SHORT_LAG [s].
 MAX_PROBE_LAG, SHORT_LAG = 0.4, 0.1
 #: The robot rests for this time [s] after the node's start.
 REST_TIME = 1.5
-#: The variables of the pose, each with the references from which the node computes it.
+#: {variable of the pose: references from which the node computes this variable}.
 REFERENCES_OF = {
     'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
     'local_y': ('initial_global_y', 'initial_odom_yaw')}
-#: The handout's values [m], [rad] of the variables of the goal.
+#: {variable of the goal: its value [m] or [rad] in the handout}.
 HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
 
 
 class Frame(NamedTuple):
-    """A local frame, in force from `begin` to `end` [s]. If a reset begins the frame, the reset
+    """A local frame is in force from `begin` to `end` [s]. If a reset begins the frame, the reset
     declares the robot's place and yaw in the frame. At `begin`, `place` and `odometry_yaw` are the
-    robot's pose by odometry, and `imu_yaw` is its yaw by IMU."""
+    robot's pose by odometry, and `imu_yaw` is the robot's yaw by IMU."""
 
     begin: float
     declared_place: complex = 0j
@@ -73,15 +72,14 @@ def local_frames(node_run: NodeRun) -> List[Frame]:
 
 
 def index_from(times: np.ndarray, time: float) -> int:
-    """Returns the index of the first of the `times` that is not before `time`; else the last
-    index."""
+    """Returns the index of the first value in `times` from `time` on, or the last index."""
     return min(int(np.searchsorted(times, time)), len(times) - 1)
 
 
 class Pose(NamedTuple):
-    """The pose by the node's own variables, in arrays with a value for each time. `to_goal` is the
-    vector from the robot to the goal, a complex number [m]. The angles are in radians. A value is
-    NaN if the node lacks the handout's variable."""
+    """The poses that the node's own variables contain. Each array has a value for each time.
+    `to_goal` is the vector from the robot to the goal, a complex number [m]. The angles are in
+    radians. A value is NaN if the node does not have the variable of the handout."""
 
     to_goal: np.ndarray
     yaw: np.ndarray
@@ -112,15 +110,14 @@ def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
 
 
 def unit_of(series: Series) -> float:
-    """Returns the unit of a yaw [rad]. The unit is a degree if any value, read in radians, is
-    larger than a whole turn."""
+    """Returns the unit of a yaw, in radians. The unit is a degree if any value exceeds 7."""
     return np.pi / 180.0 if (np.abs(series.value) > 7.0).any() else 1.0
 
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = MAX_PROBE_LAG) -> Series:
-    """Returns the readings in `part` at which the node has had control for at least these seconds.
-    The variable has_control shows who has control; without this variable, ctrl_relinq does. If
-    both are missing, all readings are returned."""
+    """Returns the readings in `part` before which the node had control for at least these
+    `seconds`. The variable has_control, or else ctrl_relinq, shows who has control. Without
+    has_control and ctrl_relinq, all readings are returned."""
     control, own = node_run.run.control, node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
     if own is not None:
@@ -132,16 +129,16 @@ def part_with_control(node_run: NodeRun, part: Series, seconds: float = MAX_PROB
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
-    """Returns (begin, end, value) of each message on ctrl_relinq."""
+    """Returns (time [s], time of the next message [s], value) of each message on ctrl_relinq."""
     control = node_run.run.control
     ends = np.append(control.arrival[1:], node_run.run.duration)
     return list(zip(control.arrival, ends, control.value))
 
 
 class StateInterval(NamedTuple):
-    """A time in which the node is in one state and has control. `begin` and `end` are the times [s]
-    of the first and the last reading in this state. `next_state` is '' if it is not known. `pose`
-    is the Pose at the times of the `commands`."""
+    """An interval in which the node is in one state and has control. `begin` and `end` are the
+    times [s] of the first and the last reading in this state. `next_state` is '' if it is not
+    known. `pose` is the Pose at the times of the `commands`."""
 
     state: str
     begin: float
@@ -157,7 +154,7 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
     series, sent = node_run.variable('state'), node_run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
-    # a new frame, a message on ctrl_relinq, or a gap of the readings ends an interval, too
+    # a new frame, a message on ctrl_relinq, or a gap in the readings ends an interval, too
     cuts = [*(each.begin for each in node_run.cached(local_frames)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])

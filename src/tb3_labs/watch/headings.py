@@ -1,6 +1,4 @@
-"""The numbers that a node may take for its heading, and the link of the IMU exercise: the printed
-heading follows the heading by the IMU.
-"""
+"""Finds the number that a node uses as its heading. Checks the heading that a node prints."""
 import math
 import re
 from dataclasses import replace
@@ -15,14 +13,14 @@ from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, should_
 from tb3_labs.watch.variables import (
     Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
-#: If a variable follows no quantity, `followed_quantity` compares it with the usable headings a
-#: second time, with a tolerance that is larger by this factor. On a busy computer samples come
-#: late, or are lost. A node may also cut or round its heading to whole degrees.
+#: If a variable follows no quantity, `followed_quantity` compares the variable a second time. The
+#: second tolerance is larger by this factor, because samples come late or are lost on a busy
+#: computer. A node may also round its heading to whole degrees.
 COARSE_FACTOR = 30.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
-#: The ranges that a node may give to a yaw from -180 to 180 degrees. Each formula gets the yaw and
-#: a whole turn, both in the node's unit. A node may use the third formula after it has converted
-#: the unit.
+#: (name, formula) of each range that a node may use for a yaw. The arguments of a formula are a yaw
+#: (from -180 to 180 degrees) and a whole turn, both in the node's unit. The third formula adds 360
+#: in any unit.
 RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
     ('from 0 to 360', lambda yaw, turn: np.where(yaw < 0.0, yaw + turn, yaw)),
     ('from -180 to 180', lambda yaw, turn: yaw),
@@ -35,33 +33,33 @@ RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
     ('without its sign', lambda yaw, turn: np.abs(yaw)),
     ('mirrored, from 0 to 360', lambda yaw, turn: -yaw % turn),
     ('mirrored, from -180 to 180', lambda yaw, turn: -yaw))
-#: The units that a node may give to a yaw, each with its factor from degrees.
+#: (name, number per degree) of each unit that a node may use for a yaw.
 UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
          ('degrees, converted to degrees twice', 180.0 / math.pi))
 
 
 def angles_of(imu: Any) -> Dict[str, np.ndarray]:
-    """Returns {name: angles [rad]} of the angles that a node may take for the yaw of the IMU."""
+    """Returns {name: angles [rad]} of the angles that a node may use as the yaw of the IMU."""
     w, x, y, z = imu.w, imu.x, imu.y, imu.z
     roll, pitch, yaw = euler(w, x, y, z)
-    # a node may hand over the numbers in the order of ROS
+    # a node may pass x, y, z, w to a function that expects w, x, y, z
     _, _, misread_yaw = euler(x, y, z, w)
     return {'yaw': yaw, 'roll': roll, 'pitch': pitch,
             'yaw (of the quaternion read in the order x, y, z, w)': misread_yaw}
 
 
 def heading_candidates(node_run: NodeRun) -> List[Quantity]:
-    """Returns the IMU's quantities that a node may take for the heading, the correct one first."""
+    """Returns the quantities that a node may use as its heading, first the correct quantity."""
     imu = node_run.run.imu
     candidates = []
-    for (angle, radians), (unit, factor) in product(angles_of(imu).items(), UNITS):
-        number = np.degrees(radians) * factor
+    for (name, angle), (unit, factor) in product(angles_of(imu).items(), UNITS):
+        number = np.degrees(angle) * factor
         turn = 360.0 * factor
-        is_yaw = angle == 'yaw'
+        is_yaw = name == 'yaw'
         ranges = RANGES if is_yaw else RANGES[:3]
         per_degree = factor if is_yaw else 0.0
         candidates += [
-            Quantity(f'the {angle} in {unit}, {range_text}', imu.arrival, formula(number, turn),
+            Quantity(f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, turn),
                      min(turn, 360.0), per_degree) for range_text, formula in ranges]
     for part in 'wxyz':
         name, number = f'the {part} of the quaternion', getattr(imu, part)
@@ -74,8 +72,7 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
 
 
 def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
-    """Does a quantity differ from the correct heading by less than a degree? It may have another
-    range and another unit."""
+    """Is a quantity the correct heading, up to a degree, in any range and unit?"""
     unit = quantity.per_degree
     if not unit:
         return False
@@ -84,8 +81,8 @@ def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
 
 
 def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
-    """Returns the quantity that a variable follows, or None. A quantity that cannot be the heading
-    of a turning node has the `per_degree` 0. The first of the `quantities` is the right heading."""
+    """Returns the quantity that a variable follows, or None. `per_degree` is 0 if a node cannot use
+    the quantity as its heading in a turn. The first of the `quantities` is the correct heading."""
     correct = quantities[0]
     matching = matching_quantities(series, quantities)
     candidates = matching or matching_quantities(
@@ -101,8 +98,8 @@ def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Qu
 
 
 def heading_from_another_zero(series: Series, correct: Quantity) -> Optional[Quantity]:
-    """Returns the heading with another zero that a variable follows, or None. The other zero may be
-    the direction at the node's start."""
+    """Returns the heading that a variable follows with a constant offset, or None. For example, a
+    node may measure its heading from its direction at the start."""
     heading = correct.at(series.time)
     # angles are compared on the unit circle, so that their range does not matter
     correct_circle = correct._replace(value=np.exp(1j * np.radians(correct.value)), scale=60.0)
@@ -160,7 +157,7 @@ def printed_headings(node_run: NodeRun) -> Series:
 
 
 def wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the printed number if it does not follow the heading from 0 to 360."""
+    """Checks that the printed number follows the heading from 0 to 360 degrees."""
     series, quantities = printed_headings(node_run), node_run.cached(heading_candidates)
     correct = quantities[0]
     if len(series.time) < 3 or not len(correct.time):

@@ -1,4 +1,4 @@
-"""Reads the declared pose in the line that a node prints at a reset.
+"""Reads the pose that a node declares in the line that it prints at a reset.
 
 At a reset, a node of the Transformation lab prints ``Local pose set to x=..., y=..., yaw=...``. The
 handout's node prints the yaw in radians, other nodes print degrees. A yaw is in degrees if ``deg``
@@ -11,8 +11,8 @@ from typing import Optional
 from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.se2 import Pose2
 
-#: The line of a reset. Two neighbouring parts of this expression never match the same character, so
-#: the search is fast even in a line of thousands of blanks.
+#: Matches the line that a node prints at a reset. Two neighbouring parts of this expression never
+#: match the same character, so the search is fast even in a line of thousands of blanks.
 NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
 RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
@@ -20,7 +20,7 @@ RESET_LINE = re.compile(
 
 
 def declared_pose(line: str) -> Optional[Pose2]:
-    """Returns the robot's pose in ``local`` that the line of a reset declares; else None."""
+    """Returns the robot's pose in ``local`` that a line declares; None if it declares no pose."""
     match = RESET_LINE.search(line)
     if match is None:
         return None

@@ -1,4 +1,4 @@
-"""The links of the turns in the IMU lab: curr_yaw -> goal_yaw -> turning -> command -> stop."""
+"""Checks the turns in the IMU lab: curr_yaw -> goal_yaw -> turning -> command -> stop."""
 from typing import Iterator
 
 import numpy as np
@@ -13,23 +13,24 @@ from tb3_labs.watch.typed_turns import (
     own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. A node that
-#: turns by itself or by the mouse may read the letter some degrees later.
+#: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. If the robot is
+#: already turning, it turns some degrees before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
-#: The side of an error is clear if the error is farther than this [deg] from 0 and from 180.
+#: The side to which a node must turn is clear if the error is farther than this [deg] from 0 and
+#: 180.
 CLEAR_ERROR_DEG = 20.0
-#: The angle [deg] by which the error at a turn's end may exceed the handout's tolerance.
+#: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
-#: Longest time [s] from a letter to the node's first command of the turn.
+#: A node sends the first command of a turn within this time [s] after the letter.
 FIRST_COMMAND_TIME = 0.4
 #: When the error is half the handout's tolerance, a node ends its turn within this time [s].
 MAX_STOP_TIME = 0.5
-#: The same time [s] for a node whose tolerance is finer than the handout's.
+#: A node with a finer tolerance than the handout's ends its turn within this time [s].
 FINE_STOP_TIME = 2.5
 
 
 def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the variable curr_yaw if it is not a usable heading."""
+    """Checks that the variable curr_yaw is a usable heading."""
     series = node_run.variable('curr_yaw')
     if series is not None and own_heading(node_run) is None:
         correct = node_run.cached(heading_candidates)[0]
@@ -37,7 +38,7 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the goal_yaw that a letter did not set to curr_yaw plus or minus 90 degrees."""
+    """Checks that each letter sets goal_yaw to curr_yaw plus or minus 90 degrees."""
     series, heading = node_run.variable('curr_yaw'), own_heading(node_run)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
     if series is None or heading is None or goal is None:
@@ -69,7 +70,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the variable `turning` if it does not become True after a letter."""
+    """Checks that the variable `turning` becomes True after each letter."""
     turning = node_run.boolean_variable('turning')
     if turning is None:
         return
@@ -85,7 +86,7 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom, and zeros that another callback sends during a turn."""
+    """Checks that commands come often enough, and that no other callback sends zeros."""
     for turn in node_run.cached(letter_turns):
         moving = turn.moving_indices
         if len(moving) >= 3:
@@ -104,7 +105,7 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that are zero, that turn to the wrong side, or that exceed the limits."""
+    """Checks that commands turn the robot, to the correct side, and within the limits."""
     for turn in node_run.cached(letter_turns):
         turned_never = len(turn.time) > 5 and not len(turn.moving_indices)
         if turned_never and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
@@ -116,7 +117,7 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that turn away from the goal."""
+    """Checks that no command turns the robot away from the goal."""
     wrong = []
     for turn in node_run.cached(letter_turns):
         size = np.abs(turn.error)
@@ -129,7 +130,7 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a turn that is too fast, or has a forward speed."""
+    """Checks that the rate of each turn is within its limit, and that the forward speed is zero."""
     sent = node_run.commands
     for turn in node_run.cached(letter_turns):
         moving = turn.moving_indices
@@ -147,8 +148,8 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a turn that ends outside the tolerance, too late, or without a zero command. Then
-    yields a variable `turning` that stays True."""
+    """Checks that each turn ends within the tolerance, in time, and by a zero command. Then checks
+    that the variable `turning` becomes False."""
     for turn in node_run.cached(letter_turns):
         if len(turn.moving_indices):
             yield from wrong_last_command(node_run, turn)
@@ -157,7 +158,7 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
-    """Yields the zero that ends a turn outside the tolerance, or the lack of a zero."""
+    """Checks that a zero command ends the turn within the tolerance."""
     last = turn.moving_indices[-1]
     if turn.is_ended:
         error = turn.error[last + 1]
@@ -172,7 +173,7 @@ def wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink
 
 
 def late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
-    """Yields a turn that goes on although its error is small."""
+    """Checks that the turn ends soon after its error is small."""
     last = turn.moving_indices[-1]
     size = np.abs(turn.error[:last + 1])
     inner = np.flatnonzero(size < HDG_TOL / 2.0)
@@ -199,7 +200,7 @@ def own_tolerance_text(node_run: NodeRun) -> str:
 
 
 def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the variable `turning` if it is still True when the next letter is typed."""
+    """Checks that the variable `turning` is False when the next letter is typed."""
     turning, turns = node_run.boolean_variable('turning'), node_run.cached(letter_turns)
     if turning is None or not len(node_run.run.letters):
         return

@@ -1,4 +1,4 @@
-"""The turns of a node, from its own variables. A turn has a letter, a goal, commands and errors."""
+"""Finds the turns of a node by its own variables."""
 from dataclasses import dataclass
 from typing import Any, List, Optional
 
@@ -10,13 +10,13 @@ from tb3_labs.watch.broken_link import MAX_COMMAND_GAP, NodeRun
 from tb3_labs.watch.headings import followed_quantity, heading_candidates
 from tb3_labs.watch.variables import Quantity
 
-#: Longest time [s] until a node reads a typed letter.
+#: A node reads a typed letter within this time [s].
 LETTER_DELAY = 3.0
-#: The time [s], about, between two readings of a node's variables by the probe.
+#: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
 #: The letter of a turn whose letter was not recorded.
 UNKNOWN_LETTER = 'a letter'
-#: The letter of each value in RunData.letters, and the requested angle [deg] of each letter.
+#: {value in RunData.letters: letter}, and {letter: requested angle [deg]}.
 LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}
 TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG}
 
@@ -26,10 +26,10 @@ class NodeTurn:
     """The turn after a typed letter, until the next letter. `letter` is l, r or UNKNOWN_LETTER. A
     turn `is_cut` if the mouse was moved, or the node ended, before the next letter was typed.
 
-    Angles have the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
+    Angles are in the node's own unit. `begin_yaw` is the curr_yaw at which the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
-    letter; both are '' if the node has no goal_yaw. The arrays have a value for each command of
-    the turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is
+    letter; both are '' if the node has no goal_yaw. The arrays have a value for each command of the
+    turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is
     goal_yaw minus curr_yaw [deg], and NaN if the goal is not known.
     """
 
@@ -53,17 +53,17 @@ class NodeTurn:
 
     @property
     def moving_indices(self) -> np.ndarray:
-        """The indices of the commands that turn."""
+        """The indices of the commands that turn the robot."""
         return np.flatnonzero(self.command)
 
     @property
     def is_ended(self) -> bool:
-        """Does a zero follow the last command that turns?"""
+        """Does a zero follow the last command that turns the robot?"""
         return len(self.moving_indices) > 0 and not self.command[-1]
 
     @property
     def lacks_zero(self) -> bool:
-        """Does the node still turn, and send no more commands?"""
+        """Did the commands end without a zero?"""
         is_moving = len(self.moving_indices) > 0 and not self.is_ended
         return is_moving and self.end - self.time[-1] > MAX_COMMAND_GAP
 
@@ -117,9 +117,8 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
 
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
-    """Returns the times at which `turning` became True. Returns no time if goal_yaw changes in a
-    turn. Then the letters may wait in a queue, and nobody knows which commands
-    belong to which letter."""
+    """Returns the times at which `turning` became True. Returns no times if goal_yaw changes in a
+    turn. Letters may wait in a queue in this case, and cannot be assigned to commands."""
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)

@@ -1,8 +1,8 @@
-"""The variables of a node over a run, and the search for the quantities that a variable follows.
+"""Finds the quantities that the variables of a node follow in a run.
 
 probe/sitecustomize.py reads the variables. A quantity is a number that a formula gives for each
-message of a sensor. A variable follows a quantity if each value of the variable is the number of a
-recent message.
+message of a sensor. A variable follows a quantity if each value of the variable is the quantity's
+number for a recent message.
 
 In this folder a `run` is a RunData (:mod:`tb3_labs.recording.run_data`). All times are arrivals at
 the recorder [s].
@@ -19,13 +19,13 @@ from tb3_labs.geometry.arrays import last_before, last_until
 SAME_SHARE = 3e-4
 #: A variable follows a quantity if at least this share of its values comes from recent samples.
 FOLLOWING_SHARE = 0.98
-#: A variable follows a quantity with a delay if at least DELAYED_SHARE of its values comes at most
-#: MAX_DELAY [s] late.
+#: A variable follows a quantity with a delay if DELAYED_SHARE of its values come at most MAX_DELAY
+#: [s] late.
 DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
-#: A sample stays recent for this time [s] after the arrival of the next sample. The last sample
-#: always stays recent.
+#: A sample is recent until this time [s] after the next sample's arrival. The last sample is always
+#: recent.
 RECENT_TIME = 0.5
-#: The time [s], at most, by which a node receives a sample before the recorder.
+#: A node receives a sample at most this time [s] before the recorder does.
 ARRIVAL_LEAD = 0.03
 #: At most about this many values of a variable are compared.
 MAX_VALUES = 400
@@ -44,11 +44,11 @@ class Series:
     value: np.ndarray
 
     def at(self, time: float) -> float:
-        """Returns the number of the last reading up to this time, or of the first reading."""
+        """Returns the last number read up to this time, or the first number if all are later."""
         return float(self.value[max(0, last_until(self.time, time))])
 
     def text_at(self, time: float) -> str:
-        """Returns the text of the last reading up to this time, or of the first reading."""
+        """Returns the last text read up to this time, or the first text if all are later."""
         return str(self.text[max(0, last_until(self.time, time))])
 
     def take(self, index: Any) -> 'Series':
@@ -65,7 +65,7 @@ class Series:
 
 
 def to_number(text: str) -> float:
-    """Returns the number that a variable's text shows, or NaN."""
+    """Returns a variable's text as a number, or NaN."""
     try:
         return TRUTH_VALUES[text] if text in TRUTH_VALUES else float(text)
     except ValueError:
@@ -79,7 +79,7 @@ def shortened_value(text: str) -> str:
 
 
 def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
-    """Returns {node: {name: Series}} of `rows`, the `variables` of a run."""
+    """Returns {node: {name: Series}}. `rows` are the `variables` of a RunData."""
     numbers = {text: to_number(text) for text in set(rows.value.tolist())}
     indices: Dict[Tuple[str, str], List[int]] = {}
     for index, key in enumerate(zip(rows.node.tolist(), rows.name.tolist())):
@@ -101,15 +101,15 @@ def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
 
 
 def bare_name(name: str) -> str:
-    """Returns a variable's own name in small letters: `curr_yaw` of `Controller._curr_yaw`."""
+    """Returns a variable's own name in small letters: `curr_yaw` for `Controller._curr_yaw`."""
     return name.rpartition('.')[2].strip('_').lower()
 
 
 # -- quantities
 
 class Quantity(NamedTuple):
-    """A number for each sample of a sensor. `name` names the number and its unit. `scale` is about
-    the range of the number. If the quantity is a heading, one degree to the left changes it by
+    """A number for each sample of a sensor. `name` names the number and its unit. The range of the
+    number is about `scale`. If the quantity is a heading, one degree to the left changes it by
     `per_degree`; else `per_degree` is 0."""
 
     name: str
@@ -119,14 +119,15 @@ class Quantity(NamedTuple):
     per_degree: float = 0.0
 
     def at(self, time: Any) -> Any:
-        """Returns the number of the last sample before a time, or of the first sample. If `time` is
-        an array, an array of numbers is returned."""
+        """Returns the last number before a time, or the first number if none is before. If `time`
+        is an array, an array of numbers is returned."""
         return self.value[last_before(self.time, time).clip(0)]
 
 
 def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
-    """Returns for each value of a variable the age [s] of the newest sample with this value; inf if
-    no sample of the last `longest` seconds has this value. The newest sample has the age 0."""
+    """Returns an age [s] for each value of a variable: the age of the newest sample with this
+    value, or inf if no sample of the last `longest` seconds has this value. A sample has the age 0
+    until the next sample comes."""
     times, readings = quantity.time, series.time
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)
@@ -138,7 +139,7 @@ def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME
     sample = newest[:, None] - np.arange(most)
     exists = sample >= 0
     sample = sample.clip(0)
-    replaced_at = np.append(times[1:], np.inf)    # a sample gets old when the next sample comes
+    replaced_at = np.append(times[1:], np.inf)    # the age begins with the next sample
     age = (readings[:, None] - replaced_at[sample]).clip(0.0)
     distance = np.abs(series.value[:, None] - quantity.value[sample])
     is_equal = exists & (age <= longest) & (distance <= SAME_SHARE * quantity.scale)
@@ -146,15 +147,15 @@ def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME
 
 
 def subsampled(series: Series) -> Series:
-    """Returns every n-th of the values that are numbers, at most about MAX_VALUES."""
+    """Returns at most about MAX_VALUES of the values that are numbers, at equal intervals."""
     known = np.flatnonzero(np.isfinite(series.value))
     return series.take(known[::max(1, len(known) // MAX_VALUES)])
 
 
 def matching_quantities(series: Series, quantities: Iterable[Quantity],
                         share: float = FOLLOWING_SHARE) -> List[Quantity]:
-    """Returns the quantities that a variable follows, in the given order. If there are several,
-    this run does not show which of them the node uses."""
+    """Returns the quantities that a variable follows, in the given order. If a variable follows
+    several quantities, the run does not show which quantity the node uses."""
     # the variable may have its first value before the first message comes
     changes = np.flatnonzero(series.text != series.text[:1])
     first_change = changes[0] if len(changes) else 0
@@ -166,7 +167,7 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the delay [s] with which the DELAYED_SHARE of a variable's values follows a quantity;
-    inf if the delay exceeds MAX_DELAY, or the variable does not follow the quantity."""
+    """Returns the delay [s] that DELAYED_SHARE of a variable's values do not exceed. Returns inf if
+    this delay exceeds MAX_DELAY, or if the variable does not follow the quantity."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
     return float(ages[int(DELAYED_SHARE * (len(ages) - 1))]) if len(ages) else math.inf

@@ -1,1 +1,1 @@
-"""A submission becomes a workspace in which its node can run."""
+"""How can a stranger's node run on this machine? A submission is copied into a workspace."""

@@ -1,7 +1,7 @@
 """Copies strangers' folders and zip files, within limits.
 
-A hostile zip file may fill the disk, or have paths that lead out of its folder. Therefore a process
-with limits runs this code, see submissions.py.
+A hostile zip file may fill the disk, or write outside of the folder into which it is unpacked.
+Therefore a process with limits runs this code; see submissions.py.
 """
 import hashlib
 import os
@@ -16,15 +16,15 @@ from typing import IO, Dict, Iterable, List, Sequence, Tuple
 from tb3_labs.command_line import printable
 
 ZIP = '.zip'
-#: A zip file is unpacked into a folder with its name and this ending.
+#: The folder of an unpacked zip file has the zip file's name and this ending.
 UNPACKED = '.unpacked'
 #: The copy of a submission has at most MAX_FILES files and MAX_SUBMISSION_BYTES bytes.
 MAX_FILES, MAX_SUBMISSION_BYTES = 5000, 200000000
-#: A copy leaves out larger files.
+#: A file with more bytes is not copied.
 MAX_COPIED_BYTES = 20000000
-#: A file in deeper folders is refused.
+#: A submission is not judged if a file is inside of more than this many folders.
 MAX_FOLDER_DEPTH = 50
-#: These folders and files are not a student's work, or programs made them. They are not copied.
+#: These folders and files are not copied, since they are not a student's work.
 IGNORED_PATHS = re.compile(
     r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
     r'build|devel|install|logs|\.?venv|[^/]*\.bag)(/|$)', re.IGNORECASE)
@@ -36,7 +36,7 @@ MAX_SHOWN_PATH_LENGTH = 200
 
 
 class NotJudged(Exception):
-    """A submission cannot be judged. The text is the reason, a sentence."""
+    """A submission cannot be judged. The exception's text is a sentence with the reason."""
 
 
 def is_zip(name: str) -> bool:
@@ -45,7 +45,7 @@ def is_zip(name: str) -> bool:
 
 
 def files_in(folder: Path) -> List[Path]:
-    """Returns the sorted paths of all files below `folder`, without links."""
+    """Returns the sorted paths of all files below `folder`. Links are left out."""
     return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
 
 
@@ -63,9 +63,9 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path) -> List[str]:
     """Make `folder`, copy the files of a submission into it, and unpack the zip files there.
     Returns remarks on files that are left out.
 
-    `handed_in` maps a file or a folder to the file's name on the student's computer. If several
-    files have the same name, the last one is copied. Raises ``NotJudged`` if a zip file cannot be
-    unpacked, or if the submission is too large.
+    `handed_in` is {file or folder: the file's name on the student's computer}. If several files
+    have the same name, only the last of these files is copied. Raises ``NotJudged`` if a zip file
+    cannot be unpacked, or if the submission is too large.
     """
     copy = SubmissionCopy(folder)
     files, remarks = _files_to_copy(handed_in)
@@ -99,8 +99,8 @@ def _files_to_copy(handed_in):
 def submitted_files(folder: Path) -> Tuple[List[Path], List[Path]]:
     """Returns (files to copy, refused files) below `folder`, without the IGNORED_PATHS.
 
-    Links and devices are refused. A file with a second name (a hard link) is refused too, since the
-    file may be another person's. Raises ``OSError`` if a folder cannot be read.
+    Links and devices are refused. A file with a second name (a hard link) is refused too, since it
+    may be another person's file. Raises ``OSError`` if a folder cannot be read.
     """
     files: List[Path] = []
     refused: List[Path] = []
@@ -123,7 +123,7 @@ def _raise(problem):
 
 
 class SubmissionCopy:
-    """The copy of a submission. Its methods raise ``NotJudged`` if a limit is exceeded."""
+    """The copy of a submission. If a limit is exceeded, the methods raise ``NotJudged``."""
 
     def __init__(self, folder: Path) -> None:
         """Make the folder of the copy."""
@@ -134,8 +134,8 @@ class SubmissionCopy:
         self._links: List[PurePath] = []
 
     def add(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
-        """Write a file of `size` [bytes], unless it is large. `path` is the file's path in the
-        copy. If the copy has this path already, the new file replaces the old one."""
+        """Write a file of `size` [bytes] to `path` in the copy, where it replaces an older file. A
+        file with more than MAX_COPIED_BYTES is left out."""
         if size > MAX_COPIED_BYTES:
             self._large.append(path)
             return
@@ -154,16 +154,16 @@ class SubmissionCopy:
 
     def unpack(self, file: Path, folder: PurePath) -> None:
         """Unpack a zip file into a folder of the copy. Raises ``NotJudged`` if the zip file is
-        damaged, or has a path that is not safe.
+        damaged, or if one of its paths leads out of the folder.
 
-        The zip file declares each file's size, and zipfile reads no further than this size.
+        For each file, zipfile reads at most the size that the zip file declares.
         """
         try:
             with zipfile.ZipFile(str(file)) as archive:
                 for entry in archive.infolist():
                     self._add_entry(archive, entry, folder)
         except ZIP_ERRORS as problem:
-            # strerror lacks the path, which is a path of the marking machine
+            # unlike str(problem), strerror has no path of the marking machine
             why = getattr(problem, 'strerror', None) or str(problem) or type(problem).__name__
             raise NotJudged(f'The zip file {printable(file.name)} cannot be unpacked: '
                             f"{why.rstrip('.')}.") from None
@@ -187,10 +187,10 @@ class SubmissionCopy:
 
 
 def _safe_path(name):
-    """Returns an entry's path in the unpacked folder. Raises ``NotJudged`` if the path leads out of
-    this folder."""
+    """Returns the path of a zip file's entry in the unpacked folder. Raises ``NotJudged`` if the
+    path leads out of the unpacked folder."""
     parts = [part for part in name.split('/') if part not in ('', '.')]
-    # some services begin their zip files with the folder /
+    # the first entry of some services' zip files is the folder /
     is_absolute = name.startswith('/') and bool(parts)
     has_drive = re.match('[A-Za-z]:/', name) is not None
     if is_absolute or has_drive or '..' in parts:
@@ -198,10 +198,10 @@ def _safe_path(name):
     return '/'.join(parts)
 
 
-def shortened(names: Sequence[str], most: int = 6) -> str:
-    """Returns a line with at most `most` names, and the number of the other names."""
-    more = f' and {len(names) - most} more' if len(names) > most else ''
-    return ', '.join(names[:most]) + more
+def shortened(names: Sequence[str], max_names: int = 6) -> str:
+    """Returns a text with the first `max_names` names, and the number of further names."""
+    more = f' and {len(names) - max_names} more' if len(names) > max_names else ''
+    return ', '.join(names[:max_names]) + more
 
 
 def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:

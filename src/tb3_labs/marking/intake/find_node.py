@@ -1,8 +1,9 @@
-"""Finds the file of a submission that is the node of a lab.
+"""Finds the node of a lab among the files of a submission.
 
-A repository of a whole course may have several files with the same name. Package, signs of the
-node, and name decide which file is chosen. A file in a folder of old files is chosen last. If the
-chosen file only defines a class, the file that starts the class is the node.
+A repository of a whole course may have several files with the same name. The choice depends on a
+file's package, on signs of the node in the file, and on the file's name. A file in a folder of old
+files is chosen only if no other file can be the node. If the chosen file only defines a class, the
+file that starts the class is the node.
 
 This module only reads the files.
 """
@@ -22,7 +23,7 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: Two candidates are alike if their first COMPARED_RANKS fields are equal.
 COMPARED_RANKS = 4
-#: Where is the usual name of a package? These are the values of package_rank, the best first.
+#: The values of `package_rank`, the best first, say where the usual name of a package was found.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
 #: The instructor reads this text if no file can be the node.
 WHAT_IS_READ = 'Only zip files are unpacked, and none in others. Folders such as build, devel, ' \
@@ -38,14 +39,14 @@ class Choice(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A file that may be the node. The smallest candidate, compared as a tuple, is chosen."""
+    """A file that may be the node. Candidates are compared as tuples. The smallest is chosen."""
 
     aside: bool             # is the file in a folder of old or copied files?
     package_rank: int       # see _package_rank
-    missing_signs: int      # the number of missing signs of the node; see _signs
-    name_rank: int          # index in the usual names; len(names) for another name
-    is_outside_zip: bool    # was the file in no zip file? Its modules may be in the zip file
-    folder_rank: int        # index in FOLDERS; len(FOLDERS) for another folder
+    missing_signs: int      # how many signs of the node are missing; see _signs
+    name_rank: int          # index of the file's name in the usual names; see _rank
+    is_outside_zip: bool    # is the file in no zip file, possibly without its modules?
+    folder_rank: int        # index of the file's folder in FOLDERS; see _rank
     depth: int
     path: str
     found_signs: Tuple[bool, ...]       # see _signs
@@ -53,24 +54,24 @@ class _Candidate(NamedTuple):
 
     @property
     def has_usual_package(self) -> bool:
-        """Is the usual name the name of the file's package, or a part of this name?"""
+        """Does the name of the file's package contain a usual name?"""
         return self.package_rank <= PART_OF_NAME
 
 
 class _PackageNames(NamedTuple):
-    """The names of a package in a submission. If there is no package: ([], 0)."""
+    """The names of a package in a submission. Without a package, the value is ([], 0)."""
 
     names: List[str]        # the name in package.xml, and the name of the folder
     depth: int              # the number of folders from the submission's folder to the package
 
 
 def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
-    """Returns the Choice of the file below `folder` that is the node of a lab.
+    """Returns the Choice of a lab's node among the files below `folder`.
 
-    A file can be the node if it has a usual name, or if it has the handout's names of class and
-    node. It can also be the node if it listens to the lab's topic, and does not have the usual name
-    of another lab's node. If `package` or `name` is given, the file must have this package
-    or name. `name` may also be a path, as printed for the instructor.
+    A file can be the node if its name is usual, or if its class and its ROS node have the names of
+    the handout. A file that listens to the lab's topic can also be the node, if its name is not
+    usual for the node of another lab. If `package` or `name` is given, the file must have this
+    package or name. `name` may also be a file's path, as in the list that the instructor sees.
 
     Raises ``NotJudged`` if no file can be the node.
     """
@@ -107,7 +108,7 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
 
 def _starting_program(module, programs, folder):
     """Returns the first program that imports and starts `module`, and is in the same package.
-    Returns None if there is no such program, or if `module` itself starts."""
+    Returns None if there is no such program, or if `module` itself does more than define names."""
     path = folder / module.path
     if read_program(path).acts:
         return None
@@ -121,7 +122,7 @@ def _starting_program(module, programs, folder):
 
 
 def _remarks_and_findings(candidates, names):
-    """Returns (remarks, findings) on the choice of the first candidate, at most one of each."""
+    """Returns (remarks, findings) on the choice of the first candidate."""
     best, *others = candidates
     if not others:
         if best.name_rank < len(names):
@@ -138,7 +139,7 @@ def _remarks_and_findings(candidates, names):
 
 
 def _is_doubtful(best, other, names):
-    """Could `other` be the node instead of `best`, by its signs, its name or its place?"""
+    """Could `other` be the node, because of similar signs, a better name or a better place?"""
     if other.text == best.text:
         return False
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
@@ -159,7 +160,7 @@ def _is_program(path):
 
 
 def _package_names(package, folder):
-    """Returns the _PackageNames of a package's folder, or of None, in the submission's folder."""
+    """Returns the _PackageNames of `package`, which is a folder below `folder`, or None."""
     if package is None:
         return _PackageNames([], 0)
     places = package.relative_to(folder).parts
@@ -181,13 +182,14 @@ def _candidate(lab, path, package, text, packages, names):
 
 
 def _rank(name, usual_names):
-    """Returns the index of `name` in `usual_names`, or len(usual_names) for another name."""
+    """Returns the index of `name` in `usual_names`, or else len(usual_names)."""
     return usual_names.index(name) if name in usual_names else len(usual_names)
 
 
 def _package_rank(usual, own_names, outer_names):
-    """Returns SAME_NAME if the package has the `usual` name, PART_OF_NAME if the usual name is a
-    part of its name, OUTER_FOLDER if a folder around it has the usual name, else NOWHERE."""
+    """Returns SAME_NAME if the package has the name `usual`. Returns PART_OF_NAME if `usual` is a
+    part of the package's name, and OUTER_FOLDER if `usual` is in the name of a folder around the
+    package. Returns NOWHERE in all other cases."""
     own_names = list(map(_normalized, own_names))
     if _normalized(usual) in own_names:
         return SAME_NAME
@@ -200,14 +202,14 @@ def _package_rank(usual, own_names, outer_names):
 
 
 def _normalized(name):
-    """Returns a name in small letters without a gap before a number: Lab_02 becomes lab2."""
+    """Returns a name in small letters and without gaps before numbers. Lab_02 becomes lab2."""
     return re.sub(r'(?<=[a-z])[ _.-]*0*(?=\d)', '', name.lower())
 
 
 def _signs(lab, text):
-    """Returns a bool for each sign that a program is the node of a lab. The program listens to the
-    lab's topic, has the handout's class, has the handout's name of the node, and has each of the
-    lab's `uses`."""
+    """Returns a bool for each sign of the lab's node: does the program have the sign? The signs are
+    the subscription to the lab's topic, the handout's class, the handout's name of the node, and
+    each of the lab's `uses`."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
     patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.sensors[0]),

@@ -1,7 +1,7 @@
-"""Finds the missing modules of a node, also those that other modules of its submission import.
+"""Finds the missing modules that a node, or another module of its submission, imports.
 
-This module only reads the programs of the submission. In the trial, Python imports their modules,
-and reports a missing module.
+This module only reads the programs of the submission. In the trial, Python itself reports a missing
+module that was overlooked.
 """
 import ast
 import shutil
@@ -17,7 +17,7 @@ from tb3_labs.marking.intake.packages import (
     INTERFACES, MAX_MANIFEST_BYTES, definitions_in, distance, interface_files, is_aside)
 from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_name, nodes_of
 
-#: If a statement of these kinds has a call, the program does something.
+#: A program does something if a statement of these kinds has a call.
 ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
@@ -25,26 +25,26 @@ CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath'
 MAX_PROGRAM_BYTES = 1000000
 #: These modules may be installed, but they cannot be imported without a screen.
 NEED_SCREEN = 'pynput', 'pyautogui'
-#: The folder of a submission's copy with packages that were not handed in.
+#: The folder for packages that were not handed in. The marking makes these packages.
 STAND_INS = 'stand_ins'
 
 
 class Import(NamedTuple):
     """The import of a module by a program."""
 
-    module: str                 # as it is written, with dots, also the dots of `from .laws import`
-    names: Tuple[str, ...]      # the names imported from it; () if the module itself is imported
-    bound: Tuple[str, ...]      # the names that the program gives to `names`, or to the module
-    may_fail: bool              # is it in a `try`?
+    module: str                 # the module's name with all dots, such as '.laws'
+    names: Tuple[str, ...]      # the names that are imported; () for `import module`
+    bound: Tuple[str, ...]      # the names that the import defines in the program
+    may_fail: bool              # is the import in a `try`?
 
     @property
     def package(self) -> str:
-        """The module up to its first dot; '' in `from .laws import name`."""
+        """The module's name up to the first dot; '' for `from .laws import name`."""
         return self.module.split('.')[0]
 
     @property
     def imports_types(self) -> bool:
-        """Does it import messages or services?"""
+        """Does the program import messages or services?"""
         return bool({*self.module.split('.')[1:], *self.names} & set(INTERFACES))
 
 
@@ -53,14 +53,14 @@ class ParsedProgram(NamedTuple):
 
     text: str
     imports: List[Import]
-    used: Set[str]              # its names of variables, functions and modules
-    acts: bool                  # does it do more than define names?
+    used: Set[str]              # the variables, functions and modules that the program uses
+    acts: bool                  # does the program do more than define names?
 
 
 class MissingModules(NamedTuple):
-    """The modules that a node imports, and that the marking machine lacks."""
+    """The modules that a node imports, and that are not on the marking machine."""
 
-    stand_ins: List[str]        # packages of messages and services, which have been made
+    stand_ins: List[str]        # packages of messages and services that were not handed in
     unused: List[str]           # modules that no program uses
     used: List[str]             # modules that a program uses
 
@@ -102,8 +102,9 @@ def _acts(tree):
 
 
 def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
-    """Returns {file: ParsedProgram} of the node and its modules in the folder `package`. A file is
-    such a module if the node, or another of these modules, imports the file's name."""
+    """Returns {file: ParsedProgram} of the node and of all modules in the folder `package` that the
+    node needs. A module is needed if the node, or another needed module, imports the module's
+    name."""
     modules: Dict[str, List[Path]] = {}
     for path in files_in(package):
         if path.suffix == '.py' and path.stat().st_size <= MAX_PROGRAM_BYTES:
@@ -111,7 +112,7 @@ def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
             modules.setdefault(name, []).append(path)
     programs: Dict[Path, ParsedProgram] = {}
     files = [node]
-    for file in files:      # the list grows meanwhile
+    for file in files:      # the loop adds files to this list
         if file not in programs:
             programs[file] = read_program(file)
             for item in programs[file].imports:
@@ -125,9 +126,9 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     """Returns the MissingModules of a node. `package` is the folder of the node's package. `folder`
     is the folder of the submission. `packages` is {name: folder} of the submission's packages.
 
-    A node may import types from a package that was not handed in, or that has another name here.
-    This function makes such a package in `folder`, and adds it to `packages`. The new package has
-    the types of the submission and of tb3_labs.
+    A node may import types from a package that was not handed in, or that was handed in under
+    another name. This function makes the missing package in `folder`, and adds the package to
+    `packages`. The new package has the types of the submission and of tb3_labs.
     """
     programs = programs_of(node, package).values()
     own_modules = {name for path in files_in(folder) if path.suffix == '.py'
@@ -169,8 +170,8 @@ def _is_available(item, own_modules, packages):
 
 
 def _can_stand_in(item, program, types):
-    """Does a program import some of `types` from a package? If the import does not name its types,
-    a word of the program must be one of `types`."""
+    """Does a program import some of `types` from a package? If the import names no type, the
+    program's text must contain one of `types`."""
     if not (item.imports_types and is_name(item.package)):
         return False
     names = set(item.names) - {*INTERFACES, '*'}
@@ -180,8 +181,8 @@ def _can_stand_in(item, program, types):
 
 
 def _definitions(node, folder):
-    """Returns the files of the messages and services of this package, and then of the submission,
-    the nearest to the node last."""
+    """Returns the files of messages and services. The files of this package come first. The
+    submission's files follow, the nearest to the node last."""
     course = interface_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
     own = [path for path in definitions_in(folder)
            if is_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
@@ -191,7 +192,7 @@ def _definitions(node, folder):
 
 
 def _copy_definitions(definitions, package):
-    """Copy definitions into a package. A file replaces an earlier file with the same name."""
+    """Copy files into a package. If files have the same name, the last of them is kept."""
     for path in definitions:
         place = package / path.suffix[1:]
         place.mkdir(parents=True, exist_ok=True)

@@ -1,12 +1,13 @@
 """Makes modules of messages and services, and an example of each type. This program runs in a
 sandbox, since genpy pastes a submission's names into code, and Noetic's genmsg evaluates constants.
 
-The program reads a JSON object: `search` is a dict {package of the system: [folder of its
-messages]}, and `definitions` is a list of [package, 'msg' or 'srv', name, text].
+The program reads a JSON object with two entries. The entry `search` is a dict {package of the
+system: [folder of its messages]}. The entry `definitions` is a list of [package, 'msg' or 'srv',
+name, text].
 
-The program prints a JSON object: `modules` is a list of [package, 'msg' or 'srv', name of the file,
-text]. `problems` is a dict {file: the reason why the file cannot be built}. `msg` and `srv` are
-dicts {type: example}; see `example_of`.
+The program prints a JSON object with four entries. The entry `modules` is a list of [package, 'msg'
+or 'srv', name of the file, text]. The entry `problems` is a dict {file: the reason why the file
+cannot be built}. The entries `msg` and `srv` are dicts {type: example}; see `example_of`.
 """
 import importlib
 import io
@@ -24,8 +25,8 @@ from genpy.generator import MsgGenerator, SrvGenerator
 #: The program leaves out a larger example.
 MAX_EXAMPLE_BYTES = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: The types of the fields that the check fills in, and their formats for struct. In a header the
-#: check fills in only the stamp.
+#: The check fills in fields of these types. The values are formats of the module struct. In a
+#: header the check fills in only the stamp.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
@@ -69,11 +70,11 @@ def describe(search, definitions):
 
 
 def example_of(type_class):
-    """Returns the example of a class of messages or services, with the checksum of the type.
+    """Returns an example of a message type or a service type, with the type's checksum.
 
     A message's example has the bytes of a new message, and [name, type, first byte] of each field.
-    The first byte is None if FIELD_FORMATS lacks the type. A service's example has the bytes of a
-    request with the pose (0, 0, 0), and the bytes of a response that reports success.
+    The first byte is None if the type is not in FIELD_FORMATS. A service's example has the bytes of
+    a request with the pose (0, 0, 0), and the bytes of a response that reports success.
     """
     if not hasattr(type_class, '_request_class'):
         data = _bytes_of(type_class())
@@ -97,9 +98,9 @@ def _bytes_of(message):
     return buffer.getvalue()
 
 
-def _first_byte(message, name, type_name, before):
+def _first_byte(message, name, type_name, old_bytes):
     """Returns the index of the first byte that changes if all bytes of the field become 1. Returns
-    None if FIELD_FORMATS lacks the type. `before` is the message as bytes before this change."""
+    None if the type is not in FIELD_FORMATS. `old_bytes` has the bytes of the unchanged message."""
     if type_name not in FIELD_FORMATS:
         return None
     form = FIELD_FORMATS[type_name]
@@ -110,12 +111,12 @@ def _first_byte(message, name, type_name, before):
         getattr(message, name).data = ones[0]
     else:
         setattr(message, name, ones[0])
-    pairs = zip(before, _bytes_of(message))
+    pairs = zip(old_bytes, _bytes_of(message))
     return next(index for index, (old, new) in enumerate(pairs) if old != new)
 
 
 def _turn_upright(message):
-    """Set each quaternion in a new message to no rotation; it has only zeros before."""
+    """Set each quaternion in a new message to (0, 0, 0, 1), which is no rotation."""
     for name, type_name in zip(message.__slots__, message._slot_types):
         if type_name == 'geometry_msgs/Quaternion':
             getattr(message, name).w = 1.0

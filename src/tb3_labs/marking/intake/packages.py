@@ -1,6 +1,6 @@
 """Finds the packages of a submission, with their names, folders, messages and modules.
 
-This module only reads files. It does not run CMake.
+This module only reads files, and does not run CMake.
 """
 import re
 import xml.etree.ElementTree as ElementTree
@@ -13,12 +13,12 @@ from tb3_labs.marking.student_nodes import NAME, is_name
 MANIFEST = 'package.xml'
 #: At most this many bytes of a package.xml or a setup.py are read.
 MAX_MANIFEST_BYTES = 100000
-#: The folders of a package's messages and services, and the endings of these files.
+#: Folders of messages and services have these names, and the files have these endings.
 MESSAGES = 'msg'
 INTERFACES = MESSAGES, 'srv'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
-#: A file was put aside if a part of its path is hidden, or has one of these words in its name.
+#: A file is old or a copy if a part of its path begins with a dot, or contains one of these words.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
 
@@ -49,7 +49,7 @@ def package_name(package: Path) -> str:
     if not manifest.is_file():
         return ''
     text = manifest.read_bytes()[:MAX_MANIFEST_BYTES].decode('utf-8-sig', errors='replace')
-    if '<!ENTITY' in text:      # an entity may expand to millions of entities
+    if '<!ENTITY' in text:      # an XML entity may expand to millions of entities
         return ''
     try:
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
@@ -64,8 +64,8 @@ def is_aside(path: str) -> bool:
 
 
 def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
-    """Returns a key that sorts paths in `folder`, the nearest to `node` first. Of two equally near
-    paths, a path that was put aside comes last."""
+    """Returns a key that sorts paths in `folder`, the nearest to `node` first. If paths are equally
+    near, old or copied files come last."""
     common = set(path.parents) & set(node.parents)
     return -len(common), is_aside(str(path.relative_to(folder))), len(path.parts), str(path)
 
@@ -89,12 +89,12 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
 
 
 def definitions_in(folder: Path) -> List[Path]:
-    """Returns the files of messages and services below `folder`. Their names may be invalid."""
+    """Returns the files of messages and services below `folder`. Names of files may be invalid."""
     return [path for path in files_in(folder) if path.suffix[1:] in INTERFACES]
 
 
 def interface_files(package: Path) -> List[Path]:
-    """Returns the files of a package's messages and services. Their names may be invalid."""
+    """Returns the files of a package's messages and services. Names of files may be invalid."""
     files = []
     for kind in INTERFACES:
         files += sorted(path for path in (package / kind).glob('*.' + kind) if path.is_file())

@@ -1,11 +1,11 @@
 """Protects the marker from a submission's node by limits, and by a sandbox of bubblewrap.
 
-The rostest, master, robot, check and node of a submission share a network that has only a loopback.
-All these processes end together with the marker. The node is in a sandbox inside that network. The
-sandbox has its own processes, its own /tmp and home. The node sees only the parts of the system
-that a node needs, and cannot write these parts. An ordinary user makes the sandbox with a user
-namespace. If root runs mark.py, the node has a user that owns nothing, since Linux does not count
-root's processes.
+The rostest, master, robot, check and node of a submission share a network that has only a loopback
+interface. All processes of a submission end together with the marker. The node runs in a sandbox
+inside the shared network. The sandbox has its own processes, its own /tmp and its own home folder.
+The node sees only the parts of the system that a node needs, and cannot write these parts. An
+ordinary user makes the sandbox with a user namespace. If root runs mark.py, the node runs as a user
+that owns nothing, since Linux does not count root's processes.
 """
 import os
 import platform
@@ -25,27 +25,28 @@ from tb3_labs.marking.student_nodes import HOME, IDENTITY, OWN_FOLDERS, OWN_PACK
 CMAKE_PREFIX_PATH = 'CMAKE_PREFIX_PATH'
 #: The environment variable that lists the folders of Python's modules.
 PYTHONPATH = 'PYTHONPATH'
-#: A sandbox gets each variable of the instructor whose name begins with one of these words.
+#: A sandbox gets only environment variables with names that begin with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH',
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
 #: The folder of rospy's log files in a sandbox.
 LOGS = HOME + '/.ros/log'
-#: Root's sandboxes use these users, which own nothing. systemd uses them for the same purpose.
+#: If root runs mark.py, programs run as users with these numbers. The users own nothing, and
+#: systemd uses the same numbers for this purpose.
 UNUSED_USER_IDS = range(61184, 65519)
 #: The first version of Linux that counts the processes of each user namespace separately.
 LINUX_WITH_COUNT = 5, 14
 #: A sandbox that has not started within this time [s] does not work.
 SANDBOX_START = 20.0
-#: A sandbox has these parts of /etc: host names, time zone, libraries, fonts and ROS need them.
+#: Host names, time zone, libraries, fonts and ROS need these parts of /etc in a sandbox.
 ETC_PARTS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
              'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
-#: A student's program sees only these parts of this package.
+#: A student's program sees only these parts of tb3_labs.
 SHARED_PARTS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
-#: In a sandbox python3 -c first runs this program. Its arguments are the number of the user, or '',
-#: and a command. The program makes the user's folders writable, and becomes the user. Next the
-#: program makes the folder of log files, since rospy does not own the folder above. Then the
-#: program runs the command.
+#: In a sandbox, python3 -c first runs this program. The first argument is the number of a user, or
+#: ''. The further arguments are a command. The program makes the user's folders writable, and
+#: becomes the user. Next the program makes the folder of log files, since rospy would try to change
+#: the owner of this folder, and fail. Then the program runs the command.
 ENTER_PROGRAM = f'''import errno, os, signal, sys
 user, *command = sys.argv[1:]
 if user:
@@ -73,11 +74,11 @@ UNPROTECTED = "No sandboxes: a submission's program can read and delete your fil
 
 
 class Protection:
-    """The commands that start a submission's check and a submission's programs with limits. `words`
-    are the words of a command without limits.
+    """Adds limits to the commands that start a submission's check and a submission's programs.
+    `words` has the words of a command without limits.
 
-    This class has the weakest limits, for an ordinary user who cannot make sandboxes: a program
-    cannot write a large file, and the check ends together with its parent process.
+    This class has the weakest limits, for an ordinary user who cannot make sandboxes. A program
+    cannot write a large file. The check ends together with its parent process.
     """
 
     isolates = False
@@ -95,12 +96,12 @@ class Protection:
         return dict(base)
 
     def hand_over(self, folder: Path) -> None:
-        """Give a folder of copies to the user who runs the program."""
+        """Make the user who runs the program the owner of `folder`, which has copies."""
 
 
 class OtherUser(Protection):
-    """The protection if root cannot make sandboxes, as in a container. The program's user owns
-    nothing, so the program can neither write the marks nor signal the marker."""
+    """The protection if root cannot make sandboxes, for example in a container. A program runs as a
+    user that owns nothing, so the program can neither write the marks nor kill the marker."""
 
     def __init__(self) -> None:
         self.user = random.choice(UNUSED_USER_IDS)
@@ -125,7 +126,7 @@ class OtherUser(Protection):
 
 
 class Sandbox(Protection):
-    """The protection by a sandbox. All commands of a sandbox have the same user."""
+    """The protection by a sandbox of bubblewrap. All programs of a Sandbox run as the same user."""
 
     isolates = True
 
@@ -166,14 +167,14 @@ class Sandbox(Protection):
 
 
 def protection_problem(protection: Protection) -> str:
-    """Try a protection. Returns '' if the protection works here, else the reason why it fails."""
+    """Returns the reason why a protection fails on this machine; '' if the protection works."""
     command = protection.check_command(protection.program_command(
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
         done = subprocess.run(command, env=protection.program_environment(os.environ),
                               timeout=SANDBOX_START, stdin=subprocess.DEVNULL,
                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                              universal_newlines=True, cwd='/')    # python -c imports from here
+                              universal_newlines=True, cwd='/')    # python -c imports from cwd
     except FileNotFoundError:
         return 'bubblewrap is not installed (apt install bubblewrap)'
     except subprocess.TimeoutExpired:
@@ -201,7 +202,8 @@ def _counts_processes():
 def _mount_options(readable):
     """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders.
 
-    Below, a mount is the words of one option. The last word is the path in the sandbox.
+    In the functions below, a mount is a tuple of the words of one option. The tuple's last word is
+    the path in the sandbox.
     """
     hidden, shared = _own_package()
     mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden] + shared
@@ -213,7 +215,6 @@ def _mount_options(readable):
 
 
 def _system_mounts():
-    """Returns the read-only mounts of the system, and the mounts of the program's own folders."""
     mounts = [(READ_ONLY, '/usr', '/usr'), ('--proc', '/proc'), ('--dev', '/dev'),
               (READ_ONLY_TRY, '/sys/devices/system/cpu', '/sys/devices/system/cpu')]
     for name in ('bin', 'sbin', 'lib', 'lib32', 'lib64', 'libx32'):
@@ -251,11 +252,11 @@ def _own_package():
 
 
 def _with_parents(mounts):
-    """Returns bubblewrap's options for these mounts.
+    """Returns bubblewrap's options for `mounts`.
 
-    A mount comes after the mounts above it, since Python may be in a hidden folder, and a hidden
-    folder may be in a folder of ROS. The options also make the folders above a mount. If bubblewrap
-    made these folders by itself, only root could enter some of them.
+    A folder is mounted before its subfolders, since Python may be in a hidden folder, and a hidden
+    folder may be in a folder of ROS. The options also make the parent folders of each mount. If
+    bubblewrap made the parent folders, only root could enter some of them.
     """
     options = []
     made = {Path('/')}

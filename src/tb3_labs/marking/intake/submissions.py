@@ -1,14 +1,13 @@
-"""Finds the submissions of a class, which are folders and zip files of a learning platform. Reads
-each submission: copies its files, chooses its node, and finds the node's packages.
+"""Finds the submissions of a class, which are folders and zip files of a learning platform. For
+each submission, this module copies the files, chooses the node, and finds the node's packages.
 
-Moodle writes ``Ann Miller_12345_assignsubmission_file_`` as the name of a folder. For a file,
-Moodle adds the file's name at the end. Canvas writes ``millerann_12345_67890_lab2.zip``. Canvas
-adds ``_LATE`` to the name of a student who is late, and writes ``lab2-1.zip`` for a file that is
-handed in again. A name may be any bytes, so this module checks each name.
+Moodle gives a folder a name such as ``Ann Miller_12345_assignsubmission_file_``. If a file was
+handed in, Moodle adds the file's name at the end. Canvas writes ``millerann_12345_67890_lab2.zip``.
+If a student is late, Canvas adds ``_LATE`` to the student's name. If ``lab2.zip`` is handed in
+again, Canvas writes ``lab2-1.zip``. A name may be any bytes, so this module checks each name.
 
-No handed-in file is changed or run. A separate process reads a submission,
-since a stranger's file may use all memory, or take hours to read. If a limit ends that process, the
-marking goes on.
+No handed-in file is changed or run. A separate process reads a submission, since a stranger's file
+may use all memory, or take hours to read. If a limit ends the reading process, the marking goes on.
 """
 import json
 import re
@@ -33,11 +32,11 @@ CANVAS = re.compile(
     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that is handed in again.
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
-#: The folder of marks, or Linux, uses these names. A student's files get other names.
+#: The folder of marks, or Linux, uses these names, so a student's file gets another name.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
-#: A name has at most this many bytes. Linux allows 255, which leaves space for an ending.
+#: A name has at most this many bytes. Linux allows 255 bytes, so there is space for an ending.
 MAX_NAME_LENGTH = 180
-#: This program reads a submission. Its input and its output are JSON.
+#: This program reads a submission. The program's input and output are JSON.
 READ_PROGRAM = '''import json, sys
 del sys.path[0]
 from tb3_labs.marking.intake import submissions
@@ -50,7 +49,7 @@ json.dump(answer, sys.stdout)
 
 
 def file_name(text: str) -> str:
-    """Returns a printable name that a file can have; usually `text` itself."""
+    """Returns a valid and printable name for a file. If `text` is valid, the name is `text`."""
     name = printable(text.strip()).replace('/', '_')
     if RESERVED_NAMES.fullmatch(name):
         name = f'_{name}_'
@@ -61,13 +60,13 @@ class PlatformName(NamedTuple):
     """The parts of a name that a learning platform gave to a file or a folder."""
 
     student: str
-    number: str         # the student's number on the platform; '' if the name has none
+    number: str         # the student's number on the platform; '' if missing
     file: str           # the file's name on the student's computer; '' for a folder
     late: bool = False
 
 
 def read_name(name: str, is_folder: bool) -> PlatformName:
-    """Returns the parts of the name of a file or a folder."""
+    """Splits the name of a file or a folder into its parts."""
     moodle, canvas = MOODLE.fullmatch(name), CANVAS.fullmatch(name)
     if moodle:
         return PlatformName(moodle['student'].strip(), moodle['number'], moodle['file'])
@@ -80,12 +79,12 @@ def read_name(name: str, is_folder: bool) -> PlatformName:
 
 
 def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
-    """Returns {student: names of the student's files and folders}. `names` maps these names to
-    their parts.
+    """Returns {student: names of the student's files and folders}. `names` is {name of a file or a
+    folder: parts of the name}.
 
-    Files with the same name of a student and the same number belong to one student. A file without
-    a number belongs to a student of its own. If several students have the same name, the number, or
-    else the file's name, is added to each name. Each student's name is a valid name of a file.
+    Files belong to one student if the student's name and the number are the same. A file without a
+    number belongs to a separate student. If several students have the same name, the number or the
+    file's name is added to each name. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, parts in names.items():
@@ -96,7 +95,7 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     for (student, number, single), together in groups.items():
         if times[student] > 1:
             student = file_name(f'{student} ({number or single})')
-        while student in students:      # only ends or invisible letters differed
+        while student in students:      # file_name() may make two names equal
             student += '_'
         students[student] = together
     return students
@@ -114,7 +113,7 @@ class Submission(NamedTuple):
     """The files and folders that one student handed in."""
 
     student: str
-    #: {file or folder: the file's name on the student's computer}. The latest upload is the last.
+    #: {file or folder: the file's name on the student's computer}. The latest upload comes last.
     files: Dict[Path, str]
     number: str = ''            # the student's number on the platform; '' if there is none
     late: bool = False          # does the platform say that the submission is late?
@@ -155,7 +154,7 @@ def _refusal(path):
 
 
 def _upload_order(name):
-    """Returns a key that sorts a student's files by the numbers of Canvas, the latest file last."""
+    """Returns a key that sorts a student's files by the numbers of Canvas, the latest last."""
     canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
     return (int(repetition.group(1)) if repetition else 0,
             int(canvas['upload']) if canvas else 0, name)
@@ -164,7 +163,7 @@ def _upload_order(name):
 # -- reading
 
 class ParsedSubmission(NamedTuple):
-    """A submission as it was read. Paths are relative to the folder of the copy."""
+    """The result of reading a submission. Paths are relative to the folder of the copy."""
 
     digest: str                     # a hash of all files of the copy
     remarks: List[str]              # sentences for the student; prepare() adds sentences
@@ -179,10 +178,10 @@ class ParsedSubmission(NamedTuple):
 def read(submission: Submission, folder: Path, lab: NodeNames, package: str = '',
          name: str = '') -> ParsedSubmission:
     """Make `folder`, copy a submission into it, and read the copy. If `package` or `name` is given,
-    the node has that package or name.
+    the node must have this package or name.
 
     Raises ``NotJudged`` if no file can be the node, if the node uses a missing module, or if a
-    limit ends the process that reads.
+    limit ends the reading process.
     """
     files = {str(path): own_name for path, own_name in submission.files.items()}
     done = subprocess.run(
@@ -203,8 +202,8 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
 
 def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
                          name: str) -> ParsedSubmission:
-    """Read a submission; see `read`. `files` maps a path to the file's name on the student's
-    computer."""
+    """Read a submission; see `read`. `files` is {path: the file's name on the student's
+    computer}."""
     copy = Path(folder)
     remarks = copy_submission({Path(path): own_name for path, own_name in files.items()}, copy)
     path, why, findings = find_node(copy, NodeNames(*lab), package, name)

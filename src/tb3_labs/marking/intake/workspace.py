@@ -1,12 +1,12 @@
 """Turns the copy of a submission into a workspace in which its node can run.
 
-The transfer to the marking machine may cause a missing exec bit, line endings of Windows and a byte
-order mark, so this module repairs them in the copy. An empty module replaces a missing module that
-the node imports but never uses. A remark names each repair.
+A node may arrive without its exec bit, with line endings of Windows, or with a byte order mark.
+This module repairs the node in the copy. An empty module replaces a missing module that the node
+imports but never uses. A remark names each repair.
 
 catkin is not run, since a CMakeLists.txt is a program of the submission, and often needs packages
-that the marking machine lacks. A Python node needs only messages, services, and the modules of a
-setup.py. message_examples.py makes the modules of messages and services in a sandbox.
+that are not on the marking machine. A Python node needs only messages, services, and the modules of
+a setup.py. The program message_examples.py makes the modules of messages and services in a sandbox.
 """
 import codecs
 import json
@@ -29,20 +29,20 @@ from tb3_labs.marking.limits import LIMIT_READER_COMMAND
 from tb3_labs.marking.student_nodes import NAME, NODE_PREFIX, OWN_PACKAGE, NodeStart, is_name
 from tb3_labs.watch import PROBE, watched
 
-#: If a node's first line begins in this way, the line names the Python that runs the node.
+#: The beginning of a node's first line, if the line names the Python that runs the node.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
-#: The text of an empty module. Each name that a program imports from it is None.
+#: The text of an empty module. Each name that a program imports from an empty module is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
-#: At most this many packages are built: those that are nearest to the node.
+#: At most this many packages are built, beginning with the nearest to the node.
 MAX_PACKAGES = 20
 #: The text of the program that makes the modules of messages and services.
 MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
-#: The name of a file that MAKE_MODULES makes.
+#: A regular expression for the names of the files that MAKE_MODULES makes.
 MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
-#: The program MAKE_MODULES may run for this time [s].
+#: The program MAKE_MODULES is ended after this time [s].
 BUILD_TIME = 30.0
 #: The folder in a workspace into which the submission is copied.
 COPY = 'src'
@@ -50,10 +50,10 @@ COPY = 'src'
 
 def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
             protection: Protection = Protection()) -> NodeStart:
-    """Make a submission's workspace, whose folder COPY has the submission. Returns its NodeStart.
+    """Prepare the workspace of a submission in `workspace`/COPY. Returns the NodeStart.
 
-    The node's environment is `environment` and the folders of the workspace. This function adds
-    remarks and findings to `parsed`, and makes messages and services under `protection`.
+    The node's environment is `environment` with the folders of the workspace added. This function
+    adds remarks and findings to `parsed`. Messages and services are made under `protection`.
     """
     remarks = parsed.remarks
     copy, made = workspace / COPY, workspace / 'python'
@@ -72,7 +72,7 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
         for part in module.split('.'):
             place /= part
             place.mkdir(exist_ok=True)
-            if not (place / '__init__.py').exists():    # the submission has no such module
+            if not (place / '__init__.py').exists():    # keep a module of the submission
                 (place / '__init__.py').write_text(EMPTY_MODULE)
     if parsed.unused:
         remarks.append(f"{', '.join(parsed.unused)}: imported, but not used, and the marking "
@@ -86,8 +86,8 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
 
 
 def _shown_name(package, file):
-    """Returns package/file for roslaunch and for the pages. An invalid name becomes submission or
-    node.py."""
+    """Returns the text package/file for roslaunch and for the pages. An invalid package becomes
+    'submission', and an invalid file becomes 'node.py'."""
     stem = file[:-3] if file.endswith('.py') else file
     if package in ('', OWN_PACKAGE):
         package = 'submission'
@@ -95,7 +95,6 @@ def _shown_name(package, file):
 
 
 def _repair(node, remarks, findings):
-    """Repair a node's file. Add sentences to `remarks` and `findings`."""
     code = node.read_bytes()
     repairs = []
     if code.startswith(codecs.BOM_UTF8):
@@ -127,14 +126,14 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
     or None if the packages define no type. `packages` is a dict {name: folder}.
 
-    Python looks for a package's modules and messages in one folder. Therefore the messages are made
-    in the folder of the package's own modules, if there are any. A program that runs under
-    `protection` with this `environment` reads the messages. `remarks` gets sentences on the
-    packages whose names are in the text of `node`.
+    Python looks for a package's modules and messages in one folder. Therefore, if a package has
+    modules, its messages are made in the folder of these modules. A program that runs with
+    `protection` and `environment` reads the messages. Problems of a package are added to `remarks`
+    if the code of `node` names the package.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in modules_of(package, name)}
-    # Python looks for a module beside the node first
+    # Python first looks for a module in the node's folder
     own_modules.update({name: node.parent / name for name in packages
                         if (node.parent / name / '__init__.py').is_file()})
     folder.mkdir()
@@ -179,7 +178,6 @@ def _definitions(packages):
 
 
 def _examples_of(definitions, environment, protection):
-    """Returns the object that message_examples.py prints for these definitions."""
     # the answer is a file, since the sandbox limits the size of files but not of pipes
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
@@ -194,8 +192,8 @@ def _examples_of(definitions, environment, protection):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """Returns {name: [the folder of its messages]} of all ROS packages of this machine; cached.
-    The folder need not exist."""
+    """Returns {name: [folder of messages]} of all ROS packages of this machine. The result is
+    cached. A folder of messages need not exist."""
     # A RosPack changes during a query, so two threads must not share it.
     ros = rospkg.RosPack()
     return {name: [os.path.join(ros.get_path(name), MESSAGES)] for name in ros.list()}

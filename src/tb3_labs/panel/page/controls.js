@@ -1,7 +1,6 @@
 // The controls of the page. A control sends a request of the person to the panel.
 //
-// The panel decides whether a request is carried out. If the panel refuses a request, the page shows
-// the reason.
+// The panel may refuse a request. Then the page shows the reason.
 
 import {degrees, radians} from './drawing.js';
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, onPress, stick} from './inputs.js';
@@ -18,7 +17,7 @@ export class Controls {
   constructor({link, pad, map, redraw}) {
     Object.assign(this, {_link: link, _pad: pad, _redraw: redraw});
     this._mapInput = new PoseInput(map, {
-      // a dragged pose is sent, and stays in the fields
+      // a dragged pose is sent, and written into the fields
       redraw, placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
     });
     this._letGo = [stick($('stick-left'), 'forward', pad),
@@ -50,7 +49,7 @@ export class Controls {
     this._request({type: kind, x, y, yaw_deg});
   }
 
-  /** Stop the robot, after STOP or B. Returns false if this panel only shows the robot. */
+  /** Stop the robot after a press of STOP or B. Returns false if the panel only shows the robot. */
   _stop() {
     if (!this._pad.isEnabled) return false;
     this._mapInput.cancel();
@@ -63,7 +62,7 @@ export class Controls {
     return true;
   }
 
-  /** Show all sticks at rest. The person must grip again. */
+  /** Show all sticks at rest. To drive, the person must grip a stick again. */
   _dropped() {
     for (const letGo of this._letGo) letGo();
     this._keys.release();
@@ -97,7 +96,7 @@ export class Controls {
   }
 }
 
-/** Pointers on the map. While a tool is chosen, a drag gives a pose in local. See also MapInput. */
+/** Reads a pose in local from a drag on the map while a tool is chosen. See also MapInput. */
 class PoseInput extends MapInput {
   /** `placed(kind, pose)` is called with a dragged pose. */
   constructor(map, {redraw, placed}) {
@@ -145,7 +144,7 @@ class PoseInput extends MapInput {
     this._placed(kind, draft.pose);
   }
 
-  /** Show the pose of the drag so far. A short drag has the heading of the field. */
+  /** Show the pose of the drag so far. After a short drag, the field gives the heading. */
   _show(at) {
     const {pixel, point} = this._start;
     const end = this.map.localAt(...at);
@@ -177,7 +176,8 @@ function fill(kind, pose) {
   $(kind + '-yaw').value = degrees(yaw).toFixed(1);
 }
 
-/** The number in a field, with a point or a comma. No number gives NaN, which the panel refuses. */
+/** Returns the number in a field, with a point or a comma. Without a number, returns NaN, which the
+ *  panel refuses. */
 function numberIn(id) {
   const text = $(id).value.trim().replace(',', '.');
   return text === '' ? NaN : Number(text);

@@ -1,9 +1,9 @@
 // A person drives by sticks, buttons and the mouse pad on the screen, by the keyboard, or by a real
-// gamepad. Each pointer holds one element, so that several fingers work at once.
+// gamepad. Each finger can hold another element of the page at the same time.
 
 import {clamp} from './pad.js';
 
-const REST_ZONE = 0.04;    // a stick on the screen that is nearer to its middle is at rest
+const REST_ZONE = 0.04;    // a stick on the screen is at rest if its deflection is smaller
 const ARROW_DEFLECTION = 0.5;    // the deflection of the arrow keys
 const ARROWS = {
   ArrowUp: [ARROW_DEFLECTION, 0], ArrowDown: [-ARROW_DEFLECTION, 0],
@@ -17,12 +17,12 @@ const STICKS = {
 /** The buttons of the pad on the screen, and their keys. */
 export const PAD_BUTTONS = ['a', 'b', 'y'];
 const TYPING = 'input, textarea, select';
-const TOUCH_ZONE = 0.12;    // a stick of a gamepad that is farther from its middle is touched
+const TOUCH_ZONE = 0.12;    // a stick of a gamepad is touched if its deflection is larger
 const BUTTONS = {a: 0, b: 1, y: 3, hold: 5};    // numbers in the layout "standard" of gamepads
 const DRIVING_BUTTONS = ['a', 'y'];    // B is a stop, which works at any time
 
-/** A stick that moves along one axis, 'forward' or 'left'. The place of the grip is its middle.
- *  Returns a function that lets the stick go. */
+/** A stick that moves along one axis, 'forward' or 'left'. The deflection is 0 where the pointer
+ *  grips the stick. Returns a function that lets the stick go. */
 export function stick(element, axis, pad) {
   const knob = element.querySelector('.knob');
   const {place, side, translate} = STICKS[axis];
@@ -69,15 +69,15 @@ export function mousePad(element, pad) {
   });
 }
 
-/** Calls act() when a pointer or Enter presses a button. A click of a pointer would come only when
- *  the person lifts the finger. */
+/** Calls act() when a pointer or Enter presses a button. The event 'click' alone would be too late,
+ *  since it comes when the person lifts the finger. */
 export function onPress(button, act) {
   button.addEventListener('pointerdown', act);
   button.addEventListener('click', (event) => { if (event.detail === 0) act(); });
 }
 
 /** Calls grip(), move() and letGo() when a pointer grips the element, moves, and lets go.
- *  Returns a function that ends the hold. Then the pointer must press again. */
+ *  Returns a function that lets the element go. After its call the pointer must press again. */
 function onHold(element, grip, move, letGo) {
   let pointer = null;
   element.addEventListener('pointerdown', (event) => {
@@ -105,14 +105,14 @@ function onHold(element, grip, move, letGo) {
 
 // -- the keyboard
 
-/** The keys of the pad: the arrows are sticks at half deflection while a person holds them. The keys
- *  A, B, Y are the buttons. Space and Escape stop the robot. */
+/** The keys of the pad. A pressed arrow key is a stick at half deflection. The keys A, B, Y are the
+ *  buttons. Space and Escape stop the robot. */
 export class Keys {
   /** `stop()` returns false if this page may not stop. */
   constructor(pad, stop) {
     Object.assign(this, {_pad: pad, _stop: stop});
     this._arrows = new Set();
-    this._spaceStops = false;      // did the last press of the space key stop the robot?
+    this._spaceStops = false;      // did the latest press of the space key stop the robot?
     // In the capture phase this listener gets the stop key before every element of the page.
     addEventListener('keydown', (event) => this._down(event), true);
     addEventListener('keyup', (event) => this._up(event), true);
@@ -120,7 +120,7 @@ export class Keys {
     addEventListener('blur', () => this.release());
   }
 
-  /** Let the arrows go. A key that is still down must be pressed again. */
+  /** Let the arrow keys go. If a key is still down, the person must press the key again. */
   release() {
     this._arrows.clear();
     this._pad.release('keys');
@@ -136,7 +136,7 @@ export class Keys {
 
   _stopKey(event) {
     if (!event.repeat) this._spaceStops = this._stop() && event.key === ' ';
-    // The space key must not press the focused button, and not scroll.
+    // The space key must neither press the focused button nor scroll the page.
     if (this._spaceStops) event.preventDefault();
   }
 
@@ -174,14 +174,14 @@ export class RealGamepad {
     this._pad = pad;
     this._show = show;
     this._timer = 0;
-    // If false, only B is sent, until the person has let go all sticks and buttons.
+    // If false, only B is sent. It becomes true when the person lets go of all sticks and buttons.
     this._armed = false;
     this._lastState = {};
     addEventListener('gamepadconnected', () => this._findGamepad());
     addEventListener('gamepaddisconnected', () => this._findGamepad());
   }
 
-  /** From now on send only B, until the person has let go all sticks and buttons. */
+  /** Send only B until the person has let go of all sticks and buttons. */
   disarm() {
     this._armed = false;
     this._lastState = {};

@@ -1,8 +1,8 @@
-// The socket to the node `panel`. A lost socket connects again. Answers are matched to requests.
+// The socket to the node `panel`. A lost socket connects again. Each answer goes to its request.
 
 const RETRY_PERIOD = 1000;    // [ms] between two attempts to connect
-const MAX_SILENCE = 4000;    // [ms] after this time without a message the connection is broken
-const ANSWER_TIMEOUT = 6000;    // [ms] after this time without an answer a request has failed
+const MAX_SILENCE = 4000;    // [ms] without a message for this time, the connection is broken
+const ANSWER_TIMEOUT = 6000;    // [ms] without an answer for this time, a request has failed
 
 export class Link {
   /** `handlers` is {type of a message: function of the message}. Its function `connection` gets
@@ -14,8 +14,8 @@ export class Link {
     this._lastId = 0;
     this._waiting = new Map();       // {id of a request: function of the answer}
     this._receivedAt = 0;
-    this.stops = null;            // number of stops in the last picture
-    this._clock = null;           // {shown: panel's time in the last picture, at: its arrival}
+    this.stops = null;            // number of stops in the latest picture
+    this._clock = null;           // the latest picture: {shown: panel's time, at: time of arrival}
     setInterval(() => this._watch(), 500);
     this._connect();
   }
@@ -27,13 +27,13 @@ export class Link {
     return true;
   }
 
-  /** The time on the panel's clock [s], without the delay of the last picture. So the panel may
-   *  overestimate the delay of a message, but never underestimates it. */
+  /** The time [s] on the panel's clock, minus the delay of the latest picture. So the panel may
+   *  overestimate the delay of a message, but never underestimates the delay. */
   get time() {
     return this._clock && this._clock.shown + (performance.now() - this._clock.at) / 1000;
   }
 
-  /** Send a person's request now. The promise gives {ok, text}, and never fails. */
+  /** Send a person's request. The returned promise gives {ok, text}, and never fails. */
   ask(message, within = ANSWER_TIMEOUT) {
     const id = ++this._lastId;
     return new Promise((resolve) => {
@@ -95,7 +95,7 @@ export class Link {
   }
 
   _watch() {
-    // A broken network does not close the socket. So the page closes the socket after a silence.
+    // A broken network does not close the socket, so the page closes a silent socket.
     if (this._socket && performance.now() - this._receivedAt > MAX_SILENCE) this._lost();
   }
 }

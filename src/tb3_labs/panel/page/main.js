@@ -17,7 +17,7 @@ const map = new RobotMap($('map'));
 let lastPicture = null;
 let drawing = false;
 
-// -- drawing: at most once in each frame of the browser, and only after a change
+// -- drawing: the page is drawn only after a change, at most one time in each frame of the browser
 
 function redraw() {
   if (drawing) return;
@@ -84,7 +84,7 @@ redraw();
 // For tests, and for a person at the browser's console.
 window.panel = {
   get latest() { return lastPicture; },
-  /** Client coordinates of a point in the frame local; null while the frame is unknown. */
+  /** Returns the client coordinates of a point in local; null if the frame local is unknown. */
   pixel(x, y) {
     const at = map.drawn('local', [x, y, 0]);
     const box = $('map').getBoundingClientRect();

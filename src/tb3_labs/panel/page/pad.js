@@ -1,30 +1,30 @@
 // The pad of the page. While a person holds sticks, buttons or the mouse, ten messages a second are
 // sent.
 //
-// The node `gamepad` decides the effect of sticks and A. The panel (dead_man.py) decides which page
-// drives. At first a grip sends sticks at rest, until the node `gamepad` is ready. If the robot is
-// stopped, or the pad is not ready for a while, the person must let go and grip again, because the
-// robot must not start at an unexpected moment.
+// The node `gamepad` decides what sticks and A do. The panel (dead_man.py) decides which page
+// drives. After a grip, the page sends sticks at rest until the node `gamepad` is ready. If the
+// robot is stopped, or the pad is not ready for a while, the person must let go and grip again.
+// Otherwise the robot could start at an unexpected moment.
 
 const SEND_PERIOD = 100;    // [ms] between two messages
 const READY_TIMEOUT = 1000;    // [ms] a grip ends if the pad is not ready for this time
 const BUTTON_DELAY = 450;    // [ms] time from a grip to the first A, Y or hold button in a message
-const GRANT_TIMEOUT = 700;    // [ms] for this time after A has_control may still be false
+const GRANT_TIMEOUT = 700;    // [ms] for this time after a press of A, has_control may be false
 const STOP_TIMEOUT = 2500;    // [ms] without an answer for this time, a stop is not confirmed
 
 export const clamp = (value) => Math.max(-1, Math.min(1, value));
 
 export class Pad {
-  /** `say(text, warning)` shows a message. Set `onstop`, which is called when B is pressed, and
-   *  `ondrop`, which is called when the person must grip again. */
+  /** `say(text, warning)` shows a message. The creator sets two functions: `onstop` is called when
+   *  B is pressed, and `ondrop` is called when the person must grip again. */
   constructor(link, say) {
     this._link = link;
     this._say = say;
     this._grips = new Map();     // {name: {forward, left, hold}}
     this._mouse = null;
     this._presses = [];          // presses of A and Y that are not in a message yet
-    this._pressedButton = null;  // the button that is pressed in the last message
-    this._controlGivenAt = -Infinity;    // time of the A that gave control
+    this._pressedButton = null;  // the button that is pressed in the latest message
+    this._controlGivenAt = -Infinity;    // time of the press of A that gave control
     this._picture = null;
     this._timer = 0;             // 0 while the person holds nothing
     this.isEnabled = false;      // does the panel let pages drive?
@@ -39,7 +39,7 @@ export class Pad {
     return this._timer ? this._picture.pad : 'grip to drive';
   }
 
-  /** Does move_to_goal drive by this page's A? */
+  /** Has a press of A on this page given control to move_to_goal? */
   get _hasGivenControl() { return this._controlGivenAt > -Infinity; }
 
   // -- acts of a person
@@ -47,7 +47,7 @@ export class Pad {
   grip(name, hold = true) {
     this._grips.set(name, {forward: 0, left: 0, hold});
     this._sendsPad = true;
-    this._readyAt = performance.now();    // from now on the pad has READY_TIMEOUT
+    this._readyAt = performance.now();    // the pad must be ready within READY_TIMEOUT
     this._begin();
   }
 
@@ -80,14 +80,14 @@ export class Pad {
     this._send();
   }
 
-  /** Stop the robot. The promise gives {ok, text}. */
+  /** Stop the robot. The returned promise gives {ok, text}. */
   stop() {
     const answer = this._link.ask({type: 'stop'}, STOP_TIMEOUT);
     this.drop();
     return answer;
   }
 
-  /** Let go of everything. The person must grip again. Returns whether anything was held. */
+  /** Let go of everything. The person must grip again. Returns true if anything was held. */
   drop() {
     const held = this._timer !== 0;
     this._grips.clear();
@@ -127,7 +127,7 @@ export class Pad {
     if (!this._timer) {
       this._stops = this._link.stops;
       this._gripAt = performance.now();
-      this._isReady = false;         // was the node gamepad ready at the last message?
+      this._isReady = false;         // was the node gamepad ready at the latest message?
       this._isFirst = true;          // is the next message the first message of this grip?
       this._timer = setInterval(() => this._send(), SEND_PERIOD);
       this._send();
@@ -164,7 +164,7 @@ export class Pad {
     }
     pad.forward = clamp(pad.forward);
     pad.left = clamp(pad.left);
-    // Each press makes two messages. The button is down in the first, and up in the second.
+    // Each press makes two messages. In the first message the button is down, in the second up.
     const isUp = this._pressedButton || !isHeard;
     this._pressedButton = isUp ? null : this._presses.shift() || null;
     if (this._pressedButton) pad[this._pressedButton] = true;

@@ -2,9 +2,9 @@
 
 import {degrees, wrap} from './drawing.js';
 
-const MESSAGE_TIME = 9000;    // [ms] a message stays for this time
+const MESSAGE_TIME = 9000;    // [ms] a message is shown for this time
 const MAX_LINES = 300;    // most lines of the log
-const LATE_AGE = 0.5;    // [s] a sensor whose last message is older is silent
+const LATE_AGE = 0.5;    // [s] a sensor is silent if its latest message is older
 
 export const $ = (id) => document.getElementById(id);
 export const onClick = (id, action) => $(id).addEventListener('click', action);
@@ -25,7 +25,8 @@ function make(tag, className, text = '') {
   return element;
 }
 
-/** A number as text, with `digits` after the point. An unknown number is a dash, -0.0 is 0.0. */
+/** Returns a number as text, with `digits` after the point. An unknown number is shown as a dash,
+ *  and -0.0 as 0.0. */
 function number(value, digits, unit = '') {
   if (!Number.isFinite(value)) return '\u2013';
   const text = value.toFixed(digits);
@@ -109,8 +110,8 @@ function errorText(p) {
 
 let shownNodes = '[]';
 
-/** Show the variables of nodes, which watch.py publishes. Selected text stays selected until a
- *  variable changes. */
+/** Show the variables of nodes, which watch.py publishes. If no variable has changed, the page is
+ *  not changed, so that selected text stays selected. */
 function showInside(nodes) {
   const box = $('inside');
   const text = JSON.stringify(nodes);
@@ -129,7 +130,7 @@ function showInside(nodes) {
   }));
 }
 
-/** A number gets three digits after the point. Other texts stay the same. */
+/** Returns a number with three digits after the point. Other texts are not changed. */
 function shortened(text) {
   return /^-?\d+\.\d+(e-?\d+)?$/.test(text) ? String(Number(Number(text).toFixed(3))) : text;
 }

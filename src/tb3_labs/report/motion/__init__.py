@@ -1,1 +1,1 @@
-"""How did the robot move? The movements, turns, drives and resets of a run."""
+"""How did the robot move? Finds the movements, turns, drives and resets of a run."""

@@ -3,7 +3,7 @@
 The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge case: without the ground truth, or without a sample near the time of a value, the value is NaN.
+Edge case: a value is NaN if the ground truth for it, or a sample near its time, was not recorded.
 """
 import math
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ from tb3_labs.report.motion.resets_and_goals import (
 
 #: The errors of a drive are measured when the robot rests, at most this time [s] after the drive.
 SETTLE_TIME = 1.0
-#: Time [s] for which the turn before a straight line may go on after the line's first command.
+#: The turn before a straight line may last until this time [s] after the line's first command.
 STRAIGHT_AFTER = 0.3
 #: If a reset begins a drive, the new frame comes at most this time [s] after the drive's begin.
 RESET_DELAY = 0.1
-#: The value of an unknown (distance, angle).
+#: An unknown (distance, angle) has this value.
 UNKNOWN = math.nan, math.nan
 #: The states of a drive.
 TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
@@ -32,7 +32,7 @@ TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
 
 @dataclass(frozen=True)
 class DriveReport:
-    """A drive, from its first ROTATE_TO_GOAL to its end."""
+    """The report of a drive, from its first ROTATE_TO_GOAL to its end."""
 
     begin: float
     end: float
@@ -40,7 +40,7 @@ class DriveReport:
     outcome: str                      # 'reached', or why the drive ended
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
-    drift: float                      # [rad], final change of the heading in MOVE_FORWARD
+    drift: float                      # [rad], change of the heading in MOVE_FORWARD
 
 
 def drives(run: RunData) -> List[DriveReport]:
@@ -59,10 +59,11 @@ def drives(run: RunData) -> List[DriveReport]:
 
 
 def frame_interval_of(in_order: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
-    """Returns the FrameInterval of a drive from `begin` to `end` [s].
+    """Returns the FrameInterval in which a drive from `begin` to `end` [s] took place.
 
-    If a reset begins the drive, the pose may show the reset a moment after the drive's begin. But a
-    reset that is nearer to the drive's end has ended the drive, so its interval is not returned.
+    A reset may begin the drive, and the pose may show this reset a moment after `begin`. A reset in
+    the second half of the drive has ended the drive, so the interval after this reset is not
+    returned.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
     return [interval for interval in in_order if interval.begin <= latest][-1]
@@ -72,7 +73,7 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
                    following: RecordedState) -> bool:
     if following.state != TURN_TO_GOAL:
         return following.state in DRIVING or is_stopped(following.state)
-    # after a stop or a final error that is too large, the robot drives to the same goal again
+    # after a stop, or if the final error is too large, the robot drives to the same goal again
     is_again = previous.state == FINAL_TURN or is_stopped(previous.state)
     interval, next_interval = (
         frame_interval_of(frames, each.begin, each.end) for each in (previous, following))
@@ -82,7 +83,7 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
 def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[RecordedState],
            next_states: Sequence[RecordedState]) -> DriveReport:
     """Returns the report of the drive with the states `parts`. `next_states` contains the state
-    after the drive, or is empty if the recording ended before."""
+    after the drive, and is empty if the recording ended during the drive."""
     begin, end, goal = parts[0].begin, parts[-1].end, parts[0].goal
     interval = frame_interval_of(frames, begin, end)
     rest = end
@@ -99,8 +100,8 @@ def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[Record
 
 
 def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
-    """Returns (distance, angle) from the last pose to the goal of a drive; UNKNOWN if there is no
-    pose near the `end` [s] of the drive."""
+    """Returns (distance, angle) from the last pose to the goal of a drive; UNKNOWN without a pose
+    near the drive's `end` [s]."""
     if goal is None or not len(poses) or poses.time[-1] < end - MIN_GAP:
         return UNKNOWN
     last = poses.pose(-1)
@@ -108,7 +109,6 @@ def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float
 
 
 def _drift(run: RunData, parts: Sequence[RecordedState]) -> float:
-    """Returns the drift in the longest stretch of MOVE_FORWARD."""
     stretches = [part for part in parts if part.state == FORWARD]
     if not stretches:
         return math.nan

@@ -1,21 +1,20 @@
 """Finds the movements, states and goals of a run whose node publishes only `cmd_vel`.
 
-`completed` adds the topics that the package's own nodes publish. The movements show the states and
-the goals of drives. The robot's pose in ``local`` is (0, 0, 0) at the first sample, and the
-declared pose at a reset. As in the lab, the robot's place follows the odometry, and the robot's
-heading follows the IMU. So if the odometry jumps, this pose jumps, too.
+`completed` computes the topics that only the package's own nodes publish. The states and the goals
+are computed from the movements. The robot's pose in ``local`` is (0, 0, 0) at the first sample, and
+the declared pose at a reset. As in the lab, the robot's place follows the odometry, and the robot's
+heading follows the IMU. If the odometry jumps, the pose in ``local`` jumps, too.
 
-A *movement* is a stretch of commands that are not zero. Its pauses are shorter than
-`MOVEMENT_PAUSE`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A movement is a
+A *movement* is a series of commands that are not zero, with pauses shorter than `MOVEMENT_PAUSE`. A
+reset, or a False on `ctrl_relinq`, divides a movement in two.
 
-* turn, if no command has a forward speed;
-* drive, if a turn, a way forward and a turn were commanded; one of the two turns may be missing;
-* movement by hand, if it is not a turn and not a drive.
+A turn has no command with a forward speed. A drive has a turn, a way forward and a second turn. One
+of the two turns of a drive may be missing. Any other movement is a movement by hand.
 
-Other topics decide if they were recorded. With `ctrl_relinq` or `joy`, a movement is a drive while
-a node has control, and by hand at any other time. With `mouse_info`, no movement is a drive, and a
-turn must be faster than the mouse can command. Without these topics, a person's drive by keys looks
-like a node's drive.
+If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
+at any other time. If `mouse_info` was recorded, no movement is a drive, and a turn must be faster
+than the mouse can command. Without `ctrl_relinq`, `joy` and `mouse_info`, a person's drive by keys
+looks like a node's drive.
 
 Units: metres, radians, seconds since the recording's start.
 Edge cases: a command is in force until the next command, at most for the robot's timeout. A run
@@ -36,11 +35,11 @@ from tb3_labs.recording.run_data import Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
 
-#: A movement ends if for this time [s] no command moves the robot.
+#: If no command moves the robot for this time [s], a movement ends.
 MOVEMENT_PAUSE = 1.0
-#: A smaller speed [m/s] or [rad/s] counts as zero.
+#: A smaller speed [m/s, rad/s] counts as zero.
 NO_SPEED = 1e-3
-#: The shortest way [m] forward of a drive.
+#: A drive goes forward by at least this distance [m].
 MIN_DRIVE_LENGTH = 0.1
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
 #: The state after a drive.
@@ -55,8 +54,8 @@ class MovementKind(Enum):
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement from `begin` to `end`. Its commands have a forward speed from `forward` to
-    `turns_again`; if these times are equal, no command has a forward speed."""
+    """A movement from `begin` to `end`. The commands have a forward speed from `forward` to
+    `turns_again`. `forward` equals `turns_again` if no command has a forward speed."""
 
     kind: MovementKind
     begin: float
@@ -95,23 +94,23 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     kind = MovementKind.DRIVE
     has_mouse = 'mouse_info' in run.devices
     if len(run.control) or 'joy' in run.devices:
-        is_sure = has_control(run, (begin + end) / 2.0)
+        is_by_node = has_control(run, (begin + end) / 2.0)
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
         length = run.odometry.pose_at(forward).distance_to(run.odometry.pose_at(turns_again))
-        is_sure = has_turn and not has_mouse and length >= MIN_DRIVE_LENGTH
+        is_by_node = has_turn and not has_mouse and length >= MIN_DRIVE_LENGTH
     else:
         kind = MovementKind.TURN
         fastest = np.abs(run.commands.angular[moves]).max()
-        is_sure = not has_mouse or fastest > MOUSE_FULL + NO_SPEED
-    if not is_sure:
+        is_by_node = not has_mouse or fastest > MOUSE_FULL + NO_SPEED
+    if not is_by_node:
         kind = MovementKind.BY_HAND
     return Movement(kind, begin, forward, turns_again, end)
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? The first message on ctrl_relinq changed who has
-    control, so before this message the answer is the opposite of the message."""
+    """Did a node have control at this time [s]? Before the first message on ctrl_relinq, the answer
+    is the opposite of this message."""
     if not len(run.control):
         return False
     before = run.control.value[run.control.time <= time]
@@ -119,8 +118,9 @@ def has_control(run: RunData, time: float) -> bool:
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
-    """Returns the run with local_pose, frames, states and goals. Fields that were not recorded are
-    computed, and named in `derived`. Without recorded goals, all drives have this `goal`."""
+    """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
+    computed, and `derived` has its name. If there are no recorded goals, all drives have this
+    `goal`."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ run.odometry.at(run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))

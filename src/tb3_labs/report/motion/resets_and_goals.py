@@ -1,8 +1,9 @@
 """Finds the local frame and the goal at each time of a recorded run.
 
-A *frame interval* is the time from one reset of ``local`` to the next. The line of a reset comes a
-moment before or after the first pose in the new frame. So a frame interval begins at the largest
-jump of local_pose, relative to the odometry, that is within `NEAR_RESET` of this line.
+A *frame interval* is the time from one reset of ``local`` to the next. The log line of a reset
+comes a moment before or after the first pose in the new frame. A frame interval begins at the
+largest jump of local_pose that is at most `NEAR_RESET` before or after the log line. Motion that
+the odometry shows, too, is not a jump.
 
 ``local`` may move in ``odom`` within a frame interval. If the odometry jumps while the robot rests,
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
@@ -24,13 +25,14 @@ from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Poses, RunData
 
-#: The line of a reset, and the first pose in the new frame, are at most this time [s] apart.
+#: The log line of a reset, and the first pose in the new frame, are at most this time [s] apart.
 NEAR_RESET = 0.3
-#: For each second between the line and a jump, the jump weighs less by this [m/s]. If a reset
-#: declares the pose that the robot already has, the pose nearest to the line begins the new frame.
+#: Each second between the log line and a jump reduces the jump's weight by this length [m]. If a
+#: reset declares the pose that the robot already has, the frame begins at the pose nearest to the
+#: log line.
 LOSS_PER_SECOND = 0.05
-#: A new frame begins midway between the last message of the old frame and the first message of the
-#: new frame, but at most this time [s] before the first message of the new frame.
+#: A new frame begins midway between its own first message and the previous message, but at most
+#: this time [s] before its own first message.
 MAX_TIME_BEFORE = 0.05
 #: A goal that arrived at most this time [s] after a state belongs to the state.
 SAME_MOMENT = 0.1
@@ -58,7 +60,7 @@ class RecordedState:
 
 @lru_cache(maxsize=1)
 def frame_intervals(run: RunData) -> List[FrameInterval]:
-    """Returns the FrameIntervals of a run. The first begins at -inf, and the last ends at inf."""
+    """Returns the FrameIntervals of a run, from the time -inf to the time inf."""
     frames = _frames(run)
     begins = [-math.inf] + _interval_begins(run)
     ends = begins[1:] + [math.inf]
@@ -69,7 +71,7 @@ def frame_intervals(run: RunData) -> List[FrameInterval]:
 
 
 def _interval_begins(run: RunData) -> List[float]:
-    """Returns the times [s] at which the frame intervals begin, without the first interval. Two
+    """Returns the time [s] at which each frame interval begins, without the first interval. Two
     resets never begin the same interval."""
     local = run.local_pose
     moved_in_local = _displacements(local)
@@ -88,7 +90,7 @@ def _interval_begins(run: RunData) -> List[float]:
 
 
 def _displacements(poses: Poses) -> Poses:
-    """Returns each pose after the first, seen from the pose before it."""
+    """Returns the displacement from each pose to the next, in the frame of the earlier pose."""
     return poses.take(slice(None, -1)).inverse() @ poses.take(slice(1, None))
 
 
@@ -99,21 +101,21 @@ def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
 
 
 def _frames(run: RunData) -> Poses:
-    """Returns the poses of ``local`` in ``odom`` by tf, or by local_pose if tf was not recorded."""
+    """Returns the poses of ``local`` in ``odom``, from tf, or from local_pose without tf."""
     if len(run.frames):
         return run.frames
     return run.odometry.at(run.local_pose.time) @ run.local_pose.inverse()
 
 
 def _begins_of_frames(frames: Poses) -> np.ndarray:
-    """Returns the times [s] at which the frames come into force, without the first frame."""
+    """Returns the time [s] at which each frame comes into force, without the first frame."""
     last, first = frames.time[:-1], frames.time[1:]
     return np.maximum((last + first) / 2.0, first - MAX_TIME_BEFORE)
 
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
-    """Returns the pose of ``world`` in ``local``, or None without ground truth. The first pose in
-    the interval is taken for the true pose."""
+    """Returns the pose of ``world`` in ``local``, or None without ground truth. The first
+    local_pose in the interval is assumed to be exact."""
     if not len(run.ground_truth):
         return None
     known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
@@ -125,7 +127,7 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 @lru_cache(maxsize=1)
 def recorded_states(run: RunData) -> List[RecordedState]:
-    """Returns the RecordedStates of move_to_goal in order. A state begins when it arrives."""
+    """Returns the RecordedStates in order. A state begins when its message arrives."""
     begins = run.states.arrival.tolist()
     ends = begins[1:] + [run.duration]
     goals = last_until(run.goals.arrival, run.states.arrival + SAME_MOMENT).tolist()
@@ -134,8 +136,7 @@ def recorded_states(run: RunData) -> List[RecordedState]:
 
 
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns (times [s], distances [m], angles [rad]) from the robot to the goal in force, by
-    local_pose."""
+    """Returns (times [s], distances [m], angles [rad]) to the goal in force, by local_pose."""
     poses = run.local_pose.between(run.goals.arrival.min(initial=math.inf), math.inf)
     goals = run.goals.take(last_until(run.goals.arrival, poses.time))
     distances = np.hypot(goals.x - poses.x, goals.y - poses.y)

@@ -3,9 +3,9 @@
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
 rests before and after a turn. Topic `turn` gives the requested angle. Without a message on `turn`,
 the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
-this message is not a turn if its angle is below `MIN_TURN`.
+a message on `turn`, and with an angle below `MIN_TURN`, is not a turn.
 
-Units: radians, positive to the left; seconds. The IMU's yaw is unwrapped, so that an angle may be
+Units: radians (positive to the left), seconds. The IMU's yaw is unwrapped, so that an angle may be
 larger than half a turn. Edge case: without ground truth, the true values are NaN.
 """
 import math
@@ -23,16 +23,16 @@ from tb3_labs.robot.samples import REST_ANGULAR
 
 #: A robot rests if its mean rate of turn over this time [s] is below REST_ANGULAR.
 REST_WINDOW = 0.15
-#: Longest time [s] from the last command until the robot rests.
+#: The robot rests at most this time [s] after the last command.
 REST_WAIT = 2.0
-#: When the robot has rested for REST_WINDOW, the mean over this time [s] is the heading at rest.
+#: The heading at rest is the mean over this time [s], after the robot has rested for REST_WINDOW.
 REST_MEAN = 0.3
-#: The recorder may miss the first commands of a new node. So the rest before a turn may end this
-#: time [s] before the turn's first recorded command.
+#: The recorder may miss the first commands of a new node. So a turn may begin up to this time [s]
+#: before its first recorded command.
 MAX_MISSED = 1.0
 #: Without a message on `turn`, a movement by a smaller angle [rad] is not a turn.
 MIN_TURN = math.radians(45.0)
-#: Two turns are separate if for longer than this [s] no command turns the robot.
+#: A longer pause [s] between turning commands separates two turns.
 TURN_PAUSE = 0.5
 #: The request of a turn comes at most this time [s] before the turn begins.
 MAX_REQUEST_LEAD = 2.0
@@ -40,7 +40,7 @@ MAX_REQUEST_LEAD = 2.0
 
 @dataclass(frozen=True)
 class TurnReport:
-    """One turn, from rest to rest."""
+    """The report of a turn, from rest to rest."""
 
     begin: float
     end: float                        # when the robot rests again
@@ -74,9 +74,8 @@ def turn_reports(run: RunData) -> List[TurnReport]:
 def _separate_turns(run: RunData, movement: Movement,
                     until: float) -> List[Tuple[float, float, float]]:
     """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
-    the time of the first command after the movement. Two turns are separate if no command turns the
-    robot for TURN_PAUSE between them. So a quick correction is a part of the turn that it
-    corrects."""
+    the time of the first command after the movement. A pause of TURN_PAUSE separates two turns, so
+    a quick correction is a part of the turn that it corrects."""
     commands = run.commands.between(movement.begin, movement.end)
     times = commands.time[np.abs(commands.angular) > NO_SPEED]
     first_after_pause = np.flatnonzero(np.diff(times) > TURN_PAUSE) + 1
@@ -88,9 +87,9 @@ def _separate_turns(run: RunData, movement: Movement,
 
 def _turn(run: RunData, begin: float, end: float, next_command: float,
           since: float) -> Optional[TurnReport]:
-    """Returns the report of the turn by the commands from `begin` to `end`, or None if they are not
-    a turn. The next command comes at `next_command`. A request before `since` belongs to another
-    turn."""
+    """Returns the report of the turn that the commands from `begin` to `end` make; None if these
+    commands are not a turn. The next command comes at `next_command`. A request before `since`
+    belongs to an earlier turn."""
     times_before = begin - np.arange(0.0, MAX_MISSED, REST_WINDOW / 3.0)
     rest_before = _first_time(
         times_before, lambda time: _rests(run.imu, time - REST_WINDOW, time))
@@ -117,18 +116,17 @@ def _turn(run: RunData, begin: float, end: float, next_command: float,
 
 
 def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:
-    """Returns the first of the times for which ``is_true(time)``, or None."""
     return next((time for time in times.tolist() if is_true(time)), None)
 
 
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
-    """Does the robot rest from `begin` to `end` [s]? False if the IMU has no sample there."""
+    """Does the robot rest from `begin` to `end` [s]? Returns False without IMU samples."""
     rates = imu.between(begin, end).yaw_rate
     return len(rates) > 0 and bool(abs(rates.mean()) < REST_ANGULAR)
 
 
 def _requested(run: RunData, since: float, end: float, turned: float) -> float:
-    """Returns the requested angle; 0 if the movement was not a turn."""
+    """Returns the requested angle [rad]; 0 if the movement was not a turn."""
     sent = run.turn_requests.between(since, end)
     if len(sent):
         return float(sent.value.sum())

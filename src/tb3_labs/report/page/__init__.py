@@ -1,1 +1,1 @@
-"""How is a run shown? The page with timeline, figures and tables, and the files beside it."""
+"""How is a run shown? Writes a page with timeline, figures and tables, and other files."""

@@ -27,8 +27,8 @@ export class Track {
 
   before(time) { return lastBefore(this.time, time); }
 
-  /** Returns the numbers at a time. In a break they are the last numbers before the break. Before
-   *  the first point the result is null. */
+  /** Returns the numbers at a time. In a break, returns the last numbers before the break.
+   *  Before the first point, returns null. */
   at(time) {
     const i = this.before(time);
     if (i < 0) return null;
@@ -80,7 +80,7 @@ function path(points) {
 
 /** Returns the points of a variable whose text changes at these times, with a null while there is no
  *  text. If less than half of the texts are numbers, a point has the index of its text in `levels`.
- *  There False is before True, and a state is before all earlier states. */
+ *  In `levels`, False is before True, and a state is before all earlier states. */
 export function stepsOf(times, texts) {
   const isNumber = (text) => text !== '' && Math.abs(Number(text)) < MAX_DRAWN;
   const known = texts.filter((text) => text !== null);

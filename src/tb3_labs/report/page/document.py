@@ -1,4 +1,4 @@
-"""Makes the HTML of the pages of reports and of marks: documents, tables, hints, texts of cells."""
+"""Makes HTML for the pages of reports and of marks."""
 import math
 import re
 from html import escape
@@ -22,8 +22,8 @@ FOLDED = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
 #: This text stands for an unknown number.
 DASH = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
-#: The places at which a spreadsheet would begin to read a formula. A spreadsheet may also begin a
-#: new cell at a semicolon.
+#: Finds the places at which a spreadsheet would begin a formula. A spreadsheet may also begin a new
+#: cell at a semicolon.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
 
@@ -41,7 +41,7 @@ def number(value: float, form: str, unknown: str = DASH) -> str:
 
 
 def degrees(angle: float, form: str) -> str:
-    """Returns the angle [rad] in degrees, in the format `form`; a dash if it is not finite."""
+    """Returns the angle [rad] in degrees, in the format `form`; a dash if not finite."""
     return number(math.degrees(angle), form)
 
 
@@ -53,10 +53,10 @@ def document(title: str, parts: Sequence[str], style: str = '') -> str:
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]], texts: Sequence[str] = (),
           is_plain: bool = False) -> str:
-    """Returns an HTML table. Texts are escaped, but Markup is not.
+    """Returns an HTML table. Texts are escaped. Markup is not escaped.
 
-    The first column, and the columns with heads in `texts`, are aligned left. If the table is not
-    plain, each cell begins with its column's head on a narrow screen.
+    `texts` are the heads of the columns that are aligned left, in addition to the first column. On
+    a narrow screen each cell begins with the head of its column, if the table is not plain.
     """
     attributes = [' class="words"' if head in texts else '' for head in heads]
     headings = [TAG.sub('', _html(head)) for head in heads]
@@ -79,9 +79,9 @@ def _html(text: str) -> str:
 
 def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
           has_timeline: bool = True) -> str:
-    """Returns the HTML of three hints; '' if `found` is None. The hints are the question of the
-    link, the place that explains the link, and the sentence `mistake`. Each hint opens within
-    the previous hint, so that a student can find the mistake without the next hint."""
+    """Returns the HTML of three hints; '' if `found` is None. The hints are the link's question,
+    the place in a lab sheet that explains the link, and the sentence `mistake`. A hint is hidden
+    until the previous hint is open, so a student sees no more hints than needed."""
     if found is None:
         return ''
     link, broken = found
@@ -94,8 +94,8 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
 
 
 def safe(text: str) -> str:
-    """Returns the text for a cell. Adds a "'" wherever a spreadsheet would begin to read a
-    formula.
+    """Returns the text for a cell of a spreadsheet. A "'" is added at each place where the
+    spreadsheet would begin a formula.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """

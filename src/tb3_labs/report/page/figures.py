@@ -1,8 +1,8 @@
-"""Draws the figures of a run for a printed report: the turns, and the paths in both frames.
+"""Draws the figures of a run for a printed report: the turns, and the paths in odom and local.
 
 The lines differ in style and width, so that a figure can be read in black and white.
 
-Units on the axes: metres, degrees, rad/s, seconds since a turn's first command. Sizes in inches.
+Units: metres, degrees, rad/s, seconds since a turn's first command. Sizes are in inches.
 """
 import math
 import os
@@ -11,7 +11,7 @@ from typing import Any, Dict, Sequence
 
 import numpy as np
 
-# matplotlib reads a file matplotlibrc in the current folder, which may be from a stranger
+# matplotlib would read a stranger's matplotlibrc in the current folder
 _HERE = os.open('.', os.O_PATH)
 os.chdir('/')
 try:
@@ -30,14 +30,14 @@ from tb3_labs.report.motion.resets_and_goals import FrameInterval, frame_interva
 from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
 
 DOTS_PER_INCH = 150
-#: The width [inch] between the margins of A4.
+#: The width [inch] of an A4 page between its margins.
 WIDTH = 7.2
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
-#: (colour, line style) of successive curves.
+#: Successive curves have these (colour, line style).
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-# Agg in Noetic cannot draw a longer curve in one part
+# Agg in Noetic cannot draw more points than this in one part
 matplotlib.rcParams['agg.path.chunksize'] = 20000
-#: The figure of a turn also shows this time [s] before and after the turn.
+#: The figure of a turn also shows these times [s] before and after the turn.
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
 
 
@@ -50,7 +50,7 @@ def png(figure: Figure) -> bytes:
 
 
 def new_figure(height: float) -> Figure:
-    """Returns an empty figure of the page's width; `height` [inch]."""
+    """Returns an empty figure with the width of the page. The unit of `height` is inches."""
     figure = Figure(figsize=(WIDTH, height), constrained_layout=True)
     FigureCanvasAgg(figure)
     return figure
@@ -62,11 +62,11 @@ def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) 
 
 
 def turns_figure(run: RunData) -> Figure:
-    """Returns a figure of the remaining angle and of the rate of turn. Both are positive in the
-    requested direction. The run has a turn."""
+    """Returns a figure of the remaining angle and the rate of each turn. The angle and the rate are
+    positive in the requested direction. The run must have a turn."""
     reports = turn_reports(run)
     figure = new_figure(4.3)
-    left, rate = figure.subplots(2, 1, sharex=True)
+    angle_axes, rate_axes = figure.subplots(2, 1, sharex=True)
     next_begins = [turn.begin for turn in reports[1:]] + [math.inf]
     for number, (turn, next_begin) in enumerate(zip(reports, next_begins)):
         until = min(turn.end + SHOWN_AFTER, next_begin)
@@ -77,18 +77,18 @@ def turns_figure(run: RunData) -> Figure:
         colour, style = STYLES[number % len(STYLES)]
         line_style: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
-        left.plot(imu.time - turn.begin, np.degrees(remaining), label=name, **line_style)
-        rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **line_style)
+        angle_axes.plot(imu.time - turn.begin, np.degrees(remaining), label=name, **line_style)
+        rate_axes.plot(imu.time - turn.begin, sign * imu.yaw_rate, **line_style)
         commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
-        rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
-                  markersize=2.5, label=None if number else 'commanded')
-    left.axhline(0.0, color=GREY, linewidth=0.8)
-    left.set_ylabel('angle left [deg]')
-    rate.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
-    for axes in (left, rate):
+        rate_axes.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
+                       markersize=2.5, label=None if number else 'commanded')
+    angle_axes.axhline(0.0, color=GREY, linewidth=0.8)
+    angle_axes.set_ylabel('angle left [deg]')
+    rate_axes.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
+    for axes in (angle_axes, rate_axes):
         axes.grid(True, linewidth=0.3)
-    handles, names = left.get_legend_handles_labels()
-    more_handles, more_names = rate.get_legend_handles_labels()
+    handles, names = angle_axes.get_legend_handles_labels()
+    more_handles, more_names = rate_axes.get_legend_handles_labels()
     legend_below(figure, handles + more_handles, names + more_names)
     return figure
 
@@ -96,13 +96,14 @@ def turns_figure(run: RunData) -> Figure:
 def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     """Returns a figure with two panels: the path in odom, and the path in local. Both panels show
     the axes of both frames, and the goals of the drives. The axes of a panel's own frame are black.
-    The path after a reset, and the axes of the other frame after this reset, have one colour."""
+    The path after a reset has the same colour as the axes of the other frame after this reset."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = frame_intervals(run), run.local_pose
     for number, interval in enumerate(frames):
         colour, _ = STYLES[number % len(STYLES)]
-        shift = number // len(STYLES)    # of the line styles, when the colours begin again
+        # after the last colour the first colour follows again, with another line style
+        shift = number // len(STYLES)
         _, style = STYLES[(number + shift) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
         path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
@@ -138,7 +139,7 @@ def draw_path(panel: Axes, poses: Poses, **style: Any) -> None:
 
 def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
              goal: Pose2) -> Pose2:
-    """Returns the goal of a drive in odom, at the end of the drive."""
+    """Returns the pose that the goal of a drive has in odom at the end of the drive."""
     last = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 

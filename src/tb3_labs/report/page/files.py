@@ -1,7 +1,7 @@
 """Writes the files of a report: report.html with all figures and tables, PNG files, and CSV files.
 
-The heads and names of the columns name the units: metres, degrees, seconds. The cell of an unknown
-value is empty.
+The head or the name of each column contains its unit: metres, degrees or seconds. The cell of an
+unknown value is empty.
 """
 import base64
 import csv
@@ -28,14 +28,14 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A path shorter than this [m] is not drawn.
 MIN_PATH_LENGTH = 0.05
-#: {name of a figure: its caption}
+#: {name of a figure: its caption}.
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
-    'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
+    'turns': 'Remaining angle, and rate of turn, from the first command on.'}
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
 NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
-#: A page has this paragraph if the report computed values whose topics were not recorded.
+#: A page has this paragraph if a topic was not recorded and its values were computed.
 COMPUTED = (
     'Some topics were not recorded, so their values are computed: drives and turns by the commands '
     'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
@@ -44,7 +44,7 @@ NO_GOAL = Pose2(math.nan, math.nan, math.nan)
 
 
 class Column(NamedTuple):
-    """A column of a table of reports."""
+    """A column of a table that has a row for each report."""
 
     name: str                       # in a CSV file
     head: str                       # on a page
@@ -52,7 +52,7 @@ class Column(NamedTuple):
     form: str                       # the value's format; '' for a text
 
     def text(self, report: Any) -> str:
-        """Returns the text of a cell."""
+        """Returns the text of the cell for one report."""
         value = self.value(report)
         return number(value, self.form, '') if self.form else safe(value)
 
@@ -122,7 +122,6 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
 
 
 def _figure(name: str, png: bytes) -> str:
-    """Returns HTML that contains a picture."""
     return FIGURE.format(name, base64.b64encode(png).decode('ascii'), CAPTIONS[name])
 
 
@@ -158,14 +157,14 @@ def _rows(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
 
 
 def _table(word: str, columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> str:
-    """Returns an HTML table. `word` names a row, 'turn' or 'drive'."""
+    """Returns an HTML table. `word` is the head of the first column, 'turn' or 'drive'."""
     return table([word] + [column.head for column in columns], rows, texts=('outcome',))
 
 
 def _csv(run_name: str, word: str, columns: Sequence[Column],
          rows: Sequence[Sequence[str]]) -> str:
-    """Returns a CSV file. `word` names a row, 'turn' or 'drive'. Each row has the run's name, since
-    a spreadsheet may hold the rows of several runs."""
+    """Returns a CSV file. `word` is the name of the second column, 'turn' or 'drive'. Each row
+    begins with the run's name, since a spreadsheet may contain the rows of several runs."""
     text = StringIO(newline='')
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(['run', word] + [column.name for column in columns])

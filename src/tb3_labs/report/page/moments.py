@@ -1,7 +1,7 @@
-"""Finds the moments of a run that its page points to.
+"""Finds the moments that the page of a run points to.
 
 The events on the timeline are turns, drives, movements by hand, resets, starts, stops and gaps.
-Signs of a mistake in the node are exceptions, open TODOs, and the first broken link.
+Exceptions, open TODOs, and the first broken link are signs of a mistake in the node.
 """
 import re
 from html import escape
@@ -15,13 +15,13 @@ from tb3_labs.report.motion.movements import movements
 from tb3_labs.report.motion.resets_and_goals import frame_intervals, recorded_states
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
-from tb3_labs.report.page.timeline import TimelineEvent, timeline_event
+from tb3_labs.report.page.timeline import TimelineEvent, first_of_runs, timeline_event
 from tb3_labs.watch.broken_link import sentence
 from tb3_labs.watch.chains import broken_links_of_nodes
 
 #: rospy prints these words before a traceback of a callback.
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
-#: A line of a traceback that names a line of a file.
+#: Finds the line numbers in a traceback.
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
 #: A node of the skeletons prints this text when it reaches an open TODO.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
@@ -43,8 +43,7 @@ def moments(run: RunData, turned: Sequence[TurnReport],
                for k, interval in enumerate(frame_intervals(run)[1:], 1)]
     events += [timeline_event('stop', interval.begin, interval.state)
                for interval in recorded_states(run) if ':' in interval.state]
-    is_new = np.append(True, np.diff(run.control.value) != 0.0)[:len(run.control)]
-    for k in np.flatnonzero(is_new):
+    for k in np.flatnonzero(first_of_runs(run.control.value[:, np.newaxis])):
         kind, words = 'stop', 'control taken from the node'
         if run.control.value[k]:
             kind, words = 'start', 'control given to the node'
@@ -77,7 +76,7 @@ def _by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:
 
 
 def printed_faults(run: RunData) -> str:
-    """Returns HTML on the different exceptions and the open TODOs that nodes printed."""
+    """Returns a paragraph of HTML for each exception and each open TODO that nodes printed."""
     faults: Dict[str, List[float]] = {}         # {sentence: times}
     for time, text in zip(run.log.time.tolist(), run.log.texts):
         todo = OPEN_TODO.match(text)
@@ -99,6 +98,6 @@ def printed_faults(run: RunData) -> str:
 
 
 def broken_links(run: RunData) -> List[str]:
-    """Returns HTML of the first broken link of each node whose variables were recorded."""
+    """Returns the HTML of the hints on the first broken link of each node."""
     return [hints((link, broken), f'{node}: {sentence(broken)}')
             for node, link, broken in broken_links_of_nodes(run)]

@@ -6,7 +6,7 @@ import {Track, curve, element, lastBefore, stepsOf} from './curves.js';
 import {degrees, digits, nice, radians, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
-const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as the style has it
+const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as in timeline.css
 const SHOWN = 0.5;                              // [s] shortest time for which a mark's text is shown
 // the kinds of marks; each kind has its own row, in this order from the top
 const KINDS = ['drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'];
@@ -65,7 +65,7 @@ class Timeline {
     }
   }
 
-  /** Returns the points of a speed of the commands. A command holds until the next command. */
+  /** Returns the points of a commanded speed. A command is in force until the next command. */
   _commandSteps(column) {
     const {commands, duration} = this.run;
     return commands.flatMap((command, i) => {
@@ -133,7 +133,7 @@ class Timeline {
       this.map.fix($('frame').value);
       this._showAll();
     });
-    // links and hints may follow this script; a link to the moment that is shown changes no hash
+    // Links may stand below this script. A link to the shown moment does not change the hash.
     document.addEventListener('click', (event) => {
       const link = event.target.closest('a[href^="#t="]');
       if (!link) return;

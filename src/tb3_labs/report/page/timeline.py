@@ -1,12 +1,12 @@
-"""Makes the data of the timeline of a run, and the HTML with these data.
+"""Makes the data of a run's timeline, and the HTML that contains these data.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
-the recording, but differs from each recorded value by at most its bound. A track is interrupted at
-a time without samples.
+the recording. The difference between the track and each recorded value is at most a bound. A track
+has a gap while there are no samples.
 
-Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
-`local` and of the goals are in ``local``, all other poses are in ``odom``. The number
-in a variable's text has the unit that its node uses.
+Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The tracks
+`local` and `goals` are in the frame ``local``, all other poses are in ``odom``. A variable is in
+the unit that the node uses.
 """
 import json
 import math
@@ -23,18 +23,17 @@ from tb3_labs.report.motion.resets_and_goals import (
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.watch.variables import Series, variables_by_node
 
-#: The HTML of the timeline. Its program and its style are in files with the same stem.
+#: The HTML of the timeline, to which timeline.js and timeline.css belong.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
-#: The largest differences [m], [deg], [m/s], [rad/s] between a recorded value and its track, before
-#: the rounding.
+#: The bounds [m], [deg], [m/s], [rad/s] of tracks whose numbers are not yet rounded.
 PLACE_BOUND, ANGLE_BOUND, SPEED_BOUND, RATE_BOUND = 0.002, 0.2, 0.005, 0.03
-#: The most characters of a text.
+#: A longer text is cut to this number of characters.
 MAX_TEXT_LENGTH = 1000
-#: The name of rosbag's node. Its log lines are not shown.
+#: The name of rosbag's node. The log lines of this node are not shown.
 RECORDER = 'record'
-#: The most variables of a page.
+#: A page shows at most this number of variables.
 MAX_SHOWN_VARIABLES = 40
-#: The handouts' variables. They come first, in this order.
+#: A page shows these variables of the handouts first, in this order.
 HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
                  'has_control')
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
@@ -43,11 +42,12 @@ TimelineEvent = Dict[str, Any]
 
 def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
                  breaks: Sequence[int]) -> np.ndarray:
-    """Returns the indices of the samples that a curve keeps. The straight lines between these
-    samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
-    the indices at which a new stretch begins, in order. Both ends of a stretch are kept.
+    """Returns the indices of the samples that suffice to draw a curve. The straight lines between
+    these samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks`
+    are the indices, in order, at which a new stretch of the curve begins. Both ends of a stretch
+    are kept.
 
-    Source: Douglas and Peucker (1973), with the distance along the axis of the values.
+    Source: Douglas and Peucker (1973), but distances are measured along the axis of the values.
     """
     is_kept = np.zeros(len(time), dtype=bool)
     begins = [0, *breaks]
@@ -70,15 +70,15 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 
 def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[float],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    """Returns the track of `columns`, which have these bounds. No line is drawn across a gap of
-    time, or into a sample whose index is in `breaks`. In the result, 'breaks' are the indices of
-    the points into which no line is drawn."""
+    """Returns the track of `columns`, with a bound for each column. No line is drawn across a gap
+    of time, or to a sample whose index is in `breaks`. In the result, 'breaks' are the indices of
+    the points to which no line is drawn."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in bounds], 'breaks': []}
     values = np.column_stack(columns)
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > MIN_GAP) + 1)})
     shown = kept_samples(time, values, np.array(bounds), begins)
-    # a tenth of a bound has at most this many digits after the point
+    # the numbers are rounded to one digit more than their bound has
     digits = [1 - math.floor(math.log10(bound)) for bound in bounds]
     return {'time': np.round(time[shown], 3),
             'columns': list(map(np.round, values[shown].T, digits)),
@@ -86,13 +86,13 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[floa
 
 
 def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -> Dict[str, Any]:
-    """Returns all data of the timeline of a run, for JSON."""
+    """Returns all data of a run's timeline in a form for JSON."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = frame_intervals(run)
     local_resets, goal_resets = _resets(frames, local.time), _resets(frames, time)
     turned_over = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
-    # at the begin of each interval, the pose in ``local`` is taken for the true pose
+    # at the beginning of each interval, local_pose is assumed to be exact
     truth = [run.ground_truth.between(interval.begin, interval.end).seen_from(
         interval.odom_T_local @ interval.local_T_world)
         for interval in frames if interval.local_T_world is not None]
@@ -124,44 +124,43 @@ def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _resets(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
-    """Returns the index of the first sample after each reset. The samples are at `time` [s]."""
+    """Returns the index of the first sample after each reset, by the samples' `time` [s]."""
     found = np.searchsorted(time, [interval.begin for interval in frames[1:]])
     return [int(index) for index in found if 0 < index < len(time)]
 
 
 def _commands(commands: Commands) -> List[List[Optional[float]]]:
-    """Returns [time, linear, angular] of the commands that differ from their previous command. Both
-    speeds are None where the robot's timeout ended a command."""
+    """Returns [time, linear, angular] of the commands that differ from their previous command. When
+    the robot's timeout ends a command, both speeds become None."""
     sent = commands.in_force()
     rows = np.round(np.column_stack([sent.time, sent.linear, sent.angular]), 3)
-    kept = rows[_first_of_runs(rows[:, 1:])]
+    kept = rows[first_of_runs(rows[:, 1:])]
     return [[None if math.isnan(number) else number for number in row] for row in kept.tolist()]
 
 
-def _first_of_runs(rows: np.ndarray) -> np.ndarray:
-    """Returns for each row whether it is the first row, or differs from the previous row."""
+def first_of_runs(rows: np.ndarray) -> np.ndarray:
+    """Returns a mask of the rows that differ from the previous row, and of the first row."""
     is_first = np.ones(len(rows), dtype=bool)
     is_first[1:] = (rows[1:] != rows[:-1]).any(axis=1)
     return is_first
 
 
 def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> TimelineEvent:
-    """Returns the TimelineEvent of a moment, or of the time from `begin` to a later `end` [s]."""
+    """Returns a TimelineEvent from `begin` to `end` [s]. An event without an `end` is a moment."""
     return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(max(begin, end)), 3),
             'text': text[:MAX_TEXT_LENGTH]}
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
-    """Returns [time, level, text] of each log line. The text begins with the node's name."""
     return [[round(float(at), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
             for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
             if node.rpartition('/')[2] != RECORDER]
 
 
 def variables(run: RunData) -> List[List[Any]]:
-    """Returns [name, times, texts] of each variable. Each text holds until the next time. From the
-    last reading before a gap on, the text is None. If several nodes have variables, the name begins
-    with the name of the variable's node."""
+    """Returns [name, times, texts] of each variable. Each text is valid until the next time. In a
+    gap of the readings the text is None. If several nodes have variables, each name begins with the
+    node's name."""
     rows: List[List[Any]] = []
     nodes = variables_by_node(run.variables)
     for node, series_of in nodes.items():
@@ -174,11 +173,10 @@ def variables(run: RunData) -> List[List[Any]]:
 
 
 def _changes(variable: Series) -> Tuple[List[float], List[Optional[str]]]:
-    """Returns (times, texts) of a variable."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
-    is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # before a gap, or of the run
+    is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # before a gap or the end
     follows_gap = np.append(False, is_last[:-1])
-    is_new = follows_gap | _first_of_runs(values[:, np.newaxis])
+    is_new = follows_gap | first_of_runs(values[:, np.newaxis])
     times: List[float] = []
     texts: List[Optional[str]] = []
     for k in np.flatnonzero(is_new | is_last):
@@ -204,6 +202,6 @@ def section(data: Dict[str, Any]) -> str:
     styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
     style = ''.join(path.read_text(encoding='utf-8') for path in styles)
     page = TIMELINE_PAGE.read_text(encoding='utf-8').format(
-        data=text.replace('<', '\\u003c'),      # no text of a node can end the data
+        data=text.replace('<', '\\u003c'),      # a node's text cannot end the data
         script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
     return f'<style>\n{style}</style>\n{page}'

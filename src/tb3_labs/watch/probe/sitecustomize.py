@@ -1,14 +1,14 @@
 """The probe shows the variables of a Python node while the node runs, in the node's own process.
 
-When Python starts, it imports sitecustomize. scripts/watch.py puts this folder on the path of
-the node. The probe removes the folder again, so that the node has its usual path. A thread of the
-probe waits until the node calls rospy.init_node(). From then on, the thread reads the node's
-variables 20 times a second. While the topic has a subscriber, the thread publishes
+Python imports sitecustomize when it starts, and scripts/watch.py puts this folder on the node's
+path. The probe removes the folder again, so that the node has its usual path. A thread of the probe
+waits until the node calls rospy.init_node(). From then on, the thread reads the node's variables 20
+times a second. The thread publishes this topic while the topic has a subscriber:
 
     variables    diagnostic_msgs/DiagnosticArray, with the node's name and its variables
 
-The variables are those of the node's objects, of its script, and of its running functions. The
-probe calls no function of the node and changes nothing, and no error of the probe reaches the node.
+The probe shows variables of the node's objects, of its script, and of the functions that run. The
+probe calls no function of the node and changes nothing. No error of the probe reaches the node.
 """
 import gc
 import os
@@ -59,8 +59,7 @@ def leave_the_path():
 # -- the node's script and its objects
 
 def script_frames():
-    """Returns the stack frames of the node's script, the main program first. Returns [] before the
-    program runs."""
+    """Returns the stack frames of the node's script, the main program first; [] before it runs."""
     frames = []
     frame = sys._current_frames().get(threading.main_thread().ident)
     while frame is not None:
@@ -68,7 +67,7 @@ def script_frames():
         frame = frame.f_back
     while frames and not is_main(frames[0]):
         del frames[0]
-    # catkin's relay is a main program, and the node's script is a second main program in it
+    # catkin's relay is a main program that runs the node's script as a second main program
     while len(frames) > 1 and is_main(frames[1]):
         del frames[0]
     return [frame for frame in frames if frame.f_globals is frames[0].f_globals]
@@ -82,7 +81,7 @@ class WatchedNode:
     """Finds the objects of the node's own classes, and reads their variables."""
 
     def __init__(self, script):
-        """`script` is the globals of the node's main program."""
+        """`script` contains the globals of the node's main program."""
         self._script = script
         self._folder = os.path.dirname(os.path.abspath(str(script.get('__file__', ''))))
         self._package = self._folder
@@ -93,7 +92,7 @@ class WatchedNode:
         self._next_search = 0.0
 
     def is_own(self, kind):
-        """Is this class from the script, from a module beside it, or from its package's src?"""
+        """Is this class from the script, a module beside the script, or its package's src?"""
         if kind not in self._is_own:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
@@ -104,7 +103,7 @@ class WatchedNode:
         return self._is_own[kind]
 
     def is_object(self, value):
-        """Is this an object of one of the node's own classes, but not of a simple kind?"""
+        """Is this an object of an own class of the node, but no type, Enum, tuple or exception?"""
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
@@ -117,7 +116,7 @@ class WatchedNode:
         held = {id(each): attributes(each) for each in objects}
         inner = {id(part) for each in held.values() for part in each.values()}
         shown, known = {}, set()
-        # if two variables have one name, the second gets its class or function in front
+        # if two variables have the same name, the second name begins with its class or function
         for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
@@ -150,7 +149,7 @@ class WatchedNode:
         for name, value in held.items():
             if len(shown) >= MAX_SHOWN:
                 return
-            with suppress(Exception):       # if a value cannot be read, the others are shown
+            with suppress(Exception):       # a value that cannot be read is left out
                 if type(value) in HIDDEN_TYPES or name.startswith('__'):
                     continue
                 # the private name _Class__name is shown as __name
@@ -197,19 +196,19 @@ def simple_text(value):
 
 
 def module_of(kind):
-    """Returns the name of a class's module. No code of a metaclass runs."""
+    """Returns the name of a class's module. The code of a metaclass does not run."""
     name = type.__dict__['__module__'].__get__(kind)
     return name if type(name) is str else ''
 
 
 def sendable(text):
-    """Returns the beginning of a text, with a '?' in place of a character that is not valid."""
+    """Returns the first characters of a text. A '?' replaces each character that is not valid."""
     text = text[:MAX_VALUE_LENGTH]
     return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
 
 def attributes(thing):
-    """Returns {name: value} of an object's attributes. No code of its class runs."""
+    """Returns {name: value} of an object's attributes, and runs no code of the object's class."""
     try:
         return dict(object.__getattribute__(thing, '__dict__'))
     except AttributeError:      # a class with __slots__
@@ -236,7 +235,7 @@ def run():
     message = DiagnosticArray(status=[status])
 
     def read():
-        """Read and publish the variables once. The function keeps no frame of the node."""
+        """Publish the variables once. The node's stack frames are not kept."""
         nonlocal node
         frames = script_frames()
         if node is None and frames:
