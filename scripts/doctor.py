@@ -2,11 +2,12 @@
 """Finds faults of this computer, its network, or a robot. Each finding is one line.
 
 Example: rosrun tb3_labs doctor.py robot3. A line begins with ok, warning or FAULT, and ends with an
-instruction. The doctor needs up to 12 s with a robot, 3 s without a master, and more if a name
-resolves slowly. The exit status is 0 without a FAULT, 1 with a FAULT, and 2 for wrong arguments.
+instruction. The doctor needs up to 12 s with a robot, and 3 s without a master. The doctor needs
+more time if a name resolves slowly. The exit status is 0 without a FAULT, 1 with a FAULT, and 2 for
+wrong arguments.
 
-The doctor changes nothing. For 5 s it listens to imu, odom, joint_states and cmd_vel in the robot's
-namespace, as a node that publishes nothing.
+The doctor changes nothing, and publishes nothing. For 5 s the doctor listens to imu, odom,
+joint_states and cmd_vel in the robot's namespace.
 """
 import argparse
 import os
@@ -23,7 +24,7 @@ except ImportError as missing:
 
 
 def namespace(word):
-    """Returns the namespace in a typed word, such as '/robot3/' for 'robot3', and '/' for ''."""
+    """Returns a typed namespace with slashes: '/robot3/' for 'robot3', and '/' for ''."""
     if not re.fullmatch(r'/?([A-Za-z]\w*(/[A-Za-z]\w*)*)?/?', word):
         raise argparse.ArgumentTypeError(f'{word} is not a namespace, such as robot3')
     return f'/{word.strip("/")}/'.replace('//', '/')
@@ -48,5 +49,5 @@ def main(argv):
 
 
 if __name__ == '__main__':
-    # rosrun may append the words __name:=NAME and __log:=FILE
+    # rosrun can append the words __name:=NAME and __log:=FILE
     run_tool(lambda argv: main([word for word in argv if ':=' not in word]))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The simulated robot. It behaves like a TurtleBot3 with its firmware, on the same topics.
+"""The simulated robot behaves like a TurtleBot3 with its firmware, on the same topics.
 
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
@@ -12,21 +12,23 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     /tf_static    tf2_msgs/TFMessage           world -> odom: true place of the odometry's origin
     ground_truth  geometry_msgs/PoseStamped    frame world, 50 Hz: for tests, never for control
     /clock        rosgraph_msgs/Clock          with use_sim_time, 200 per simulated second
-    The network (~network) delays imu, odom, joint_states and /tf. If messages of one topic were
-    delayed together, each subscriber gets them in one write.
 Parameters
     ~speed        pace of /clock, times real time, with use_sim_time (1)
     ~network      quiet, good, busy, bad: a set of network settings, see simulation/network.py
-                  (quiet). A setting that is also given by its own name keeps the given value
+                  (quiet)
     ~host         default, laptop, pi: a set of rates, lags and stamps for the computer to which the
                   robot's board is connected, see simulation/simulator_config.py (default)
-    ~mystery      1 to 9999: the number of one hidden fault, see simulation/mystery_robot.py. Then
-                  there is no ground_truth and no /tf_static, no setting may change, and
-                  ~network and ~host have no effect. 0: no hidden fault (0)
+    ~mystery      1 to 9999: the number of a hidden fault, see simulation/mystery_robot.py; 0: none
+                  (0)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
-                  default. While the robot runs, all but the FIXED_FIELDS may change:
-                  dynparam set /turtlebot3 network_cut true
+                  default
+
+The network delays imu, odom, joint_states and /tf. Messages that were delayed together reach a
+subscriber in one write. A setting that is given by its own name overrides ~network and ~host. A
+robot with a hidden fault has no ground_truth and no /tf_static, keeps its settings, and ignores
+~network and ~host. Without a hidden fault, all fields except the FIXED_FIELDS may change while the
+robot runs: dynparam set /turtlebot3 network_cut true
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 

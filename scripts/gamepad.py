@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """Drives the robot by a gamepad, hands the robot over to move_to_goal, and resets the local frame.
 
-Left stick up/down drives, right stick left/right turns; A lets move_to_goal drive, B takes the
-robot back, Y declares the robot to be at (0, 0, 0) in local.
+The left stick drives (up and down), and the right stick turns (left and right). A lets move_to_goal
+drive. B takes the robot back. Y declares that the robot is at (0, 0, 0) in the local frame.
 
 Subscribes
     joy             sensor_msgs/Joy, best with autorepeat (gamepad.launch)
-    ctrl_relinq     std_msgs/Bool: False of other nodes, which takes control from move_to_goal
-    has_control     std_msgs/Bool: does move_to_goal have control, from any node?
+    ctrl_relinq     std_msgs/Bool: a False of another node takes control from move_to_goal
+    has_control     std_msgs/Bool: has any node given control to move_to_goal?
 Publishes
-    cmd_vel         geometry_msgs/Twist, only while a stick is off its middle; then one zero
+    cmd_vel         geometry_msgs/Twist, only while a stick is off its middle, and then one zero
     ctrl_relinq     std_msgs/Bool, latched: True = move_to_goal may drive, renewed while this pad
                     gives control; False at each press of B
     control_holder  std_msgs/String, latched: gamepad, move_to_goal or nobody

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
-"""Prints the robot's heading: the IMU exercise.
+"""Prints the robot's heading (the IMU exercise).
 
-A good student writes the node of the handout like this. The lines with `# added` are not in the
-handout.
+The code is a good student's solution. The handout does not have the lines with `# added`.
 
 Subscribes
     imu        sensor_msgs/Imu
@@ -20,7 +19,7 @@ from std_msgs.msg import Float32    # added
 class IMU:
     """Class to read orientation data from the TurtleBot3's IMU."""
 
-    PERIOD = 0.1    # added: a person reads ten lines a second, not 200
+    PERIOD = 0.1    # added: nobody can read 200 lines in a second
 
     def __init__(self):
         self.ctrl_c = False
@@ -39,7 +38,7 @@ class IMU:
             e = q.to_euler(degrees=True)
             yaw = e[2]
             yaw = self.convert_yaw(yaw)
-            yaw = 0.0 if yaw > 359.9999 else yaw    # added: else a line says 360.000000
+            yaw = 0.0 if yaw > 359.9999 else yaw    # added: "%f" would print 360.000000
             self.heading_pub.publish(yaw)    # added
             if abs(rospy.get_time() - self.printed_at) < self.PERIOD:    # added
                 return    # added

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Makes a report of a recorded run: timeline, paths, turns and tables, as a page, PNG and CSV.
+"""Makes a report of a recorded run, as a page with PNG and CSV files.
 
-Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do, such as a bag of record.launch. The
-report finds drives and turns in goal_state, or in cmd_vel if your node does not publish goal_state.
-The report finds resets in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To compare
-runs, put their turns.csv or drives.csv into one spreadsheet. The name and size of the robot are
-those of TURTLEBOT3_MODEL in the environment.
+The report has a timeline, paths, turns and tables. The bag must have messages of the types
+sensor_msgs/Imu and nav_msgs/Odometry; record.launch records such a bag. The report finds drives and
+turns in goal_state, or in cmd_vel if your node does not publish goal_state. The report finds resets
+in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To compare runs, put their
+turns.csv or drives.csv into one spreadsheet. The environment variable TURTLEBOT3_MODEL gives the
+name and the size of the robot.
 """
 import os
 import sys
@@ -73,7 +74,7 @@ def _fail(problem):
 
 
 def _print(text):
-    """Print words on the terminal. Words from a stranger's bag may not be printable."""
+    """Print a text on the terminal. A stranger's bag can have characters that are not printable."""
     print(f'lab_report.py: {printable(str(text)[:MAX_PRINTED_LENGTH])}', file=sys.stderr)
 
 

@@ -3,10 +3,10 @@
 
 Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
-SUBMISSIONS is a folder with a folder or a zip file for each student, as a learning platform makes
-it. MARKS is a folder that gets marks.csv, overview.html, and for each student a page and a
-results.json. A marked submission is not tried again until it changes. The instructors' page on
-marking has more.
+SUBMISSIONS is a folder from a learning platform, with a folder or a zip file for each student.
+mark.py writes marks.csv and overview.html into the folder MARKS. For each student, mark.py also
+writes a page and a results.json. A marked submission is tried again only after a change. The
+instructors' page on marking explains the details.
 """
 import os
 import shlex
@@ -35,7 +35,6 @@ INTERRUPTED = threading.Event()
 
 
 def parse(argv):
-    """Returns the command line's arguments."""
     parser = Parser(
         prog='mark.py', description="Marks a class's submissions. What has been marked and has not "
         'changed is not tried again: after an interruption, the same command goes on.')
@@ -84,23 +83,24 @@ def main(argv):
 
 
 def mark_class(arguments, work):
-    """Mark a class by the arguments, with temporary files in the folder `work`. Returns the exit
-    status. This process gets the environment of a separate ROS."""
+    """Mark a class by the command line's `arguments`. The folder `work` is for temporary files.
+    Returns the exit status. The environment of this process is replaced by the environment of a
+    separate ROS."""
     environment = marking_environment(work / 'ros', os.environ)
     os.environ.clear()
     os.environ.update(environment)
     parts = LABS[arguments.lab].read_parts(arguments.parts)
     criterion_points = points_of(arguments.lab, read_points(arguments.points))
-    pad_called(arguments.pad)       # ValueError for a pad that is not known
+    pad_called(arguments.pad)       # raises ValueError for an unknown pad
     submissions = _submissions(arguments)
     is_sandbox = _choose_protection(arguments, work)
     options = Options(arguments.package, arguments.type, arguments.pad, is_sandbox)
     with locked(arguments.folder):
         folder = MarksFolder(arguments.folder, arguments.lab, parts=parts,
                              criterion_points=criterion_points, options=options)
-        failed = MarkedClass(TrialRunner(folder, INTERRUPTED), bool(arguments.only)).mark_all(
-            submissions, arguments.jobs)
-        with ThreadPoolExecutor(1) as pool:     # an interruption does not end this thread
+        marked = MarkedClass(TrialRunner(folder, INTERRUPTED), retry=bool(arguments.only))
+        failed = marked.mark_all(submissions, arguments.jobs)
+        with ThreadPoolExecutor(1) as pool:     # Ctrl+C does not end this thread
             page, notes = pool.submit(folder.write_overview, not is_sandbox).result()
     for note in notes:
         print_line(note)
@@ -110,7 +110,6 @@ def mark_class(arguments, work):
 
 
 def _submissions(arguments):
-    """Returns the Submissions to mark."""
     marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
     if source.is_dir() and source in (marks, *marks.parents):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
@@ -125,8 +124,8 @@ def _submissions(arguments):
 
 
 def _choose_protection(arguments, work):
-    """Returns True if the programs of the submissions run in sandboxes. ``ValueError`` if sandboxes
-    do not work on this computer, and the command line lacks --unprotected."""
+    """Returns True if the programs of the submissions run in sandboxes. Raises ``ValueError`` if
+    sandboxes do not work on this computer, and the command line does not have --unprotected."""
     problem = protection_problem(Sandbox([]))
     if not problem:
         return True
@@ -135,7 +134,7 @@ def _choose_protection(arguments, work):
                          f'sandboxes here ({problem}); --unprotected marks without them: '
                          f'{UNPROTECTED}')
     print_line(f'{problem}: the marking goes on without sandboxes.')
-    work.chmod(0o711)       # OtherUser must read the prefix of ROS in this folder
+    work.chmod(0o711)       # OtherUser must be able to enter this folder
     if os.geteuid() == 0:
         problem = protection_problem(OtherUser())
         if problem:
@@ -145,10 +144,10 @@ def _choose_protection(arguments, work):
 
 
 def interrupt(*_):
-    """Interrupt the marking. Further signals are ignored, since the marking must end its trials."""
+    """Interrupt the marking. Later signals are ignored, so that the marking can end its trials."""
     for number in END_SIGNALS:      # a signal during set() would block this process for ever
         signal.signal(number, lambda *_: None)
-    INTERRUPTED.set()       # for the places where Python ignores KeyboardInterrupt
+    INTERRUPTED.set()       # since Python ignores KeyboardInterrupt in some places
     raise KeyboardInterrupt
 
 
@@ -168,7 +167,7 @@ class MarkedClass:
     """Marks the submissions of a class."""
 
     def __init__(self, runner, retry):
-        """If `retry`, unchanged submissions are tried again, too."""
+        """If `retry` is true, unchanged submissions are tried again, too."""
         self._runner = runner
         self._retry = retry
         #: Is there a submission without points?
@@ -213,8 +212,8 @@ class MarkedClass:
             self._write(new_marks(submission, unjudged=failure(problem)), '')
 
     def _try_out(self, submission, name, is_second=False):
-        """Try a submission, unless it was tried before and has not changed. If the machine delayed
-        the robot, the submission is tried a second time."""
+        """Try a submission that is new or has changed. If the machine delayed the robot, the
+        submission is tried a second time."""
         begun = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             parsed = self._runner.read(submission, Path(work))
@@ -236,7 +235,8 @@ class MarkedClass:
             print_line(f'{name}: {marks.points_text}, {tried.seconds:.0f} s')
 
     def _write(self, tried, digest):
-        """Record a tried submission, and write its page. Returns the Marks with points."""
+        """Record the Marks of a tried submission, and write its page. Returns the Marks with their
+        points."""
         with self._writing:
             marks = self._runner.folder.write(tried, digest)
             self._failed = self._failed or not marks.is_known

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Publishes the mouse of this computer, for the mouse controller of the IMU lab.
+"""Publishes this computer's mouse, which drives the robot in the IMU lab.
 
-Scrolling down activates the mouse. Scrolling up deactivates the mouse at once. While the mouse
-is active, this node sends its position at a steady rate, so a robot notices when the node dies.
-While the mouse is not active, the node sends the position when the mouse moves.
+Scrolling down activates the mouse. Scrolling up deactivates the mouse at once. While the mouse is
+active, the node sends the mouse's position at a steady rate, so that the robot notices the end of
+the node. While the mouse is not active, the node sends the position only if the mouse moves.
 
 Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to
@@ -32,13 +32,13 @@ class MouseNode:
         self._active = False
         self._send_now = threading.Event()
         self._lock = threading.Lock()    # guards _closed and the publisher
-        self._closed = False             # was the last message published?
+        self._closed = False             # was the final message published?
         # latched, so a controller that starts later gets the state of the mouse at once
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
-        except ValueError as problem:    # only this node ends, without a failure
+        except ValueError as problem:    # only this node ends, with exit status 0
             rospy.logwarn(str(problem))
             begin_shutdown()
             return
@@ -89,11 +89,13 @@ class MouseNode:
 
 
 class Pointer:
-    """Reads the position, the moves and the wheel of the mouse by pynput, on X. Raises
-    ``ValueError`` with one sentence if the mouse cannot be read, or the display is lost."""
+    """Reads the position, the movements and the wheel of the mouse on X11, with the package pynput.
+    Raises ``ValueError`` with one sentence if the mouse cannot be read, or if the display is
+    lost."""
 
     def __init__(self, on_scroll, on_move):
-        """A thread of pynput calls `on_scroll(steps)`, steps upwards, and `on_move()`."""
+        """A thread of pynput calls `on_move()`, and `on_scroll(steps)` with positive steps for
+        scrolling up."""
         if os.environ.get('WAYLAND_DISPLAY'):
             raise ValueError('the mouse cannot be read in a Wayland session: log in again with '
                              'an "Xorg" (X11) session')
@@ -103,7 +105,7 @@ class Pointer:
         try:
             from pynput import mouse
             from Xlib import display
-        except ImportError as problem:    # pynput raises ImportError without a display, too
+        except ImportError as problem:    # pynput also raises ImportError if there is no display
             if (problem.name or '').startswith('pynput'):
                 raise ValueError('the mouse needs the Python package pynput: source '
                                  'scripts/setup.sh installs it') from None
@@ -126,7 +128,8 @@ class Pointer:
 
 
 def screen_position(pixel_x, pixel_y, width, height):
-    """Returns the position (x, y), -1 to 1, of a pixel. Pixel (0, 0) is the top left corner."""
+    """Returns the position (x, y) of a pixel, each from -1 to 1. Pixel (0, 0) is the top left
+    corner."""
     x = 2.0 * pixel_x / max(width - 1, 1) - 1.0
     y = 1.0 - 2.0 * pixel_y / max(height - 1, 1)
     return max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y))

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Judges an answer to a mystery robot. The answer is the name of the hidden fault, and its value.
+"""Judges a student's answer about a mystery robot. The answer has the name and the value of the
+robot's hidden fault.
 
     roslaunch tb3_labs fake_robot.launch mystery:=7        the robot; measure it, then:
     rosrun tb3_labs mystery.py 7 "imu offset" 130
@@ -14,14 +15,15 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, draw
 from tb3_labs.terminal import run_tool
 
-#: By rounding, the error of a right value may exceed the tolerance by this.
+#: The error of a right value may exceed the tolerance by this number, because of rounding.
 ROUNDING = 1e-9
 
 
 def judge(number, name, value):
-    """Judges a student's answer: the name of a fault, and its value. An angle may be off by whole
-    turns. Returns (is the answer right?, the text for the student). The text about a wrong fault
-    does not show the right fault. Raises ``ValueError`` if the number of the robot is not valid."""
+    """Judges a student's answer, the `name` and the `value` of a fault. Whole turns in the error of
+    an angle are ignored. Returns (is the answer right?, the text for the student). If the fault is
+    wrong, the text does not name the right fault. Raises ``ValueError`` if the number of the robot
+    is not valid."""
     hidden, right, _ = draw(number)
     if name != hidden.name:
         return False, f'Wrong: mystery {number} has another fault.'
@@ -35,7 +37,6 @@ def judge(number, name, value):
 
 
 def parse(argv):
-    """Returns the command line's arguments."""
     faults = [f'{kind.name} [{kind.unit}], right within {kind.tolerance:g}: {kind.quantity}'
               for kind in FAULT_KINDS]
     parser = Parser(prog='mystery.py', description=__doc__, epilog='\n'.join(['faults:', *faults]),

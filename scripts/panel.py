@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Shows the robot on a page in any browser. A person can drive the robot there.
+"""Shows the robot on a page in any browser. A person can drive the robot from the page.
 
-The panel prints the page's address. A page drives as a pad or as a mouse. So the node `gamepad` or
-the node `controller` must run. One page drives at a time. Every page may stop the robot.
+The panel prints the page's address. A page plays a gamepad or a mouse, so the node `gamepad` or the
+node `controller` must run. Only one page can drive at a time. Every page can stop the robot.
 
 Subscribes
     imu, odom, cmd_vel, joy, local_pose, goal_state, current_goal, has_control, control_holder,
@@ -38,7 +38,7 @@ class Panel:
         config = read_config(PanelConfig)
         pages = Pages(config, read_model().body_radius)
         rospy.on_shutdown(pages.release)
-        # printed and not logged, since anyone who knows the address with its token may drive
+        # not logged, since the address has a token, with which anyone can drive
         only = '' if config.control else ' (it only shows)'
         print(f'Panel: open {pages.address} in a browser{only}')
 

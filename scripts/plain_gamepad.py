@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Drives by a gamepad, hands the robot over, and resets the local frame: the Transformation lab.
+"""Drives by a gamepad, hands the robot over, and resets the local frame (the Transformation lab).
 
-A good student writes the node of the handout like this.
+The code is a good student's solution.
 
-The numbers of axes and buttons belong to the course's pad. `rostopic echo /joy` shows yours.
+The numbers of axes and buttons belong to the course's pad. `rostopic echo /joy` shows the numbers
+of your pad.
 
 Subscribes
     joy            sensor_msgs/Joy
@@ -69,7 +70,7 @@ class Gamepad:
         future.add_done_callback(self.reset_pose_done_callback)
 
     def call_async(self, request):
-        # rospy has no such method: a thread calls, and a Future has the answer, as in ROS 2
+        # rospy has no call_async(): a thread calls the service, and a Future gets the answer
         future = Future()
 
         def call():

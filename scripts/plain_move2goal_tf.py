@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Drives to a goal in a local frame, which a service resets. A student writes such a node. The
-handout lacks the lines with `# added`, and rotates by the IMU's yaw: both fail in practice."""
+"""Drives to a goal in a local frame, which a service resets (a student's solution). The handout's
+node fails in practice, since it rotates by the IMU's yaw, and has no lines with `# added`."""
 from importlib.util import find_spec    # added
 import math
 import rospy
@@ -26,7 +26,7 @@ class MoveToGoal:
         self.initial_global_x = None
         self.initial_global_y = None
         self.initial_global_yaw = None    # of the IMU
-        self.initial_odom_yaw = None      # of the odometry, whose zero is another one
+        self.initial_odom_yaw = None      # of the odometry, with another zero
         self.state = 'ROTATE_TO_GOAL'
         self.has_control = False
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=10)

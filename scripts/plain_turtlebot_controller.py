@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Turns the robot by 90 degrees, by keyboard and IMU, beside the mouse: the IMU lab.
+"""Turns the robot by 90 degrees after a typed letter, and drives it by a mouse (the IMU lab).
 
-A good student writes the node of the handout like this.
+The code is a good student's solution.
 
 Subscribes
     imu           sensor_msgs/Imu
@@ -24,7 +24,7 @@ class Controller:
 
     K_HDG = 0.1    # rotation controller constant [rad/s for each degree]
     HDG_TOL = 10    # heading tolerance +/- [deg]
-    MIN_ANG_Z = 0.5    # limits of what is sent to the TurtleBot3 [rad/s]
+    MIN_ANG_Z = 0.5    # limits of the commanded rate of turn [rad/s]
     MAX_ANG_Z = 1.5    # [rad/s]
 
     def __init__(self):

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Sends a goal in the local frame to move_to_goal, and prints the states of the drive and its end.
+"""Sends a goal in the local frame to move_to_goal, and prints the drive's states and result.
 
-Usage: send_goal.py X Y YAW_DEG    [m, m, deg]; Ctrl+C or a closed terminal cancels the goal
+Usage: send_goal.py X Y YAW_DEG    [m, m, deg]
        send_goal.py 1 1 90         for example
 
-The exit status is 0 only if the goal was reached.
+Ctrl+C or a closed terminal cancels the goal. The exit status is 0 only if the robot reached the
+goal.
 
 Calls
     move2goal        move_base_msgs/MoveBaseAction
@@ -34,12 +35,13 @@ HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with 
     'them, such as: 1 1 90'
 #: Longest wait [s] for an answer of move_to_goal.
 SERVER_TIMEOUT = 2.0
-#: Time [s] between two checks whether this program ends.
+#: The program checks with this period [s] whether ROS has shut down.
 END_PERIOD = 2.0
 
 
 def print_states():
-    """Print each new `goal_state`, but not the latched state of an earlier goal that is over."""
+    """Print each new `goal_state`. The latched state of an earlier goal, which is over, is not
+    printed."""
     printed = ['']
 
     def on_state(message):
@@ -55,7 +57,8 @@ def print_states():
 
 
 def drive(goal):
-    """Send the goal, and wait until it ends. Returns the exit status. A signal cancels the goal."""
+    """Send the goal, and wait until the drive ends. Returns the exit status. A signal cancels the
+    goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(SERVER_TIMEOUT)):
@@ -79,7 +82,7 @@ def drive(goal):
     try:
         print_states()
         while not ended.is_set():
-            pause(0.0)    # raises Interrupted again if rospy caught the first one
+            pause(0.0)    # raises Interrupted again if rospy caught the first Interrupted
             ended.wait(END_PERIOD)
             if rospy.is_shutdown():
                 return 1
@@ -113,5 +116,5 @@ def main(argv):
 
 
 if __name__ == '__main__':
-    # run_tool() is needed: otherwise the error of a closed terminal would hide the Interrupted
+    # without run_tool(), the error of a closed terminal would hide the Interrupted
     run_tool(lambda _: main(rospy.myargv()[1:]))

@@ -2,8 +2,9 @@
 """Writes the catkin package with which a student begins a lab.
 
 The folder doc/skeletons/LAB has the package's files as templates. In a template the text @PACKAGE@
-stands for the package's name. The name of a template may end in `.in`, so that ROS's tools do not
-use it as a package or a launch file. The file in the package has its name without `.in`.
+stands for the package's name. The name of a template can end in `.in`, so that ROS's tools do not
+use the template as a package or a launch file. The `.in` is removed from the name of the file in
+the package.
 """
 import sys
 from pathlib import Path
@@ -13,11 +14,11 @@ import rospkg
 from tb3_labs.command_line import Parser, failure_text
 from tb3_labs.terminal import run_tool
 
-#: Each folder in this folder has the templates of a lab.
+#: The folder has a subfolder of templates for each lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
-#: {lab: name of its package in the handouts}
+#: {lab: the package's name in the handouts}
 PACKAGES = {'imu': 'ice6', 'turn': 'lab2', 'move2goal': 'lab7_tf', 'gamepad': 'lab4_gamepad'}
 
 
@@ -37,8 +38,9 @@ def package_files(templates, package):
 
 
 def write_package(files, target):
-    """Write a package into the new folder `target`. Programs become executable. ``OSError`` if
-    `target` exists or cannot be written. ``ValueError`` if catkin would not find the package."""
+    """Write a package into the new folder `target`. Programs become executable. Raises ``OSError``
+    if `target` exists or cannot be written, and ``ValueError`` if catkin would not find the
+    package."""
     if (target.parent / 'src').is_dir():
         raise ValueError(f'{target.parent} has a folder src, in which catkin looks for packages: '
                          f'give {target.parent}/src')
@@ -52,7 +54,6 @@ def write_package(files, target):
 
 
 def parse(argv):
-    """Returns the command line's arguments."""
     parser = Parser(
         prog='skeleton.py',
         description='Writes the catkin package with which a student begins a lab: a launch file, '

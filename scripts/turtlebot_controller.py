@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Turns the robot by keyboard with IMU feedback, beside the mouse: the IMU lab.
+"""Turns the robot by keyboard with IMU feedback, and drives it by a mouse (the IMU lab).
 
-Keyboard: l (90 degrees left), r (90 right), b (180, about turn), a number of degrees (left
-positive), q (quit); each with Enter.
+Type l (90 degrees left), r (90 degrees right), b (180 degrees), a number of degrees (positive is
+left), or q (quit), and press Enter.
 
 Subscribes
     imu           sensor_msgs/Imu
-    joint_states  sensor_msgs/JointState, if it is sent: the wheels show a wrong gyro
+    joint_states  sensor_msgs/JointState, optional: do gyro and wheels agree?
     turn          std_msgs/Float64 [deg], left positive: for scripts, in place of the keyboard
     mouse_info    tb3_labs/MouseController, from mouse_client.py
 Publishes
-    cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse; then one zero
+    cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse, and then one zero
     /diagnostics
 Parameters
     ~max_ang_z, ~tolerance_deg, ...: see TurnConfig in tb3_labs.nodes.controller.turns; they may

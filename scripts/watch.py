@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Starts a Python node, and shows its variables while the node runs. Type `watch.py` before the
-node's usual command.
+"""Starts a Python node, and shows its variables while the node runs. Type `rosrun tb3_labs
+watch.py` before the node's usual command.
 
     rosrun tb3_labs watch.py rosrun lab2 turtlebot_controller.py
     rostopic echo /variables
 
-In a launch file: <node ... launch-prefix="rosrun tb3_labs watch.py"/>. The node keeps its own
+In a launch file, write <node ... launch-prefix="rosrun tb3_labs watch.py"/>. The node keeps its own
 process, signals, terminal and exit status.
 
 Publishes, from within the node
@@ -20,7 +20,7 @@ from tb3_labs.watch import watched
 
 
 def main(command):
-    """Become the node. Returns the exit status if the node cannot be started."""
+    """Replace this process by the node. Returns the exit status if the node cannot be started."""
     if command[:1] in (['-h'], ['--help']):
         print(__doc__.strip())
         return 0

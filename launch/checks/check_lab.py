@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Checks a node by the criteria of its lab, as a rostest with a test for each criterion and a test
+"""Checks a node by the criteria of its lab. The rostest has a test for each criterion, and a test
 for the total.
 
-The stimuli, the verdicts and the points are printed on the terminal. If a node misses a criterion
-beyond the handout, no test fails, unless `~strict` is true.
+The stimuli, the verdicts and the points are printed on the terminal. A missed criterion beyond the
+handout fails a test only if `~strict` is true.
 
 Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad
@@ -11,7 +11,7 @@ Started by check_LAB.test. Parameters
     ~type       file of the node, as rosrun finds it
     ~node       for a node of this package: finished, or plain for the file plain_TYPE
     ~points     YAML file with the points of each criterion
-    ~parts      parts of the lab, with commas; empty for all parts
+    ~parts      parts of the lab, separated by commas; empty for all parts
     ~record     path of the trial's bag; empty if the bag is not kept
     ~pad        for the lab gamepad: NAME of launch/params/pad_NAME.yaml
     ~strict     may a criterion beyond the handout fail a test?
@@ -35,30 +35,30 @@ from tb3_labs.marking.student_nodes import GAMEPAD, NodeStart
 from tb3_labs.ros.node import begin_shutdown, exit_process
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
-#: The option by which rostest names the file for the results.
+#: The command-line option with which rostest gives the path of the results file.
 XML_OPTION = '--gtest_output=xml:'
-#: {words of rosrun: what a student can do}
+#: {words in a message of rosrun: a remedy for the student}
 REMEDIES = {'not executable': 'Type: chmod +x FILE',
             'not found': 'Build its workspace, and type: source devel/setup.bash',
             'non-unique': 'Give each file its own name, or source only one workspace.'}
 
 
 def marks_of_node():
-    """Try the node. Returns the node's Marks. Returns None if mark.py started this check, since
+    """Test the node. Returns the node's Marks. Returns None if mark.py started this check, since
     mark.py judges the bag itself."""
-    name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
-        'lab', 'pkg', 'type', 'points', 'parts', 'record'))
-    node = rospy.get_param('~node', FINISHED)
+    given = rospy.get_param('~')
+    name, package, executable = given['lab'], given['pkg'], given['type']
+    node = given.get('node', FINISHED)
     if package == OWN_PACKAGE and node != FINISHED:
         executable = f'{node}_{executable}'
     lab = LABS[name]
-    parts = lab.read_parts(parts)
-    for hidden in ('lab', 'points', 'parts', 'record'):      # so that no node can read them
+    parts = lab.read_parts(given['parts'])
+    for hidden in ('lab', 'points', 'parts', 'record'):      # no node should read these parameters
         rospy.delete_param('~' + hidden)
-    criterion_points = points_of(name, read_points(points))
-    pad = pad_called(rospy.get_param('~pad', HANDOUT_PAD))
+    criterion_points = points_of(name, read_points(given['points']))
+    pad = pad_called(given.get('pad', HANDOUT_PAD))
     if name == GAMEPAD:
-        rospy.set_param('/' + GAMEPAD, pad)     # the finished node of this package reads these
+        rospy.set_param('/' + GAMEPAD, pad)     # for the finished node of this package
     if package == OWN_PACKAGE:
         print_line('This is the node of this package. For yours: pkg:=PACKAGE type:=FILE')
     marked_program = NodeStart.from_environment().program
@@ -66,7 +66,7 @@ def marks_of_node():
     print_line(f"{lab.title}, {', '.join(parts or lab.parts)}: {package}/{executable} is judged, "
                f'{file}')
     with tempfile.TemporaryDirectory() as folder:
-        path = record or os.path.join(folder, 'trial.bag')
+        path = given['record'] or os.path.join(folder, 'trial.bag')
         record_trial(name, package, executable, parts, path, pad, print_line)
         if marked_program:
             return None
@@ -74,13 +74,13 @@ def marks_of_node():
 
 
 def print_line(line):
-    """Print a line on the terminal, which shows standard error at once."""
+    """Print a line on standard error, which the terminal shows at once."""
     print(line, file=sys.stderr, flush=True)
 
 
 def file_of(package, executable):
-    """Returns the path of the file that ``rosrun PACKAGE FILE`` starts. ``ValueError`` with the
-    words of rosrun and a remedy if rosrun starts no file, or finds several files."""
+    """Returns the path of the file that ``rosrun PACKAGE FILE`` starts. Raises ``ValueError`` with
+    rosrun's message and a remedy if rosrun finds no program, or several programs."""
     rosrun = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                             stderr=subprocess.STDOUT, universal_newlines=True)
@@ -93,7 +93,8 @@ def file_of(package, executable):
 
 
 class Check(unittest.TestCase):
-    """A test whose result is known already. Its failure is a sentence without a stack trace."""
+    """A test whose result is known already. The failure of a Check is a sentence without a stack
+    trace."""
 
     def __init__(self, name, failure=None):
         super().__init__()
@@ -141,7 +142,7 @@ def report(checks):
 
 
 def main():
-    """Try and judge the node, and report the results to rostest. Returns the exit status."""
+    """Test and judge the node, and report the results to rostest. Returns the exit status."""
     rospy.init_node('check')
     try:
         marks = marks_of_node()

@@ -79,7 +79,7 @@ class Gamepad:
         future.add_done_callback(self.reset_pose_done_callback)
 
     def call_async(self, request):
-        # rospy has no such method: a thread calls, and a Future has the answer, as in ROS 2
+        # rospy has no call_async(): a thread calls the service, and a Future gets the answer
         future = Future()
 
         def call():

@@ -42,7 +42,7 @@ class MoveToGoal:
         self.initial_global_x = None
         self.initial_global_y = None
         self.initial_global_yaw = None    # of the IMU
-        self.initial_odom_yaw = None      # of the odometry, whose zero is another one
+        self.initial_odom_yaw = None      # of the odometry, with another zero
         self.state = 'ROTATE_TO_GOAL'
         self.has_control = False
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=10)

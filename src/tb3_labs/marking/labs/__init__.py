@@ -1,1 +1,1 @@
-"""What must a node of a lab do? Criteria and stimuli (LAB.py), scripts of trials (ros_LAB.py)."""
+"""What must a node of a lab do? LAB.py has a lab's criteria, and ros_LAB.py has its trials."""

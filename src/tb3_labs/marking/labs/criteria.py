@@ -1,4 +1,4 @@
-"""Criteria and verdicts, and the criteria that several labs share.
+"""Defines criteria and verdicts, and has the criteria that several labs share.
 
 Students read the `meaning` of a criterion, its place in a lab sheet, and the Reason that its
 function `judge` returns. No text that students read contains the solution.
@@ -17,10 +17,10 @@ from tb3_labs.marking.trial.remarks import (
     CLOSED_TOPIC, exceptions_in, other_fields, reason_of, why_idle, why_missing)
 from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, SheetStep
 
-#: The reason why a node does not meet a criterion, a clause; '' if the node meets the criterion.
-#: The functions why_... return a Reason. Of two Reasons, `a or b` is the first that is not ''.
+#: A clause that says why a node does not meet a criterion; '' if the node meets the criterion. The
+#: functions why_... return a Reason. The expression `a or b` gives the first Reason that is not ''.
 Reason = str
-#: The Reason of a criterion that was not tried because of a fault that an earlier verdict names.
+#: The Reason of an untried criterion, if an earlier verdict already names the fault.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -32,7 +32,7 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
-#: The places to which the criteria of several labs point.
+#: Places in a sheet that the criteria of several labs name.
 IMU_EXTRAS = SheetStep(IMU_SHEET, 'Beyond the handout')
 BEYOND = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
 
@@ -42,7 +42,7 @@ class Criterion:
     """A requirement on a node, and the function that judges the node."""
 
     name: str
-    part: str                # the part of the lab that tries the requirement
+    part: str                # the part of the lab that tests the requirement
     meaning: str             # the requirement
     place: SheetStep             # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
@@ -79,7 +79,7 @@ class Verdict:
 
     @property
     def line(self) -> str:
-        """One line with outcome, points, requirement and sentence."""
+        """A line with the outcome, the points, the requirement and the sentence."""
         points = f'{self.points:g} of {self.worth:g}'
         if self.criterion.extra and not self.worth:
             points = 'extra'
@@ -93,7 +93,8 @@ class Verdict:
 def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
                 points_by_criterion: Mapping[str, float], parts: Sequence[str] = ()
                 ) -> List[Verdict]:
-    """Returns a Verdict for each criterion of the lab's `parts`. [] means all parts."""
+    """Returns a Verdict for each criterion of the lab's `parts`, or of all parts if `parts` is
+    empty."""
     verdicts: List[Verdict] = []
     for criterion in criteria:
         if parts and criterion.part not in parts:
@@ -115,7 +116,7 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
 # ----- criteria of several labs: start and Ctrl+C -----
 
 def within(seconds: float) -> str:
-    """Returns the words for a limit of time."""
+    """Returns the words for a time limit."""
     return f'within {seconds:g} s'
 
 
@@ -130,7 +131,7 @@ def why_not_started(observation: Observation) -> Reason:
 
 
 def clean_exit_criterion(part: str, place: SheetStep) -> Criterion:
-    """Returns a criterion: at Ctrl+C the node ends by itself, and prints no traceback."""
+    """Returns the criterion that the node ends by itself at Ctrl+C, and prints no traceback."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', place,
         _why_no_clean_exit,
@@ -171,14 +172,14 @@ def why_not_printed(observation: Observation, text: str) -> Reason:
 
 # ----- criteria of several labs: stopping the robot -----
 
-#: The Reason if a node ends its commands without a zero velocity. Then the robot itself stops, half
-#: a second after the last command.
+#: The Reason if a node ends its commands without a zero velocity. Half a second after the last
+#: command, the robot's firmware stops the wheels.
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
 def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
-    scene began. `event` is a clause on the begin of the scene."""
+    scene began. `event` is a clause that says how the scene began."""
     soon, late = scene.commands_before_and_after(limit)
     if late[:, 1:].any():
         return f'the robot was still driven {limit:g} s after {event}'
@@ -187,8 +188,8 @@ def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reaso
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
                           place: SheetStep) -> Criterion:
-    """Returns a criterion beyond the handout: the node stops the robot after the device fell
-    silent. In the stimulus `stimulus` the device falls silent."""
+    """Returns the criterion, beyond the handout, that the node stops the robot after the device
+    fell silent. `stimulus` is the name of the stimulus in which the device falls silent."""
     def why_not_stopped_when_lost(observation: Observation) -> Reason:
         scene = observation.scene(stimulus)
         if not scene.facts[WAS_MOVING]:
@@ -204,13 +205,13 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
 Bounds = Tuple[float, float]
 #: The columns of an array of commands. Column 0 is the time.
 LINEAR, ANGULAR = 1, 2
-#: A speed that should be zero is at most this value, [m/s] or [rad/s].
+#: A speed that should be zero may have up to this value [m/s or rad/s].
 OTHER_SPEED = 0.05
 #: The Bounds of a speed that should be zero.
 STANDING = (-OTHER_SPEED, OTHER_SPEED)
 #: The Bounds of a speed that a criterion does not judge.
 ANY_SPEED = (-np.inf, np.inf)
-#: A command may exceed a limit by this value, [m/s] or [rad/s], since nodes round their numbers.
+#: A command may exceed a limit by this value [m/s or rad/s], because nodes round their numbers.
 ROUNDING = 0.005
 
 

@@ -22,23 +22,23 @@ from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.chains import BY_THUMB
 
-#: The bounds of the command for a full stick.
+#: The command for a full stick must be within these bounds.
 FULL_STICK_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
 FULL_STICK_RATE = (1.5, MAX_ANGULAR_SPEED + ROUNDING)          # [rad/s]
-#: The bounds of the command for a half stick, as shares of the command for the full stick.
+#: The command for a half stick must be within these shares of the command for a full stick.
 HALF_SHARE = (0.25, 0.75)
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a
 #: service takes 1 s or more.
 UNBLOCKED_TIME = 0.7
 #: The name of the pad with the handout's numbers.
 HANDOUT_PAD = 'handout'
-#: The step of the sheet with the usual mistakes of a reset.
+#: The step of the sheet that explains the usual mistakes in a reset.
 Y_STEP = BY_THUMB.at_step(3)
 
 
 def pad_called(name: str) -> Dict[str, int]:
-    """Returns {name of an axis or a button: number} of a pad. ``ValueError`` with the names of the
-    pads if there is no such pad."""
+    """Returns {name of an axis or a button: number} of a pad. Raises ``ValueError`` with the valid
+    names if no pad has this name."""
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
     known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
     if name not in known:
@@ -47,7 +47,7 @@ def pad_called(name: str) -> Dict[str, int]:
 
 
 def pad_text(name: str) -> str:
-    """Returns a sentence on the pad and the numbers of its axes and buttons."""
+    """Returns a sentence with the pad's name and the numbers of its axes and buttons."""
     return ('The pad was "{}": axis {linear_axis} drives, axis {angular_axis} turns; button '
             '{relinquish_button} is A, {regain_button} is B, {reset_button} is Y.').format(
                 name, **pad_called(name))

@@ -16,12 +16,13 @@ from tb3_labs.watch.chains import HEADING_EXERCISE
 
 #: A printed heading may differ by this angle [deg] from the IMU's heading.
 HEADING_TOLERANCE = 1.0
-#: A node may print this many headings after its goodbye. In the handout's code a callback may
-#: already run when the flag is set.
+#: A node may print this many headings after its goodbye. In the handout's code, a callback that
+#: runs at the time of Ctrl+C prints one more heading.
 MAX_LATE_HEADINGS = 1
 
-LISTENING_STEP, EXERCISE_STEP, CTRL_C_STEP = (
-    HEADING_EXERCISE.at_step(step) for step in (2, 3, 4))
+LISTENING_STEP = HEADING_EXERCISE.at_step(2)
+EXERCISE_STEP = HEADING_EXERCISE.at_step(3)
+CTRL_C_STEP = HEADING_EXERCISE.at_step(4)
 
 
 def printed_headings(text: str) -> List[float]:
@@ -31,8 +32,8 @@ def printed_headings(text: str) -> List[float]:
 
 
 def _headings_at_rest(observation):
-    """Yields the IMU's heading [deg] and the list of the printed headings [deg] of each stimulus.
-    ``NotObserved`` if the node printed no heading in any stimulus."""
+    """Yields for each stimulus the IMU's heading [deg] and the list of the printed headings [deg].
+    Raises ``NotObserved`` if the node printed no heading in any stimulus."""
     scenes = [observation.scene(name) for name in STANDING_HEADINGS]
     if not any(printed_headings(scene.printed) for scene in scenes):
         before = len(printed_headings(scenes[0].process.printed))
@@ -40,7 +41,7 @@ def _headings_at_rest(observation):
         if not before:
             why = why_unprinted(scenes[-1])
         raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {why}')
-    for scene in map(observation.scene, STANDING_HEADINGS):    # sets the moment of the verdict
+    for scene in map(observation.scene, STANDING_HEADINGS):    # scene() sets the verdict's moment
         yield scene.facts[HEADING_DEG], printed_headings(scene.printed)
 
 

@@ -29,18 +29,18 @@ from tb3_labs.watch.chains import (
 
 #: The node may send commands for this time [s] after its arrival.
 SILENT_AFTER = 0.5
-#: The node turns the robot by at least this angle [deg] after a reset in a drive.
+#: A correct node turns the robot by at least this angle [deg] after a reset in a drive.
 MIN_TURN_IN_DRIVE = 20.0
 REACHED = re.compile(PRINTED_REACHED, re.IGNORECASE)
 
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
-#: After a stop command the robot may coast this far.
+#: The robot may coast by this distance and this angle after a stop command.
 COAST_DISTANCE = 0.02       # [m]
-COAST_DEG = 2.0
-#: The tolerances of the criterion beyond the handout.
+COAST_DEG = 2.0             # [deg]
+#: The tolerances of the criterion `exact`, which is beyond the handout.
 EXACT_DISTANCE = 0.02       # [m]
-EXACT_DEG = 1.0
-#: Texts of the criteria: the requirement on the heading, and the limits of place and heading.
+EXACT_DEG = 1.0             # [deg]
+#: Texts of several criteria on the robot's place and heading.
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
     f'{within(REACTION_TIME)}, over {within(DRIVE_TIME)}, never {FARTHEST:g} m away'
@@ -48,7 +48,7 @@ HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees),
     f'{COAST_DEG:g} degrees for stopping'
 
 ANALYSIS = SheetStep(TRANSFORMATION_SHEET, '6. Analysis')
-#: The step of the sheet with the usual mistakes of a drive after a reset.
+#: The step of the sheet that explains the usual mistakes in a drive after a reset.
 SECOND_DRIVE_STEP = THE_RESET.at_step(2)
 TWO_ZEROS_STEP = THE_LOCAL_POSE.at_step(4)
 
@@ -77,14 +77,13 @@ def _why_not_at_heading(observation: Observation, name: str,
 
 
 def _exceeded_limit(scene: Scene) -> str:
-    """Returns a clause on the limit of time or of distance that a drive exceeded."""
     distance = np.hypot(*(scene.truth[-1] - scene.truth[0])[1:3])
     limit = f'more than {FARTHEST:g} m from its start' if distance > FARTHEST else 'the limit'
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 
 
 def _scene_of_drive(observation: Observation, name: str) -> Scene:
-    """Returns the Scene of a drive. ``NotObserved`` if the node did not move the robot."""
+    """Returns the Scene of a drive. Raises ``NotObserved`` if the node did not move the robot."""
     scene = observation.scene(name)
     if not scene.facts[MOVED]:
         subscribed = scene.process.subscribed
@@ -126,7 +125,7 @@ def _why_not_within_limits(observation: Observation) -> Reason:
     angular = observation.greatest_speed(commands, ANGULAR)
     linear = np.abs(commands[:, LINEAR]).max()
     if linear > MAX_LINEAR_SPEED + ROUNDING:
-        observation.greatest_speed(commands, LINEAR)    # sets the moment of the verdict
+        observation.greatest_speed(commands, LINEAR)    # this call sets the moment of the verdict
     elif angular <= MAX_ANGULAR_SPEED + ROUNDING:
         return ''
     return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
@@ -140,7 +139,7 @@ def _why_reset_failed(observation: Observation, name: str = RESET_TO_ORIGIN) -> 
 
 
 def _why_not_reset(observation: Observation) -> Reason:
-    """Judges the name of the reset service, and the effect of a reset at rest and in a drive."""
+    """Judges the name of the reset service, a reset at rest, and a reset in a drive."""
     name = observation.scene(RESET_TO_ORIGIN).facts[WRONG_NAME]
     reason = _why_reset_failed(observation)
     if reason:

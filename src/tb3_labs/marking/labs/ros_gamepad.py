@@ -40,7 +40,7 @@ class HeldPad(Repeater):
         self.wait_for_subscriber()
 
     def sticks(self, forward=0.0, left=0.0):
-        """Hold the sticks at these values from now on, each from -1 to 1."""
+        """From now on hold the sticks at these values, each from -1 to 1."""
         self._axes = [0.0] * PAD_AXES
         self._axes[self.numbers.linear_axis] = forward
         self._axes[self.numbers.angular_axis] = left
@@ -82,7 +82,7 @@ def try_buttons(trial):
         with HeldPad(trial.pad) as pad:
             _hand_over(trial, pad)
             with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
-                for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # first only the right name
+                for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # offer the right name first
                     if calls:
                         break
                     services.offer(names)
@@ -134,7 +134,7 @@ def _hand_over(trial, pad):
 
 
 def try_reset_without_service(trial):
-    """Press and release Y while no reset service exists. Then push a stick at once."""
+    """Press Y while no reset service exists, and push a stick at once."""
     trial.node.start()
     with HeldPad(trial.pad) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
@@ -143,7 +143,7 @@ def try_reset_without_service(trial):
 
 
 def try_lost_pad(trial):
-    """Let the gamepad fall silent while it drives the robot."""
+    """End the messages of the gamepad while a stick drives the robot."""
     with HeldPad(trial.pad) as pad:
         trial.falls_silent(stimuli.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
 
@@ -155,13 +155,13 @@ PARTS = {stimuli.STICKS: try_sticks, stimuli.BUTTONS: try_buttons,
 # -- a reset service of any type
 
 def is_origin(request):
-    """Returns False if a request declares a pose that is not (0, 0, 0)."""
+    """Does a request declare the pose (0, 0, 0), or no pose?"""
     return all(abs(value) <= 1e-6 for name, type_name, value in fields_of(request)
                if type_name in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
-    """Returns False if a quaternion of a request does not have the length 1."""
+    """Does each quaternion in a request have the length 1?"""
     quaternions = [value for _, type_name, value in fields_of(request)
                    if type_name == 'geometry_msgs/Quaternion']
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
@@ -169,7 +169,7 @@ def is_unit(request):
 
 
 def has_covariance(request):
-    """Returns False if a request has a covariance in which all numbers are zero."""
+    """Does each covariance in a request have a number that is not zero?"""
     return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
 
 
@@ -180,21 +180,21 @@ class _AnySum(str):
         return False
 
 
-#: rospy gets this object in place of the class of a service. It fits clients of any type.
+#: rospy gets this object in place of a service class. The object fits clients of any type.
 ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMsg,
                            _response_class=AnyMsg)
 
 
 class ResetServices:
     """Offers reset services with the names RESET_NAMES, until the end of a ``with`` block. The
-    services accept calls of any type. A request of a known type gets a success. A request of an
-    unknown type gets an error. `calls` is a list of (name, request), with an Empty in place of a
-    request of an unknown type.
+    services accept calls of any type. The answer to a request of a known type is a success, and the
+    answer to a request of an unknown type is an error. `calls` is a list of (name, request), with
+    an Empty in place of a request of an unknown type.
 
     A client's checksum shows the type of its service. ResetServices does not read the fields of a
-    type that a student made. Another version of rospy may compare checksums in another way, or may
-    hand over an AnyMsg without its header and bytes. Then launch/checks/check_gamepad.test and
-    test/ros/mark.test fail.
+    type that a student made. launch/checks/check_gamepad.test and test/ros/mark.test fail if a
+    version of rospy compares checksums in another way, or passes an AnyMsg without its header and
+    bytes.
     """
 
     def __init__(self, trial):
@@ -212,7 +212,7 @@ class ResetServices:
 
     @property
     def called_name(self):
-        """The service of the first call; '' without a call."""
+        """The name of the service that was called first; '' without a call."""
         return self.calls[0][0] if self.calls else ''
 
     def offer(self, names):

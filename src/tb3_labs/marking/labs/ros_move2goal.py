@@ -1,8 +1,8 @@
 """Scripts for the trials of the Transformation lab, and calls of the node's reset service.
 
 The service has the handout's type, ResetPose of this package, a type of std_srvs, or a type that
-the student made. The marker does not know what the fields of such a type mean. Therefore its
-request declares the pose (0, 0, 0).
+the student made. The marker does not know the meaning of the fields in a student's type, so a
+request of this type always declares the pose (0, 0, 0).
 """
 import math
 import threading
@@ -18,13 +18,13 @@ from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MAX_SENTENCE_LENGTH, WAS_MOVING)
 from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, STOP_REST_TIME, INTERRUPTION_TIME
 from tb3_labs.marking.trial.ros_student_node import OFFERS
-from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.srv import ResetPoseRequest
 
 #: The topic that resets the odometry of the robot's board.
 ROBOT_RESET = 'reset'
-#: A robot has arrived when it rests, and for this time [s] the node has sent no command to move.
+#: A robot has arrived if it rests, and if its node has sent no command to move for this time [s].
 ARRIVAL_REST_TIME = 1.5
 #: The pose to which the part `declared` resets the frame.
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
@@ -32,13 +32,14 @@ OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The names of the reset service in the handouts, the likeliest name first.
 RESET_NAMES = ('reset_pose', 'reset', SET_POSE_SERVICE, 'reset_local_pose', 'set_local_pose')
-#: If no service has one of RESET_NAMES, the marker calls a service with such a word in its name.
+#: If no service has one of RESET_NAMES, the marker calls a service that has one of these words in
+#: its name.
 RESET_WORDS = ('reset', 'pose')
 
 
 def fields_of(message):
-    """Yields (name, type, value) for each field of a message. The fields inside a field come
-    right after this field. Headers are left out."""
+    """Yields (name, type, value) for each field of a message. Each field is followed by the fields
+    inside it. Headers are left out."""
     for name, type_name in zip(message.__slots__, message._slot_types):
         value = getattr(message, name)
         if type_name != 'std_msgs/Header':
@@ -115,7 +116,7 @@ class Control:
     def __init__(self, trial):
         self._trial = trial
         self._control = rospy.Publisher(CTRL_RELINQ_TOPIC, Bool, queue_size=1, latch=True)
-        self.take()     # a node may take a first True for an old message, and ignore it
+        self.take()     # a node may ignore a True that comes first
 
     def give(self):
         self._control.publish(Bool(True))
@@ -124,10 +125,10 @@ class Control:
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """Record the stimulus `name`: give control until the robot has arrived or is too far away.
+        """Give control as the stimulus `name`, until the robot has arrived or is too far away.
 
         When the robot stood at its true pose `start`, it had the pose `local_T_base` in the local
-        frame. By default `start` is the robot's present pose.
+        frame. By default `start` is the robot's pose at the call.
         """
         recorder = self._trial.recorder
         start = start or recorder.pose
@@ -139,8 +140,8 @@ class Control:
             lambda: recorder.pose.distance_to(start) > stimuli.FARTHEST)
 
     def start_driving(self):
-        """Make the node drive. Returns True while the robot drives, False without a drive. A node
-        that runs gets a reset. A node that ended, or cannot be reset, is started again."""
+        """Make the node drive. Returns True if the robot drives. A node that runs gets a reset. A
+        node that ended, or cannot be reset, is started again."""
         return self._trial.set_in_motion(self._is_ready, self.give, stimuli.REACTION_TIME)
 
     def _is_ready(self):
@@ -153,7 +154,8 @@ class Control:
 
 
 def reset_to_origin(trial):
-    """Reset the node's frame, so that the robot is at (0, 0, 0). Returns False if this failed."""
+    """Reset the node's frame, so that the robot is at (0, 0, 0). Returns False if the reset
+    failed."""
     caller = ResetCaller(trial)
     return bool(caller.name) and not caller.call(Pose2())
 
@@ -186,9 +188,9 @@ def try_reset(trial):
 
 def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
                   straight=True):
-    """Record the stimulus `name`: call the reset service with `pose`, and wait for `seconds` [s].
-    Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
-    facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - INTERRUPTION_TIME),
+    """Call the reset service with `pose` as the stimulus `name`, and wait for `seconds` [s].
+    Returns False if the call failed. `straight` is the value of the fact DROVE_STRAIGHT."""
+    facts = {WAS_MOVING: trial.recorder.moves(ros_time() - INTERRUPTION_TIME),
              stimuli.DROVE_STRAIGHT: straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
         problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call(pose)
@@ -203,7 +205,7 @@ def _try_reset_in_drive(trial, control, caller):
     caller.call(Pose2())
     x, y, _ = stimuli.GOAL
     trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
-    begun = trial.recorder.now
+    begun = ros_time()
     control.give()
     straight = wait_until(
         lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begun)),
@@ -215,7 +217,7 @@ def _try_reset_in_drive(trial, control, caller):
 
 
 def try_taking_control(trial):
-    """Take control away in a drive. Then send Ctrl+C in another drive."""
+    """Take control away during a drive. Then send Ctrl+C during another drive."""
     control = Control(trial)
     facts = {WAS_MOVING: control.start_driving()}
     trial.observe(stimuli.CONTROL_TAKEN, stimuli.OBSERVATION_TIME, control.take, facts)
@@ -242,11 +244,11 @@ def try_offset_imu(trial):
     trial.node.stop()
     board = rospy.Publisher(ROBOT_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not trial.robot.turn_to(100.0):     # so that the zeros of IMU and odometry differ [deg]
+    if not trial.robot.turn_to(100.0):     # [deg], so that IMU and odometry get different zeros
         trial.not_offered([stimuli.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()
-    time.sleep(3.2)     # the calibration of the board takes less time
+    time.sleep(3.2)     # longer than the board's calibration
     trial.node.start()
     reset_to_origin(trial)
     control.drive(stimuli.OFFSET_DRIVE)
@@ -254,7 +256,7 @@ def try_offset_imu(trial):
 
 
 def try_lost_odometry(trial):
-    """Let the odometry fall silent in a drive."""
+    """End the messages of the odometry during a drive."""
     control = Control(trial)
     trial.sensor_falls_silent(stimuli.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
     control.take()

@@ -27,14 +27,14 @@ MARKERS_IMU = 'probe/imu'
 ODD_SAMPLE_TIME = 0.6
 #: The yaws [rad] of the samples just below zero.
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
-#: A turn is over when the robot rests, and for this time [s] the node has commanded no movement.
+#: A turn is over if the robot rests, and if the node has commanded no movement for this time [s].
 TURN_REST_TIME = 0.4
 
 
 def stand_at_headings(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # read before the node can change it
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')    # a node can change parameters
     node.start()
     for name, degrees in stimuli.STANDING_HEADINGS.items():
         trial.robot.turn_to(degrees - offset)
@@ -64,9 +64,10 @@ def send_odd_samples(trial):
 # ----- the lab -----
 
 class HeldMouse(Repeater):
-    """The mouse that the marker plays. Its messages on mouse_info have the type that the node uses.
+    """The mouse that the marker plays. HeldMouse sends messages of the type that the node uses on
+    mouse_info.
 
-    ``ValueError`` if this type has no fields for a mouse.
+    Raises ``ValueError`` if the type has no fields for a mouse.
     """
 
     def __init__(self, graph, recording):
@@ -108,12 +109,13 @@ NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 def mouse_fields(fields):
-    """Returns two lists: the names of the fields for status, x and y, and a sentence on each name
-    that differs from the mouse lab's name. `fields` is a list of (name, type, ...).
+    """Returns two lists. The first list has the names of the fields for status, x and y. The second
+    list has a sentence on each name that differs from the name in the mouse lab. `fields` is a list
+    of (name, type, ...).
 
-    The fields for x and y are the first numbers whose names begin with x and y. If such a name is
-    missing, the fields are the first two numbers. Raises ``ValueError`` with a clause if the
-    message has no flag, or fewer than two numbers.
+    The fields for x and y are the first numbers whose names begin with x and y. If a name with x or
+    y is missing, the fields for x and y are the first two numbers. Raises ``ValueError`` with a
+    clause if the message has no flag, or fewer than two numbers.
     """
     flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
     numbers = [name for name, type_name, *_ in fields if type_name in NUMBERS]
@@ -155,7 +157,7 @@ def try_turns(trial):
         trial.set_slip(turn.slip)
         _begin_at(trial, turn.begins_deg)
         _try_turn(trial, name, turn.typed, {REQUESTED_DEG: turn.requested_deg})
-    _begin_at(trial, 40.0)      # a correct node has ended the last turn at this heading [deg]
+    _begin_at(trial, 40.0)      # a correct node ended the previous turn at this heading [deg]
     trial.observe(stimuli.NONSENSE, stimuli.ANSWER_TIME,
                   lambda: trial.node.type(stimuli.TYPED_NONSENSE))
 
@@ -179,26 +181,26 @@ def _try_turn(trial, name, typed, facts=(), seconds=stimuli.TURN_TIME):
 def try_mouse(trial):
     """Move the mouse before any letter is typed."""
     trial.node.start()
-    with mouse_of(trial, stimuli.MOUSE_ALONE) as hand:
+    with mouse_of(trial, stimuli.MOUSE_ALONE) as mouse:
         trial.observe(stimuli.NOT_ACTIVE, stimuli.MOUSE_TIME,
-                      lambda: hand.at(0.0, 1.0, active=False))
-        hand.at(0.0, 0.0, seconds=0.2)
+                      lambda: mouse.at(0.0, 1.0, active=False))
+        mouse.at(0.0, 0.0, seconds=0.2)
         for name, place in stimuli.MOUSE_PLACES.items():
-            trial.observe(name, stimuli.MOUSE_TIME, lambda: hand.at(*place))
-        hand.at(0.0, 1.0, seconds=0.4)
-        trial.observe(stimuli.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
+            trial.observe(name, stimuli.MOUSE_TIME, lambda: mouse.at(*place))
+        mouse.at(0.0, 1.0, seconds=0.4)
+        trial.observe(stimuli.DEACTIVATED, 1.0, lambda: mouse.at(0.0, 1.0, active=False))
 
 
 def try_mouse_with_turns(trial):
-    """Ask for a turn while the mouse is active. Then move the mouse after a turn, and move it while
-    the robot turns."""
+    """Ask for a turn while the mouse is active. Move the mouse after the turn, and also during
+    another turn."""
     if not _is_idle(trial):
         trial.node.start()
-    with mouse_of(trial, stimuli.BESIDE_TURNS) as hand:
-        hand.at(0.0, 0.0, seconds=0.3)
+    with mouse_of(trial, stimuli.BESIDE_TURNS) as mouse:
+        mouse.at(0.0, 0.0, seconds=0.3)
         _try_turn(trial, stimuli.TURN_BESIDE_MOUSE, LEFT_KEY, seconds=stimuli.BESIDE_MOUSE_TIME)
-        trial.observe(stimuli.AFTER_TURN, stimuli.MOUSE_TIME, lambda: hand.at(0.0, 1.0))
-        hand.at(0.0, 0.0)
+        trial.observe(stimuli.AFTER_TURN, stimuli.MOUSE_TIME, lambda: mouse.at(0.0, 1.0))
+        mouse.at(0.0, 0.0)
         wait_until(trial.recorder.rests, 2.0)
         was_moving = trial.moves_after(lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION)
         time.sleep(INTERRUPTION_TIME)
@@ -206,9 +208,9 @@ def try_mouse_with_turns(trial):
             def has_driven():
                 commands = trial.recorder.commands_since(stimulus.begin)
                 return any_full_speed(commands, 1.0, -1.0)
-            hand.at(0.0, 1.0)
+            mouse.at(0.0, 1.0)
             wait_until(has_driven, stimuli.MOUSE_REACTION)
-        hand.at(0.0, 0.0, active=False, seconds=0.2)
+        mouse.at(0.0, 0.0, active=False, seconds=0.2)
 
 
 def _is_idle(trial):
@@ -221,14 +223,15 @@ def _set_turning(trial):
 
 
 def try_lost_devices(trial):
-    """Let the mouse fall silent in a drive. Then let the IMU fall silent in a turn."""
+    """End the messages of the mouse during a drive. Then end the messages of the IMU during a
+    turn."""
     trial.node.start()
-    with suppress(NotOffered), mouse_of(trial, [stimuli.MOUSE_SILENT]) as hand:
-        hand.at(0.0, 0.0, seconds=0.3)
-        was_moving = trial.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
+    with suppress(NotOffered), mouse_of(trial, [stimuli.MOUSE_SILENT]) as mouse:
+        mouse.at(0.0, 0.0, seconds=0.3)
+        was_moving = trial.moves_after(lambda: mouse.at(0.0, 1.0), 0.5)
         time.sleep(INTERRUPTION_TIME)
-        trial.falls_silent(stimuli.MOUSE_SILENT, was_moving, lambda: hand.hold(None))
-        hand.at(0.0, 0.0, active=False, seconds=0.3)
+        trial.falls_silent(stimuli.MOUSE_SILENT, was_moving, lambda: mouse.hold(None))
+        mouse.at(0.0, 0.0, active=False, seconds=0.3)
     trial.sensor_falls_silent(stimuli.IMU_SILENT, _set_turning(trial), IMU_SWITCH)
 
 

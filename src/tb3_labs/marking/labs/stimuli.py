@@ -1,4 +1,5 @@
-"""The stimuli of the labs: their names, values and times, and the keys of their facts.
+"""Has the names, the values and the times of the labs' stimuli, and the keys of the stimuli's
+facts.
 
 mark.py repeats all trials after a change of this file.
 """
@@ -9,7 +10,7 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, LEFT_KEY, RIGHT_KEY, 
 
 # -- several labs
 
-#: Keys of the facts of a Ctrl+C.
+#: Keys of the facts about a Ctrl+C.
 EXIT_SECONDS = 'took'       # the time [s] until the node ended; None if it was killed
 EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 without a signal
 #: A node must subscribe to its topic within this time [s] after its start.
@@ -44,7 +45,7 @@ HEADING_DEG = 'heading_deg'
 
 #: The parts of the lab.
 TURNS, MOUSE, MOUSE_AND_TURNS, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
-#: The stimuli in which the IMU falls silent in a turn, and the mouse in a drive.
+#: In a turn the IMU falls silent. In a drive the mouse falls silent.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
 
@@ -55,13 +56,13 @@ class TurnStimulus(NamedTuple):
     requested_deg: float    # the requested angle [deg], left positive
     begins_deg: float       # the heading [deg] at which the turn begins
     slip: float = 0.0       # the share of the wheels' travel that slips
-    crossing: str = ''      # 'across 180' or 'across 0' if the heading jumps there, else ''
+    crossing: str = ''      # 'across 180' or 'across 0' if the heading jumps in the turn, else ''
 
 
 #: The slip on a carpet, as a share of the wheels' travel. On a carpet, a node that turns for a
 #: fixed time turns too little.
 CARPET_SLIP = 0.3
-#: The turns, by their names.
+#: {name of a stimulus: its turn}
 TURN_STIMULI = {
     LEFT_KEY: TurnStimulus(LEFT_KEY, TURN_DEG, 40.0),
     'l across 180': TurnStimulus(LEFT_KEY, TURN_DEG, 130.0, crossing='across 180'),
@@ -84,11 +85,11 @@ ANSWER_TIME = 1.0
 NOT_ACTIVE, DEACTIVATED = 'mouse not active', 'mouse deactivated'
 MOUSE_UP, MOUSE_LEFT = 'mouse up', 'mouse left'
 NEAR_MIDDLE, HALF_WAY = 'mouse near the middle', 'mouse half right and half down'
-#: The stimuli with only the mouse.
+#: The stimuli in which only the mouse moves the robot.
 MOUSE_ALONE = (NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED)
 TURN_BESIDE_MOUSE = 'l beside the mouse'
 AFTER_TURN, IN_TURN = 'mouse after a turn', 'mouse in a turn'
-#: The stimuli with the mouse and turns.
+#: The stimuli in which the mouse and the keyboard move the robot.
 BESIDE_TURNS = (TURN_BESIDE_MOUSE, AFTER_TURN, IN_TURN)
 #: {stimulus: the place (x, y) of the active mouse}. x is positive to the right, y upward, both from
 #: -1 to 1.
@@ -113,10 +114,10 @@ CONTROL_TAKEN = 'control taken'
 RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declared pose'
 OFFSET_DRIVE = 'drive with an offset IMU'
 ODOMETRY_SILENT = 'odometry silent'
-#: Keys of the facts of a reset.
+#: Keys of the facts about a reset.
 RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
-DROVE_STRAIGHT = 'straight'     # after the marker's turn to the goal, did the robot drive forward?
+DROVE_STRAIGHT = 'straight'     # did the robot drive forward after the marker had turned it?
 #: The marker observes the node for this time [s] before the node has control, and at the goal.
 OBSERVATION_TIME = 1.5
 #: The reset service answers within this time [s].
@@ -133,7 +134,7 @@ GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
 REACTION_TIME = 4.0
 #: A drive lasts at most this time [s].
 DRIVE_TIME = 50.0
-#: A drive may go this distance [m] from its start.
+#: In a drive, the robot may be up to this distance [m] from the start.
 FARTHEST = 3.0
 
 # -- the Transformation lab, gamepad
@@ -151,15 +152,15 @@ STICK_POSITIONS = {
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
     BOTH_STICKS: (0.5, -0.5), STICKS_LET_GO: (0.0, 0.0)}
 #: The stimuli of the buttons.
-HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
-    'A', 'left stick up after A', 'B', 'left stick up after B')
+HAND_OVER, UP_HANDED_OVER = 'A', 'left stick up after A'
+TAKE_BACK, UP_TAKEN_BACK = 'B', 'left stick up after B'
 RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 #: The stimulus in which the pad sends no more messages.
 PAD_SILENT = 'pad silent'
-#: Keys of the facts of A and B.
+#: Keys of the facts about the buttons A and B.
 RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None without a message
 LATCHED = 'heard late'          # after A, does a new subscriber get the value?
-#: Keys of the facts that are recorded after button Y.
+#: Keys of the facts about the button Y.
 CALLS = 'calls'                 # the number of calls
 SERVICE_NAME = 'name'           # the name of the called service
 IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?

@@ -22,25 +22,28 @@ from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
 from tb3_labs.watch.chains import TURN_LAB
 
 #: Steps of the sheet.
-MOUSE_STEP, START_STEP, LAW_STEP, RIGHT_STEP, CTRL_C_STEP = (
-    TURN_LAB.at_step(step) for step in (2, 4, 5, 6, 7))
+MOUSE_STEP = TURN_LAB.at_step(2)
+START_STEP = TURN_LAB.at_step(4)
+LAW_STEP = TURN_LAB.at_step(5)
+RIGHT_STEP = TURN_LAB.at_step(6)
+CTRL_C_STEP = TURN_LAB.at_step(7)
 #: The turns in which the heading jumps from 180 to -180 degrees, or from 360 to 0 degrees.
 TURNS_ACROSS = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
 #: The robot may coast by this angle [deg] after a stop command.
 COAST_DEG = 1.0
 #: A person can read an answer of at most this many lines.
 MAX_LEGIBLE_LINES = 1000
-#: The greatest error [deg] of a turn in the criterion beyond the handout.
+#: The criterion `within_1_deg` allows an error of a turn up to this angle [deg].
 EXACT_DEG = 1.0
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
-#: The bounds of a speed, [m/s] or [rad/s], for a mouse at the edge of the screen.
+#: The bounds of a speed [m/s or rad/s] for a mouse at the edge of the screen.
 EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
-#: The bounds of a speed, [m/s] or [rad/s], for a mouse at 0.6 of the way to the edge. They are
-#: wide, since the mouse lab does not say how the speed grows outside the dead zone.
+#: The bounds of a speed [m/s or rad/s] for a mouse at 0.6 of the way to the edge. The bounds are
+#: wide, because the mouse lab does not say how the speed grows outside the dead zone.
 HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
-#: Words for the limits of the mouse and of the turns.
+#: Texts of the limits for the mouse and for the turns.
 MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
     '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_TIME), *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED,
                                     *MOUSE_PLACES[HALF_WAY])
@@ -58,18 +61,18 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
     if turn.crossing:
         after += f' ({turn.crossing})'
     observed_deg = scene.turned_deg
-    it_turned = f'it turned {_degrees(observed_deg)}'
+    turned_text = f'it turned {_degrees(observed_deg)}'
     if not scene.facts[MOVED]:
-        seen = 'the robot did not turn' if abs(observed_deg) < STILL_DEG else it_turned
+        seen = 'the robot did not turn' if abs(observed_deg) < STILL_DEG else turned_text
         return f'{after} {seen}: {why_idle(scene)}'
     if not scene.facts[RESTED]:
-        return f'{after} {it_turned}, and was still moving after {seconds:g} s'
+        return f'{after} {turned_text}, and was still moving after {seconds:g} s'
     error = abs(observed_deg - turn.requested_deg)
     if error <= tolerance:
         ends_moving = scene.commands[-1:, 1:].any()
         return NO_ZERO.format('its turn ' + after) if ends_moving else ''
     on_carpet = ', where the wheels slip,' if turn.slip else ''
-    reason = f'{after}{on_carpet} {it_turned}, then stopped'
+    reason = f'{after}{on_carpet} {turned_text}, then stopped'
     if observed_deg * turn.requested_deg <= 0.0:
         return reason
     side = 'short of' if abs(observed_deg) < abs(turn.requested_deg) else 'beyond'
@@ -92,7 +95,8 @@ def _why_turns_failed(observation: Observation, names: Iterable[str], *tolerance
 
 
 def _commands_of_turns(observation):
-    """Returns the commands of all tried turns. ``NotObserved`` if no turn moved the robot."""
+    """Returns the commands of all tried turns. Raises ``NotObserved`` if no turn moved the
+    robot."""
     commands = np.vstack([turn.moving for turn in observation.scenes(list(TURN_STIMULI))])
     if not len(commands):
         raise NotObserved('the robot was never turned')
@@ -101,7 +105,7 @@ def _commands_of_turns(observation):
 
 def _why_turned_too_fast(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
-    observation.greatest_speed(commands, ANGULAR)       # sets the moment of the verdict
+    observation.greatest_speed(commands, ANGULAR)       # this call sets the moment of the verdict
     rates = commands[:, ANGULAR]
     greatest = (rates.max(), 'left'), (-rates.min(), 'right')
     too_fast = [f'{rate:.1f} rad/s to the {side}' for rate, side in greatest
@@ -173,8 +177,8 @@ def expected_sign_at_top(observation: Observation) -> float:
     """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0.
 
     If the direction of y in the submission's mouse client is known, the check sends y in this
-    direction, and the robot must drive forward: 1.0. Otherwise the sign is the sign of the first
-    speed that the node commanded for a mouse at the upper edge.
+    direction, so the sign is 1.0. If the direction is unknown, the first speed that the node
+    commanded for a mouse at the upper edge has the right sign.
     """
     if observation.mouse_y_sign:
         return 1.0

@@ -1,1 +1,1 @@
-"""How does a node behave in a trial? Stimuli by the marker, the node's process, and the bag."""
+"""How does a node behave in a trial? The marker gives stimuli to a node, and records a bag."""

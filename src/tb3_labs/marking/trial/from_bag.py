@@ -13,24 +13,24 @@ from tb3_labs.recording.bag_reader import CLOCK_JUMPED
 from tb3_labs.recording.ros_bag import read_run
 from tb3_labs.recording.run_data import Numbers, Poses, RunData, SamplesType, States
 
-#: At most this time [s] after the call of a reset, the node prints its line on this reset.
+#: A node prints its line about a reset within this time [s] after the call.
 SAME_RESET = 1.0
-#: An Observation has at most this many characters of the beginning of a process's output, and at
-#: most this many of the end.
+#: An Observation keeps at most this many characters from the start of a process's output, and as
+#: many from the end.
 MAX_OUTPUT_LENGTH = 20000
-#: A program prints such a code to set the colour of its text on a terminal.
+#: A code that sets the colour of a program's text on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
-#: {kind of event: name of the Observation's list that gets the event's sentence}
+#: {kind of event: the Observation's list for the event's sentence}
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
-#: {key of a fact: field of NodeProcess} if the two names differ. The keys stay, since bags of past
-#: terms have them.
+#: {key of a fact: field of NodeProcess} if the two names differ. The keys cannot change, because
+#: old bags have the same keys.
 PROCESS_FIELDS = {'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens': 'subscribed',
                   'publishes': 'published'}
 
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
-    """Returns the Observation in the bag of a trial. The `path_prefixes` are removed from all
-    texts, since they are paths on the marking machine. ``ValueError`` if the bag has no trial, or
+    """Returns the Observation in the bag of a trial. The `path_prefixes`, which are paths on the
+    marking machine, are removed from all texts. Raises ``ValueError`` if the bag has no trial, or
     if the machine's clock jumped during the trial."""
     def cleaned(text: str) -> str:
         for prefix in path_prefixes:
@@ -67,8 +67,8 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
 
 def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     """Adds the marker's starts, stimuli, letters, goals and resets to the recording of a trial, and
-    returns the new recording. A reset has the time of the node's printed line on the reset. Without
-    such a line the reset has the time of the call.
+    returns the new recording. A reset has the time at which the node printed its line about the
+    reset. If the node printed no line, the reset has the time of the call.
 
     After a failed call the node's frame is unknown. Therefore the samples of variables between a
     failed call and the node's next start are removed.
@@ -106,7 +106,6 @@ def samples_from_rows(kind: Type[SamplesType], rows: Sequence[Sequence[Any]]) ->
 
 
 def _add_output(observation: Observation, text: str, lines: int) -> None:
-    """Add an output of `lines` lines to the present process and to the present stimulus."""
     if observation.processes:
         observation.processes[-1].printed += text
     if observation.stimuli and math.isnan(observation.stimuli[-1].end):
@@ -120,7 +119,6 @@ def _process_fields(facts):
 
 
 def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
-    """Add an event of a trial to the Observation."""
     if kind in ('trial', 'program'):
         vars(observation).update(facts)
     elif kind == 'begin':

@@ -15,16 +15,15 @@ import numpy as np
 
 from tb3_labs.recording.run_data import ImuSamples, OdometrySamples, RunData
 
-#: The stimuli by Ctrl+C. A trial has up to three of these stimuli, since rospy may lose the message
-#: that a node sends last.
+#: A trial sends Ctrl+C up to three times, because rospy may lose the final message of a node.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
-#: Keys of a stimulus's `facts`. A pose or a transform is [x, y, yaw] in [m], [rad].
+#: Keys of a stimulus's `facts`. A pose or a transform is [x [m], y [m], yaw [rad]].
 MOVED = 'moved'                     # did the node command a movement during the stimulus?
 RESTED = 'rested'                   # did the robot come to rest?
 WAS_MOVING = 'was_moving'           # was the robot moving when the stimulus began?
 REQUESTED_DEG = 'asked_deg'         # the requested angle [deg] of a turn
 GOAL_POSE = 'goal'                  # the goal of a drive, in the local frame
-LOCAL_T_WORLD = 'local_T_world'     # in a drive, from the robot's true frame to the local frame
+LOCAL_T_WORLD = 'local_T_world'     # the transform from the true frame to the local frame
 #: A busy machine delays the simulated robot. In a fair trial, no gap between two true poses is
 #: longer than this time [s].
 MAX_FAIR_GAP = 0.15
@@ -32,14 +31,14 @@ MAX_FAIR_GAP = 0.15
 MAX_FINDINGS = 20
 #: A finding or a remark has at most this many characters.
 MAX_SENTENCE_LENGTH = 2000
-#: The words for the commands that the marker counts, but does not record.
+#: The marker counts commands that are not finite numbers, and does not record them.
 NOT_FINITE = 'commands that are not finite numbers'
 #: The recording of a submission that had no trial.
 NO_RECORDING = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
 
 
 class NotObserved(Exception):
-    """A criterion cannot be judged. The text of the exception is the reason, a clause."""
+    """A criterion cannot be judged. The exception's text is a clause with the reason."""
 
 
 class NotOffered(NotObserved):
@@ -51,8 +50,8 @@ class NotTried(NotObserved):
 
 
 class Ended(NotObserved):
-    """The node ended during a stimulus. The text of the exception is no clause, but the node's
-    output during the stimulus."""
+    """The node ended during a stimulus. The exception's text is the node's output during the
+    stimulus."""
 
 
 @dataclass
@@ -62,7 +61,7 @@ class Stimulus:
     name: str
     begin: float
     end: float = math.nan
-    printed: str = ''           # the last part of the node's output during the stimulus
+    printed: str = ''           # the final part of the node's output in the stimulus
     lines: int = 0              # the number of lines of the whole output
     died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
@@ -76,17 +75,18 @@ class NodeProcess:
     ready: Optional[float] = None   # the time of the subscription to the needed topic, or None
     end: Optional[float] = None     # None while the process runs
     ended_by_itself: bool = False
-    printed: str = ''               # the first part and the last part of the output
+    printed: str = ''               # the first and the final part of the output
     #: The subscribed topics that nobody publishes. The list is empty if the node subscribes to all
     #: topics that it needs.
     silent_topics: List[str] = field(default_factory=list)
     needed_topic: str = ''          # the topic to which the node must subscribe
-    nodes: List[str] = field(default_factory=list)      # the names of the node at the master
+    nodes: List[str] = field(default_factory=list)      # the node's names at the ROS master
     subscribed: List[str] = field(default_factory=list)         # the subscribed topics
     published: Dict[str, str] = field(default_factory=dict)     # {published topic: type}
     #: The subscribed topics on which the node has no connection to the robot.
     unconnected: List[str] = field(default_factory=list)
-    #: The exit status of a process that ended by itself. It is -N if signal N ended the process.
+    #: The exit status of a process that ended by itself. The status is -N if signal N ended the
+    #: process.
     status: Optional[int] = None
 
 
@@ -119,8 +119,8 @@ class Observation:
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
     calls: List[List[Any]] = field(default_factory=list)
-    #: The time [s] in the timeline to which the present verdict belongs. Each call of `scene` sets
-    #: the time to the begin of the stimulus, or to None without a stimulus.
+    #: The moment [s] in the timeline to which the current verdict belongs. The method `scene` sets
+    #: `moment` to the start of the stimulus, or to None if the stimulus was not tried.
     moment: Optional[float] = None
 
     @property
@@ -164,9 +164,9 @@ class Observation:
     def scene(self, name: str, may_die: bool = False) -> 'Scene':
         """Returns the Scene of the stimulus `name`, and sets `moment`.
 
-        Raises ``NotOffered`` if the node lacks the topic or the service that the stimulus needs,
-        and ``NotTried`` if the stimulus was not tried for another reason. Raises ``Ended`` if the
-        node ended during the stimulus, unless the node `may_die`.
+        Raises ``NotOffered`` if the node does not have the topic or the service that the stimulus
+        needs, and ``NotTried`` if the stimulus was not tried for another reason. Raises ``Ended``
+        if the node ended during the stimulus, and `may_die` is false.
         """
         self.moment = None
         stimulus = next((stimulus for stimulus in self.stimuli if stimulus.name == name), None)
@@ -180,8 +180,8 @@ class Observation:
         return Scene(self, stimulus)
 
     def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
-        """Yields the Scene of each tried stimulus in `names`. If no stimulus was tried, this raises
-        the error of `scene` for the first name."""
+        """Yields the Scene of each tried stimulus in `names`. Raises the error of `scene` for the
+        first name if no stimulus was tried."""
         tried = [name for name in names if self.has(name)]
         if not tried:
             tried = [names[0]]

@@ -1,8 +1,8 @@
-"""Runs a program, and records its output. Kills the programs of a submission if they use too much
-memory or disk, or if they are too many.
+"""Runs a program, and records its output. Kills the programs of a submission if they are too many,
+or use too much memory or disk.
 
 Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
-size of a folder. Therefore this module adds up memory and sizes.
+size of a folder. Therefore this module adds up the memory of processes and the sizes of files.
 """
 import os
 import pty
@@ -19,18 +19,19 @@ from tb3_labs.marking.limits import (
 
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
-#: In each second at most this many characters of the output are recorded, the last ones. If the bag
-#: is full, at most a tenth of this number is recorded.
+#: The final characters of each second's output are recorded, at most this many. If the bag is full,
+#: at most a tenth of this number is recorded.
 MAX_CHARACTERS_PER_SECOND = 20000
 
 
 class RunningProgram:
-    """Runs a command, a list of words, in a process group and a pseudo-terminal of its own, as if a
-    person had started it. Calls ``on_text(text)`` with each part of its output and errors."""
+    """Runs a command in its own process group and pseudo-terminal, as a shell in a terminal does.
+    The command is a list of words. ``on_text(text)`` is called with each part of the command's
+    output and errors."""
 
     def __init__(self, command, environment, on_text, files=None):
         """`files` are three open files: the file that this class reads, the program's input, and
-        the program's output. By default the three are the two ends of a pseudo-terminal."""
+        the program's output. By default the files are the two ends of a pseudo-terminal."""
         self._on_text = on_text
         if files is None:
             ours, theirs = pty.openpty()
@@ -38,7 +39,7 @@ class RunningProgram:
         self._source, typed, printed = files
         self._process = subprocess.Popen(
             command, stdin=typed, stdout=printed, stderr=printed,
-            # without PYTHONUNBUFFERED Python would hold back the output to a pipe
+            # without PYTHONUNBUFFERED, Python would delay its output to a pipe
             env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
         os.close(printed)
@@ -83,21 +84,20 @@ class NodeOutput:
     """Records the output of one process of the node, at most MAX_CHARACTERS_PER_SECOND."""
 
     def __init__(self, recording):
-        """`recording` is the Recording of the trial."""
         self._recording = recording
         self._guard = threading.Lock()
         #: The collected output, which is not recorded yet.
         self._text = ''
-        #: The characters and lines that are left out before `_text`.
+        #: The numbers of characters and lines that were left out before `_text`.
         self._omitted_characters = self._omitted_lines = 0
         #: Time [s] until which output is collected. Until then only `flush` records the output.
         self._free_at = 0.0
-        #: The last characters of the output since the last call of `flush`.
+        #: The final part of the output since the latest call of `flush`.
         self.last = ''
 
     def add(self, text):
-        """Record a part of the output. A part that comes soon after another part is recorded later,
-        together with the next part or by `flush`."""
+        """Record a part of the output. A part that comes soon after another part waits, and is
+        recorded with the next part, or by `flush`."""
         with self._guard:
             self.last = (self.last + text)[-MAX_CHARACTERS_PER_SECOND:]
             self._text += text
@@ -116,8 +116,8 @@ class NodeOutput:
         return MAX_CHARACTERS_PER_SECOND
 
     def flush(self):
-        """Record the waiting output. Call this before you record an event, so that the output comes
-        before the event."""
+        """Record the waiting output. Call `flush` before you record an event, so that the output
+        comes before the event."""
         with self._guard:
             self._record()
             self.last = ''
@@ -139,8 +139,8 @@ class ResourceWatch:
 
     def __init__(self, pid: int, own_folders: Iterable[str], check_parent_pid: int) -> None:
         """`pid` is the number of the group's first process, which starts the sandbox. `own_folders`
-        are paths in the sandbox. `check_parent_pid` is the number of the parent process of master,
-        robot and check."""
+        are paths in the sandbox. `check_parent_pid` is the number of the process that started
+        master, robot and check."""
         self._pid = pid
         self._own_folders = own_folders
         self._check_parent_pid = check_parent_pid
@@ -154,7 +154,7 @@ class ResourceWatch:
             self.exceeded = self._exceeded_limit()
             if self.exceeded:
                 with suppress(ProcessLookupError):      # it has ended already
-                    os.killpg(self._pid, signal.SIGKILL)    # this ends the whole sandbox
+                    os.killpg(self._pid, signal.SIGKILL)    # the signal ends the whole sandbox
                 return
 
     def _exceeded_limit(self):
@@ -175,9 +175,9 @@ class ResourceWatch:
 
 
 def _descendants(pid):
-    """Returns the numbers of all processes below a process. A parent comes before its children."""
+    """Returns the numbers of all descendants of a process. A parent comes before its children."""
     family = [pid]
-    for parent in family:       # this loop lengthens the list
+    for parent in family:       # the loop lengthens the list `family`
         with suppress(OSError):     # the process may have ended
             for thread in Path(f'/proc/{parent}/task').iterdir():
                 family += map(int, (thread / 'children').read_text().split())
@@ -185,8 +185,8 @@ def _descendants(pid):
 
 
 def _memory(pid):
-    """Returns the memory [bytes] of a process, without pages of files. Shared memory counts in full
-    for each of its processes."""
+    """Returns the memory [bytes] of a process, without mapped files. Memory that processes share
+    after a fork counts in full for each process."""
     try:
         _, resident, shared, *_ = Path(f'/proc/{pid}/statm').read_text().split()
     except OSError:

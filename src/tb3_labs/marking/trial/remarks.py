@@ -1,5 +1,4 @@
-"""Makes sentences from an Observation: why a node did not do its task, and what else a student
-should know."""
+"""Tells students in sentences why a node did not do its task."""
 import re
 from typing import Dict, List
 
@@ -15,7 +14,7 @@ STILL_DEG = 3.0
 #: Clauses that quote an exception begin with these words.
 STOPPED_BY = 'an exception had stopped it'
 
-#: A traceback begins with these words. In a log they may be in the middle of a line.
+#: A traceback begins with these words, which can stand in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
@@ -32,12 +31,12 @@ VERSION_ERROR = re.compile(
     "^(?:AttributeError: module '|AttributeError: 'Thread' object .* 'isAlive'|ImportError: |"
     'ModuleNotFoundError: ).*$', re.MULTILINE)
 #: A quoted exception, or a quoted line, has at most this many characters.
-MAX_ERROR_LENGTH, MAX_LINE_LENGTH = 160, 160
+MAX_QUOTE_LENGTH = 160
 
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
     """Returns the sentences for the student that belong to no criterion. `verdict_text` is the text
-    of the verdicts. Exceptions that this text quotes are left out."""
+    of the verdicts. Exceptions that `verdict_text` quotes are left out."""
     remarks = list(observation.remarks)
     if observation.unpublished_topic:
         remarks.append(f'Note that {observation.unpublished_topic}.')
@@ -60,8 +59,7 @@ def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') 
 
 
 def version_errors(observation: Observation) -> List[str]:
-    """Returns sentences for the instructor on printed errors that a node may not have on another
-    machine."""
+    """Returns a sentence for the instructor on each printed error that matches VERSION_ERROR."""
     printed = '\n'.join(process.printed for process in observation.processes)
     return [f'It ended with "{line}". On another machine, such as one with Noetic, it may run.'
             for line in dict.fromkeys(VERSION_ERROR.findall(printed))]
@@ -94,8 +92,8 @@ def why_idle(scene: Scene) -> str:
 
 
 def other_fields(scene: Scene) -> str:
-    """Returns a clause on values in fields of the commands that move no wheel, such as linear.y;
-    '' without such values."""
+    """Returns a clause on the values that the commands have in fields such as linear.y, which move
+    no wheel; '' if these fields are zero."""
     sent = scene.observation.recording.commands
     return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
 
@@ -161,7 +159,6 @@ def why_missing(observation: Observation) -> str:
 
 
 def _never_ready(process):
-    """Returns a clause on a process that did not subscribe to the needed topic in time."""
     if process.needed_topic and not process.nodes:
         return 'it ran, but never came to rospy.init_node()'
     if '/' + process.needed_topic in process.subscribed:
@@ -177,8 +174,8 @@ def exceptions(printed: str, file: str = '') -> List[str]:
     """Returns the exceptions in a node's output, for example
     ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
 
-    If `file` is given, the line is a line of this file of the node. The exceptions that rospy
-    raises while a node ends are left out.
+    If `file` is given, the line number belongs to the node's file with this name. The exceptions
+    that rospy raises while a node ends are left out.
     """
     errors = []
     pieces = printed.split(TRACEBACK)
@@ -190,12 +187,12 @@ def exceptions(printed: str, file: str = '') -> List[str]:
         lines = [line for line in piece.splitlines()[1:] if line.strip()]
         error = next((line for line in lines if ERROR.match(line)), '')
         if not any(text in (error or piece) for text in CLOSED_TOPIC_TEXTS):
-            errors.append((error or 'an exception')[:MAX_ERROR_LENGTH] + _line_of(piece, file))
+            errors.append((error or 'an exception')[:MAX_QUOTE_LENGTH] + _line_of(piece, file))
     return errors
 
 
 def _line_of(piece, file):
-    """Returns the line and the function of a traceback in brackets; '' without a known line."""
+    """Returns the text ' (line N, in FUNCTION)' for a traceback; '' if the line is unknown."""
     frames = FRAME.findall(piece)
     own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file]
     if not own:
@@ -214,13 +211,14 @@ def exceptions_in(scene: Scene) -> List[str]:
 
 
 def last_line(printed: str) -> str:
-    """Returns the last line of a node's output in quotes; a clause for an empty output."""
+    """Returns the last line of a node's output, in quotes. Returns a clause if the output is
+    empty."""
     lines = list(filter(None, map(str.strip, printed.splitlines())))
-    return repr(lines[-1][:MAX_LINE_LENGTH]) if lines else 'it printed nothing'
+    return repr(lines[-1][:MAX_QUOTE_LENGTH]) if lines else 'it printed nothing'
 
 
 def last_words(printed: str, file: str) -> str:
-    """Returns the last exception in a node's output in quotes. Returns the last line if the output
+    """Returns the last exception in a node's output, in quotes. Returns the last line if the output
     has no exception."""
     errors = exceptions(printed, file)
     return repr(errors[-1]) if errors else last_line(printed)

@@ -40,7 +40,6 @@ from tb3_labs.ros.rospy_internals import connection_of, record_connections
 
 #: Names of topics.
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
-#: The name of the robot's node.
 ROBOT_NODE = 'turtlebot3'
 #: A bag has at most this many messages of each kind.
 MAX_COMMANDS = 40000
@@ -49,9 +48,9 @@ MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000          # events of all kinds
 #: At most this many characters of a line of the log are recorded.
 LOG_LINE_LENGTH = 300
-#: A message of more bytes than this is not recorded.
+#: A recorded message has at most this many bytes.
 MAX_MESSAGE_BYTES = 10000
-#: A command that equals the last command is recorded only if this time [s] has passed.
+#: A command that equals the previous command is recorded only if this time [s] has passed.
 SAME_COMMAND = 0.04
 #: A bag with this many bytes is full.
 FULL_SIZE = 3 * 10 ** 6
@@ -59,7 +58,8 @@ FULL_SIZE = 3 * 10 ** 6
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL_TOPIC}
 #: rosbag compresses the messages in parts of this many bytes.
 CHUNK_SIZE = 2 ** 17
-#: A robot rests if it moved and turned less than this in the last ROBOT_REST_TIME.
+#: A robot rests if it moved less than REST_WAY, and turned less than REST_TURN, in the last
+#: ROBOT_REST_TIME.
 REST_WAY = 0.002        # [m]
 REST_TURN = 0.005       # [rad]
 ROBOT_REST_TIME = 0.4         # [s]
@@ -82,9 +82,9 @@ class Recording:
         self._writer.start()
 
     def add(self, topic, message, at=None):
-        """Record a message at the time `at` [s], and return this time. The default of
-        `at` is the present time; no two default times are equal. A `message` may be (type, bytes,
-        checksum, class)."""
+        """Record a message at the time `at` [s], and return this time. By default `at` is the
+        current time, and each default time is later than the previous one. `message` is a ROS
+        message, or the tuple (type, bytes, checksum, class)."""
         with self._guard:
             if at is None:
                 at = self._last_time = max(ros_time(), self._last_time + 1e-6)
@@ -93,10 +93,10 @@ class Recording:
         return at
 
     def event(self, kind, at=None, **facts):
-        """Record an event of the trial, and return its time [s]. Of a text in `facts`, the first
-        MAX_SENTENCE_LENGTH characters are recorded."""
+        """Record an event of the trial, and return its time [s]. A recorded text in `facts` has at
+        most MAX_SENTENCE_LENGTH characters."""
         self._event_count += 1
-        if self._event_count > MAX_EVENTS:      # a node may cause events for ever
+        if self._event_count > MAX_EVENTS:      # a node could cause events without end
             return ros_time()
         for name, fact in facts.items():
             if isinstance(fact, str):
@@ -112,8 +112,8 @@ class Recording:
         return ros_time()
 
     def close(self):
-        """Write the waiting messages, and close the bag. After an error in writing, `problem` is
-        this error, and the bag is removed, since half a trial would cost the node points."""
+        """Write the waiting messages, and close the bag. If the bag cannot be written, `problem` is
+        the error, and the bag is removed, since half a trial would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -132,21 +132,22 @@ class Recording:
 
 
 class Recorder:
-    """Records the topics of the robot and of the node, and tells what the two did. All times are
-    ROS times [s]. ``RuntimeError`` if the robot does not run."""
+    """Records the topics of the robot and of the node. The methods of a Recorder return the robot's
+    pose and the node's commands. All times are ROS times [s]. Raises ``RuntimeError`` if the robot
+    does not run."""
 
     def __init__(self, recording):
         self.recording = recording
         self._lock = threading.Lock()
-        self._truth = []        # [time, x, y, yaw], the yaw continuous over whole turns
+        self._truth = []        # [time, x, y, yaw]; the yaw is continuous over whole turns
         self._commands = []     # [time, linear, angular]
         self._counts = {}       # {kind of message: the number of messages so far}
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         record_connections()
         rospy.Subscriber(CMD_VEL_TOPIC, Twist, guarded(self._on_command), tcp_nodelay=True)
-        # rospy does not unpack an AnyMsg. In one process, all subscribers of a topic must have the
-        # same class, and ros_gamepad.py needs a Bool.
+        # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must use the same
+        # class, and ros_gamepad.py needs a Bool.
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY_TOPIC, Joy, rospy.AnyMsg),
@@ -159,9 +160,9 @@ class Recorder:
     def _read_truth(self, path):
         os.mkfifo(path, 0o600)
         with open(path, 'rb') as pipe:
-            os.remove(path)     # only the robot, which has opened the pipe, may write into it
+            os.remove(path)     # now only the robot can write into the pipe
             for line in pipe:
-                at = self.now
+                at = ros_time()
                 x, y, yaw = map(float, line.split())
                 with self._lock:
                     yaw = unwrap(yaw, self._truth[-1][3]) if self._truth else yaw
@@ -169,18 +170,19 @@ class Recorder:
                 self.recording.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', at), at)
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
-    def _is_within(self, kind, most):
-        """Count a message of this kind. Returns True if at most `most` messages were counted."""
+    def _count_within(self, kind, most):
+        """Count a message of the given kind. Returns True if at most `most` messages were
+        counted."""
         self._counts[kind] = self._counts.get(kind, 0) + 1
         return self._counts[kind] <= most
 
     def _on_command(self, message):
-        at = self.now
+        at = ros_time()
         linear, angular = message.linear.x, message.angular.z
         if connection_of(message)['process'] == rospy.get_node_uri():
             return      # the marker itself sent this command
         if not (math.isfinite(linear) and math.isfinite(angular)):
-            if self._is_within(NOT_FINITE, MAX_NOT_FINITE):
+            if self._count_within(NOT_FINITE, MAX_NOT_FINITE):
                 self.recording.event('odd', text=f'{linear:g} m/s and {angular:g} rad/s')
             return
         with self._lock:
@@ -188,13 +190,13 @@ class Recorder:
                 last_at, *last = self._commands[-1]
                 if last == [linear, angular] and at - last_at < SAME_COMMAND:
                     return
-            if not self._is_within('commands', MAX_COMMANDS):
+            if not self._count_within('commands', MAX_COMMANDS):
                 return
             self._commands.append([at, linear, angular])
         self.recording.add(CMD_VEL_TOPIC, message, at)
 
     def _on_message(self, message, topic_and_class):
-        at = self.now
+        at = ros_time()
         topic, kind = topic_and_class
         buffer = BytesIO()
         message.serialize(buffer)
@@ -206,10 +208,10 @@ class Recorder:
     def _on_log(self, line):
         if line.name in (rospy.get_name(), '/' + ROBOT_NODE):
             return
-        if self._is_within('log lines', MAX_LOG_LINES):
+        if self._count_within('log lines', MAX_LOG_LINES):
             self.recording.add('/rosout', Log(
                 header=Header(stamp=line.header.stamp), level=line.level,
-                name=line.name[:LOG_LINE_LENGTH], msg=line.msg[:LOG_LINE_LENGTH]), self.now)
+                name=line.name[:LOG_LINE_LENGTH], msg=line.msg[:LOG_LINE_LENGTH]), ros_time())
 
     def finish(self):
         """Record how many messages were not recorded."""
@@ -219,10 +221,6 @@ class Recorder:
                                      number=self._counts[kind] - most)
 
     @property
-    def now(self):
-        return ros_time()
-
-    @property
     def pose(self):
         """The robot's true pose, a Pose2. The yaw is continuous over whole turns."""
         with self._lock:
@@ -230,7 +228,7 @@ class Recorder:
 
     @property
     def heading_deg(self):
-        """The robot's true heading, continuous over whole turns [deg]."""
+        """The robot's true heading [deg], continuous over whole turns."""
         return math.degrees(self.pose.yaw)
 
     def commands_since(self, begin):
@@ -245,10 +243,10 @@ class Recorder:
     def rests(self, without_command=0.0):
         """Has the robot rested for ROBOT_REST_TIME, and has the node sent no command to move for
         `without_command` [s]?"""
-        if without_command and self.moves(self.now - without_command):
+        if without_command and self.moves(ros_time() - without_command):
             return False
         with self._lock:
-            recent = self._truth[bisect_left(self._truth, [self.now - ROBOT_REST_TIME]):]
+            recent = self._truth[bisect_left(self._truth, [ros_time() - ROBOT_REST_TIME]):]
         if len(recent) < 5:     # the robot has just started
             return False
         _, x, y, yaw = np.subtract(recent, recent[0]).T

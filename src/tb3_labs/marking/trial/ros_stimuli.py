@@ -21,9 +21,9 @@ from tb3_labs.ros.node import guarded
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: The robot rests within this time [s] after its last command.
 STOP_REST_TIME = 2.0
-#: A movement has lasted for this time [s] when a stimulus interrupts the movement.
+#: A stimulus interrupts a movement that has lasted for this time [s].
 INTERRUPTION_TIME = 0.5
-#: Time [s] within which the output and the messages of a node reach the marker.
+#: The output and the messages of a node reach the marker within this time [s].
 DELIVERY_TIME = 0.3
 
 
@@ -43,8 +43,9 @@ class Robot:
                          guarded(self._on_settings))
 
     def _move(self, command, seconds):
-        """Send the speeds (linear, angular) that ``command()`` returns, for `seconds` [s] or until
-        ``command()`` returns None. Then send zero, even after an exception in ``command()``."""
+        """Send the speeds (linear, angular) that ``command()`` returns, for at most `seconds` [s],
+        or until ``command()`` returns None. Send zero at the end, even after an exception in
+        ``command()``."""
         begin = time.monotonic()
         try:
             for speeds in iter(command, None):

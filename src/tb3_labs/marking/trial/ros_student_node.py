@@ -1,7 +1,7 @@
-"""Starts and ends a student's node, and asks the master for its topics and services.
+"""Starts and ends a student's node, and asks the master for the node's topics and services.
 
-The start, the output, the topics and the end of each process are recorded. A node may do anything.
-Therefore each wait in this module has a limit.
+The start, the output, the topics and the end of each process are recorded. A student's node can
+block this module, so each wait has a time limit.
 """
 import os
 import signal
@@ -26,7 +26,7 @@ from tb3_labs.watch import watched
 
 #: A node's roles at a topic or a service, in the order of the lists in the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
-#: Topics that every node may have.
+#: Every node may have these topics, so these topics are left out.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
 #: If signal N ends a program in a sandbox, the sandbox has the exit status BY_SIGNAL + N.
 BY_SIGNAL = 128
@@ -37,11 +37,10 @@ class StudentNode:
 
     def __init__(self, node, sensors, recording):
         """`node` is package/file. `sensors` are the topics that the node needs. The node is ready
-        when it subscribes to the first of these topics. `recording` is the Recording of the trial.
-        """
+        when it subscribes to the first of the `sensors`."""
         self._sensors = sensors
         self._recording = recording
-        #: The resolved names of the topics that the present process needs.
+        #: The resolved names of the topics that the current process needs.
         self._needed = []
         self._prepared = NodeStart.from_environment()
         program = self._prepared.program
@@ -49,7 +48,7 @@ class StudentNode:
         self._process = self._watch = self._output = None
         #: Was any process ready? None before the first process.
         self._was_ready = None
-        #: Did the present process get Ctrl+C?
+        #: Did the current process get Ctrl+C?
         self._interrupted = False
         self.graph = Graph(Types(self._prepared.types))
 
@@ -59,15 +58,15 @@ class StudentNode:
 
     @property
     def status(self):
-        """The exit status of the process. It is None while the process runs, and -N if signal N
-        ended the process."""
+        """The exit status of the process; None while the process runs, -N if signal N ended the
+        process."""
         status = self._process.status
         if self._prepared.isolated and status is not None:
             return status if status <= BY_SIGNAL else BY_SIGNAL - status
         return status
 
     def start(self, *arguments, needed=()):
-        """End the present process of the node, and start a new process.
+        """End the current process of the node, and start a new process.
 
         The node needs the topics `needed`, by default its `sensors`. The new process is ready when
         it subscribes to the first needed topic. Raises ``NotTried`` if the process is not ready in
@@ -143,7 +142,7 @@ class StudentNode:
 
     @property
     def printed(self):
-        """The output since the last `flush`, which is the output of the present stimulus."""
+        """The output since the latest `flush`, which is the output of the current stimulus."""
         return self._output.last
 
     def flush(self):
@@ -169,14 +168,13 @@ class Graph:
     """Asks the ROS master for nodes, topics and services."""
 
     def __init__(self, types):
-        """`types` are the Types of the node's messages and services."""
         self.types = types
         self._master = rosgraph.Master(rospy.get_name())
         #: The names of the student's node. A process may have several nodes.
         self.names = set()
 
     def nodes(self):
-        """Returns {name of a node: {(role, topic or service)}} of all nodes but the marker.
+        """Returns {name of a node: {(role, topic or service)}} for all nodes except the marker.
         Returns {} if the master does not answer."""
         nodes = {}
         with suppress(OSError, rosgraph.MasterException):
@@ -190,8 +188,8 @@ class Graph:
     def at_role(self, role):
         """Returns the topics or services at which the student's node has the `role`.
 
-        Raises an error if the master does not answer. This error ends the trial, so that the
-        silence of the master does not cost the node points.
+        Raises an error if the master does not answer. The error ends the trial, so that the silence
+        of the master does not cost the node points.
         """
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.names.intersection(names)}
@@ -217,8 +215,9 @@ class Graph:
         return sorted(subscribed), {topic: kinds.get(topic, '') for topic in sorted(published)}
 
     def unconnected(self, needed):
-        """Returns the topics in `needed` that the student's node subscribes to without a connection
-        to the robot. The node and the robot give such a topic different types."""
+        """Returns the topics in `needed` that the student's node subscribes to, but without a
+        connection to the robot. There is no connection if the node and the robot use different
+        types."""
         connections = []
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))

@@ -1,4 +1,4 @@
-"""Tries a node in the parts of its lab, and records the trial.
+"""Tests a node in the parts of its lab, and records the trial.
 
 Each part of a lab has a script. Within a :meth:`Trial.stimulus` a script acts on the `node` or the
 `robot` of the Trial, and waits until the `recorder` shows the effect.
@@ -24,11 +24,11 @@ from tb3_labs.marking.trial.observation import (
 from tb3_labs.marking.trial.ros_recording import Recorder, Recording
 from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, INTERRUPTION_TIME, Robot
 from tb3_labs.marking.trial.ros_student_node import StudentNode
-from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.clocks import ros_time, wait_until
 
-#: A node's file lies in the folder of its package, or at most this many folders deeper.
+#: A node's file is in the folder of its package, or at most this many folders deeper.
 MAX_PACKAGE_DEPTH = 3
-#: {lab: {part: script}}. A script is a function of a Trial.
+#: {lab: {part: script}}. A script is a function that gets a Trial.
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
 
@@ -37,8 +37,8 @@ class Trial:
     """One robot, one node, and the recording of both."""
 
     def __init__(self, lab, package, executable, path, pad, print_line):
-        """`path` is the path of the bag. `pad` has the numbers of the pad that is played. A call of
-        ``print_line(line)`` announces each step of the trial."""
+        """`path` is the path of the bag. `pad` has the numbers of the gamepad's axes and buttons. A
+        call of ``print_line(line)`` announces each step of the trial."""
         node = f'{package}/{executable}'
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
@@ -63,7 +63,7 @@ class Trial:
         self.recording.event('end', facts=stimulus.facts, died=not self.node.alive)
 
     def observe(self, name, seconds, act=lambda: None, facts=None):
-        """Record the stimulus `name`: call `act()`, and wait for `seconds` [s]."""
+        """Call `act()` as the stimulus `name`, and wait for `seconds` [s]."""
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)
@@ -71,7 +71,7 @@ class Trial:
     @lru_cache(maxsize=None)
     def source_findings(self, *packages):
         """Returns the findings of source_analysis.read_findings in the submission. If mark.py has
-        prepared no submission, they are the findings in the node's package and `packages`."""
+        prepared no submission, the findings come from the node's package and from `packages`."""
         copy = NodeStart.from_environment().copy
         if copy:
             return read_findings([copy])
@@ -81,7 +81,7 @@ class Trial:
 
     def record_assigned(self):
         """Record the lines of the node's file that assign each variable. Record nothing if the
-        package has several files of this name."""
+        package has several files with the name of the node's file."""
         package, name = self._name.split('/')
         program = NodeStart.from_environment().program
         if program:
@@ -108,18 +108,20 @@ class Trial:
     def moves_after(self, act, seconds):
         """Call `act()`. Returns True as soon as the node commands a movement. Returns False after
         `seconds` [s], or if the node ends."""
-        begun = self.recorder.now
+        begun = ros_time()
         act()
         wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
         return self.recorder.moves(begun)
 
     def record_motion(self, name, act, begins_within, rest_time, ends_within, facts=(),
                       is_astray=lambda: False):
-        """Record the stimulus `name`: call `act()`, and wait for a motion. All times are in [s].
+        """Call `act()` as the stimulus `name`, and wait for a motion of the robot. All times are in
+        [s].
 
-        The stimulus ends if no motion begins within `begins_within`. It ends when the robot rests
-        and got no command to move for `rest_time`, when the node ends, or when `is_astray()` is
-        True. It also ends `ends_within` after the begin of the motion.
+        The stimulus ends if no motion begins within `begins_within`. The stimulus also ends if the
+        robot rests and got no command to move for `rest_time`, if the node ends, or if
+        `is_astray()` is True. At the latest, the stimulus ends `ends_within` after the start of the
+        motion.
         """
         def is_over():
             return not self.node.alive or self.recorder.rests(rest_time) or is_astray()
@@ -130,11 +132,12 @@ class Trial:
             stimulus.facts[RESTED] = self.recorder.rests(rest_time)
 
     def set_in_motion(self, is_ready, act, reaction):
-        """Make the node move the robot by `act()`, and return True while the robot moves. Returns
-        False if the node does not move the robot within `reaction` [s] after `act()`.
+        """Call `act()`, after which the node should move the robot. Returns True if the robot
+        moves. Returns False if the node does not move the robot within `reaction` [s] after
+        `act()`.
 
-        If `is_ready()` is False, this method starts the node first. After a failed attempt it tries
-        a new process, because the last stimulus may have upset the node.
+        If `is_ready()` is False, this method starts the node first. After a failed attempt, this
+        method starts a new process, because the previous stimulus may have disturbed the node.
         """
         for _ in range(2):
             if not is_ready():
@@ -147,18 +150,18 @@ class Trial:
         return False
 
     def falls_silent(self, name, was_moving, silence):
-        """Record the stimulus `name`: call `silence()`, which ends the messages of a device."""
+        """Call `silence()`, which ends the messages of a device, as the stimulus `name`."""
         self.observe(name, LOST_STOP_TIME + 0.5, silence, {WAS_MOVING: was_moving})
 
     def sensor_falls_silent(self, name, was_moving, switch):
-        """Record the stimulus `name`: make a sensor silent by the robot's setting `switch`. After
-        the stimulus the sensor sends again."""
+        """Make a sensor silent by the robot's setting `switch`, as the stimulus `name`. After the
+        stimulus the sensor sends again."""
         self.falls_silent(name, was_moving, lambda: self.robot.change(**{switch: True}))
         self.robot.change(**{switch: False})
 
     def set_slip(self, share):
         """Let a share of the wheels' travel slip. First end the node, because a running node may
-        take the change of the slip for a fault of a sensor."""
+        report the change of the slip as a fault of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change(slip=share)
@@ -172,7 +175,7 @@ class Trial:
         """
         for name in CTRL_C:
             was_moving = set_in_motion()
-            begin = self.recorder.now
+            begin = ros_time()
             self.ctrl_c(name, was_moving)
             zeros = [at for at, linear, angular in self.recorder.commands_since(begin)
                      if linear == angular == 0.0]
@@ -180,13 +183,13 @@ class Trial:
                 return
 
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):
-        """Record the stimulus `name`: send Ctrl+C. Then end the node if it still runs."""
+        """Send Ctrl+C as the stimulus `name`. Then kill the node if it still runs."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as stimulus:
             ended = self.node.interrupt(EXIT_TIME)
             if not (ended or was_moving):   # in Python 3.13 input() first waits for Enter
                 self.node.type('')
                 ended = wait_until(lambda: not self.node.alive, STOP_TIME)
-            stimulus.facts[EXIT_SECONDS] = self.recorder.now - stimulus.begin if ended else None
+            stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin if ended else None
             stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status) if ended else 0
             time.sleep(DELIVERY_TIME)
         self.node.stop()
@@ -204,8 +207,8 @@ def end_with_the_marker(recording):
 
 
 def record_trial(lab, package, executable, parts, path, pad, print_line):
-    """Try a node in `parts` of a lab, and write the bag of the trial. [] means all parts. See Trial
-    for the other arguments."""
+    """Test a node in the `parts` of a lab, or in all parts if `parts` is empty, and write the bag
+    of the trial. The class Trial explains all other arguments."""
     trial = Trial(lab, package, executable, path, pad, print_line)
     end_with_the_marker(trial.recording)
     try:
@@ -216,10 +219,10 @@ def record_trial(lab, package, executable, parts, path, pad, print_line):
                 trial.recording.event('part', name=name)
                 trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
-                with suppress(NotOffered, NotTried):    # these exceptions end only this part
+                with suppress(NotOffered, NotTried):    # an untried part does not end the trial
                     act(trial)
     except Exception as problem:
-        # the node must not lose points by an error of the marker
+        # the node must not lose points because of an error of the marker
         trial.recording.event('broken', text=f'{type(problem).__name__}: {problem}')
         raise
     finally:

@@ -1,10 +1,10 @@
-"""Finds in the text of a submission what no trial shows:
+"""Finds facts in the program text of a submission that no trial shows:
 
 * the sign of y in the submission's own mouse client,
 * a function that assigns an angle to an orientation instead of a quaternion,
 * the lines that assign each variable.
 
-The text comes from a stranger, so a process with limits reads it.
+The text comes from a stranger, so a separate process with limited memory and time reads the text.
 """
 import ast
 import json
@@ -28,9 +28,9 @@ print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1
 MAX_TEXT_BYTES = 200000
 #: The result has at most MAX_NAMES variables, and for each variable at most MAX_LISTED_LINES lines.
 MAX_NAMES, MAX_LISTED_LINES = 200, 6
-#: The text of a mouse client has such a call.
+#: A mouse client's text has a call that matches this pattern.
 PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
-#: The name of a variable that holds y.
+#: The name of a variable whose value is y.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
 #: A variable or a function with such a name has a position in pixels, where y points down.
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
@@ -42,7 +42,8 @@ ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a ya
     'quaternion by sine and cosine of its half. Y sends 0, so it costs no points.'
 
 #: {variable: slope of its value}. The slope is positive if the value grows with the pixel's y,
-#: negative if the value falls, 0 if the value does not depend on y, and NaN if this is unknown.
+#: negative if the value falls, 0 if the value does not depend on y, and NaN if the dependence is
+#: unknown.
 Slopes = Dict[str, float]
 
 
@@ -50,8 +51,8 @@ def read_findings(paths: Iterable[str]) -> Dict[str, Any]:
     """Returns the findings in programs. Each of the `paths` is a program or a folder of programs.
 
     `mouse_y_sign` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction
-    is unknown. `remarks` are sentences for the student. `assigned` is the result of the function
-    `assigned`.
+    is unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
+    variable.
     """
     done = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', ANALYSE_FILES, *paths], cwd='/',
@@ -106,7 +107,8 @@ def _gives_angle(function: ast.FunctionDef) -> bool:
 
 
 def _dotted_name(node: Any) -> str:
-    """Returns a variable's name, such as `a.b`, without `.data`. Returns '' for an expression."""
+    """Returns a variable's name, such as `a.b`, without `.data`. Returns '' for other
+    expressions."""
     if isinstance(node, ast.Attribute):
         owner = _dotted_name(node.value)
         return owner if node.attr == 'data' else f'{owner}.{node.attr}'
@@ -125,7 +127,7 @@ def _slopes_sent(nodes: List[Any]) -> List[float]:
     # in Python 3.8 a keyword has no line number
     steps.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
-    for step in steps + steps:      # all steps twice, since the callback may be the last step
+    for step in steps + steps:      # each step twice, since the callback may be the last step
         for name, slope in _assigned_slopes(step, slopes):
             # a later constant, such as a reset to 0, does not change a known slope
             if slope or not slopes.get(name):
