@@ -54,7 +54,7 @@ class DeadMan:
         if self.page is None and not is_first:
             raise ValueError('the begin of this grip came late: let go, and grip again')
         self.page = page
-        self._source.received(now)
+        self._source.on_message(now)
         return True
 
     def let_go(self, page: object) -> bool:

@@ -124,7 +124,7 @@ class SenderRequests:
         self._sleep = sleep
         self._requests: Dict[str, SenderRequest] = {}    # by sender
 
-    def receive(self, sender: str, content: object, now: float) -> SenderRequest:
+    def on_request(self, sender: str, content: object, now: float) -> SenderRequest:
         """Take in a request. Call this for each request, even for a refused request."""
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
         self._requests = {name: request for name, request in self._requests.items()

@@ -113,9 +113,9 @@ class GoalRequests:
         self._sleep = sleep
         self._sender_goals = SenderRequests(sleep)
 
-    def receive(self, request: GoalRequest, now: float) -> SenderRequest:
+    def on_goal(self, request: GoalRequest, now: float) -> SenderRequest:
         """Take in a goal. Call this for each goal that arrives, even for a refused goal."""
-        sender_goal = self._sender_goals.receive(request.sender, request.goal, now)
+        sender_goal = self._sender_goals.on_request(request.sender, request.goal, now)
         sender_goal.message = request
         return sender_goal
 

@@ -46,12 +46,12 @@ class _Grant:
         self._renews = renews
         self._renewed_for = 0.0
         self._renewals = Freshness('control', SUSPEND_AFTER)
-        self._renewals.received(now)
+        self._renewals.on_message(now)
 
     def renew(self, now: float) -> None:
         """Take in a renewal. A sender needs 2 s for 20 renewals. If 20 renewals arrive within 0.5 s
         after the True, the network has delayed the True by at least 1.5 s."""
-        self._renewals.received(now)
+        self._renewals.on_message(now)
         self._renewed_for = now - self.granted_at
         self.latest_sending = self.granted_at
         # after 2 s, the fast clock of a sender would look like a delay

@@ -50,9 +50,9 @@ class Sensor(Freshness):
         self.longest_gap = 0.0
         self._changed_at = math.nan    # time [s] of the latest change, or NaN
 
-    def received(self, now: float, reading: Any = None) -> float:
+    def on_message(self, now: float, reading: Any = None) -> float:
         """Take in a valid message. Returns the silence [s] before the message."""
-        silence = super().received(now)
+        silence = super().on_message(now)
         if self.count > 2 and silence > self.longest_gap:
             self.longest_gap = silence
         if reading != self.reading:

@@ -95,7 +95,7 @@ class Freshness:
         self.count = 0    # number of valid messages so far
         self._received_at: Optional[float] = None
 
-    def received(self, now: float) -> float:
+    def on_message(self, now: float) -> float:
         """Take in a valid message. Returns the silence [s] before this message."""
         silence = self.age(now)
         self._received_at = now
@@ -131,7 +131,7 @@ class SleepMonitor:
 
     def update(self, now: float) -> None:
         """Look at the clock. Call this several times a second, and before a message is used."""
-        gap = self._looks.received(now)
+        gap = self._looks.on_message(now)
         self.slept_for = 0.0
         if MIN_SLEEP < gap < math.inf:
             self.slept_for = gap
@@ -143,7 +143,7 @@ class SleepMonitor:
         self.slept_for = 0.0
         self.is_waking = False
         self.woke_at = -math.inf
-        self._looks.received(now)
+        self._looks.on_message(now)
 
     @property
     def refusal(self) -> str:
@@ -164,12 +164,12 @@ class Lateness:
         self._received_for = 0.0
         self._last = Freshness('the sender')
 
-    def received(self, stamp: float, arrival: float) -> float:
+    def on_message(self, stamp: float, arrival: float) -> float:
         """Take in a message, and return its extra delay [s]. `stamp` is on the sender's clock [s].
         A message without a stamp has the `stamp` 0 and the extra delay 0."""
         if stamp <= 0.0:
             return 0.0
-        self._received_for += min(self._last.received(arrival), MAX_RECEIVED_STEP)
+        self._received_for += min(self._last.on_message(arrival), MAX_RECEIVED_STEP)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None
         return arrival - stamp - self._least.value
