@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.robot.turtlebot3 import (
-    MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN, WHEEL_WIDTH, Twist2, model_of_environment, robot_model,
-    saturate)
+from tb3_labs.robot.turtlebot3 import MODELS, Twist2, model_of_environment, robot_model, saturate
+from tb3_labs.ros.robot_description import WHEEL_WIDTH
+from tb3_labs.simulation.firmware import MOTOR_SPEED_STEP, TICK_ANGLE
 
 SPEEDS = st.floats(-10.0, 10.0)
 
@@ -18,7 +18,7 @@ def rim_speed(rpm, radius=0.033):
 
 def test_the_burgers_limits_are_its_motors():
     burger = robot_model('burger')
-    assert 2.0 * math.pi / TICKS_PER_TURN == pytest.approx(0.001533981, abs=5e-10)
+    assert TICK_ANGLE == pytest.approx(0.001533981, abs=5e-10)
     assert MOTOR_SPEED_STEP == pytest.approx(0.0239809, abs=1e-6)   # 0.229 rpm in rad/s
     assert WHEEL_WIDTH == 0.018               # turtlebot3_description's wheels
     assert burger.motor_steps * MOTOR_SPEED_STEP * 0.033 == pytest.approx(0.2097, abs=5e-5)

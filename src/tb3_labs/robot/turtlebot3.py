@@ -8,16 +8,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import Dict, Mapping, NamedTuple
 
-#: Encoder steps per turn of a wheel.
-TICKS_PER_TURN = 4096
-#: The speed of a motor is rounded towards zero to a multiple of this speed [rad/s].
-MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 #: The firmware applies the latest command, and sends odometry, at this rate [1/s].
 CONTROL_RATE = 30.0
 #: The firmware stops the wheels after this time [s] without a command.
 COMMAND_TIMEOUT = 0.5
-#: Width [m] of a wheel, for all models, as in turtlebot3_description.
-WHEEL_WIDTH = 0.018
 #: The wheels' names in the robot's messages, as in turtlebot3_description.
 WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
 
@@ -37,7 +31,7 @@ class RobotModel:
     wheel_radius: float       # [m]
     wheel_separation: float   # distance [m] between the wheels' middles
     motor_rpm: float          # fastest rotation [1/min] of a wheel
-    motor_steps: int          # limit of the motor, in units of MOTOR_SPEED_STEP
+    motor_steps: int          # limit of the motor, in units of firmware.MOTOR_SPEED_STEP
     max_linear: float         # [m/s]
     max_angular: float        # [rad/s]
     body_radius: float        # radius [m] of a circle that contains the robot

@@ -10,8 +10,8 @@ from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
 
-#: A speed below this value [m/s or rad/s] is sent as 0. Such a low speed would not turn a motor,
-#: and the firmware reads a speed such as 1e-40 as full speed.
+#: A speed below this value [m/s or rad/s] is sent as 0. A lower speed does not turn a motor, and
+#: the firmware even reads 1e-40 as full speed.
 MIN_SPEED = 1e-4
 
 
@@ -22,7 +22,6 @@ class CmdVel:
         self._clock_runs = is_wall_time()
         self._drives = False
         self._closed = False           # does the node end?
-        self._message = Twist()        # one object for all commands, since publish() writes at once
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         write_at_once(self._publisher)
 
@@ -60,5 +59,6 @@ class CmdVel:
         return has_stopped
 
     def _publish(self, linear, angular):
-        self._message.linear.x, self._message.angular.z = linear, angular
-        self._publisher.publish(self._message)
+        message = Twist()
+        message.linear.x, message.angular.z = linear, angular
+        self._publisher.publish(message)

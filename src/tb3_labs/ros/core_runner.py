@@ -62,7 +62,7 @@ class CoreRunner:
             self._decide()
 
     def call(self, method, *arguments):
-        """Returns ``method(*arguments)`` of the core. The core does not decide."""
+        """Returns ``method(*arguments)`` of the core, without a decision of the core."""
         with self._lock:
             return method(*arguments)
 
@@ -144,8 +144,8 @@ class Watchdog:
 
 
 class Diagnostics:
-    """Publishes the result of `report()` on `/diagnostics` every second. The result is ``(problem,
-    {name: value})``. No lock is held while `report` is called."""
+    """Publishes the result of ``report()`` on `/diagnostics` every second. ``report()`` returns
+    ``(problem, {name: value})``, and is called without a lock."""
 
     def __init__(self, hardware, report):
         self._report = report
@@ -169,6 +169,6 @@ class Diagnostics:
 
 
 def values_of(source, now):
-    """Returns {'imu age [s]': '0.004', 'imu dropped': 0} if `source` is the Freshness of /imu."""
+    """Returns the values of a Freshness, such as {'imu age [s]': '0.004', 'imu dropped': 0}."""
     return {source.name + ' age [s]': f'{source.age(now):.3f}',
             source.name + ' dropped': INVALID_COUNTS[source.name]}

@@ -25,7 +25,7 @@ from tb3_labs.terminal import run_tool
 
 #: Longest wait [s] for the service of a node.
 MAX_SERVICE_TIME = 2.0
-#: Matches the text with which rospy reports a refusal. The second group is the node's reason.
+#: Matches the text with which rospy reports a refusal. The second group has the reason.
 REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
                      r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
 USAGE = 'usage: dynparam set NODE NAME VALUE'
@@ -33,7 +33,7 @@ USAGE = 'usage: dynparam set NODE NAME VALUE'
 
 def change(node, name, text):
     """Change the setting `name` of `node` to the value that a user typed as `text`. If the node
-    refuses, raises ``ValueError`` with the reason; if there is no such node, ``ROSException``."""
+    refuses, raises ``ValueError`` with the reason. Raises ``ROSException`` for an unknown node."""
     service = rospy.resolve_name(node) + '/set_parameters'
     rospy.wait_for_service(service, MAX_SERVICE_TIME)
     # the node refuses a value that does not have the type of the setting

@@ -1,10 +1,10 @@
 """Checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
-package begins with a parameter whose command is ``python3 PATH/run.py launch FILE.launch``. The
-command reads the command line of the roslaunch that runs it. If an argument is unknown or missing,
-the command prints one line and fails, and roslaunch does not start a node. This module imports only
-the standard library, so any Python can run it.
+package begins with a parameter whose value is the output of ``python3 PATH/run.py launch
+FILE.launch``. This program reads the arguments of the roslaunch. If an argument is unknown or
+missing, the program prints one line and fails, and roslaunch does not start a node. Any Python can
+run this module, which imports only the standard library.
 """
 import difflib
 import os
@@ -15,9 +15,9 @@ from pathlib import Path
 
 #: The package of the launch files.
 PACKAGE = 'tb3_labs'
-#: The doc of an argument for a group of parameters has an example, such as {slip: 0.1}.
+#: An argument that is a group of parameters has an example in its doc, such as {slip: 0.1}.
 EXAMPLE_OF_GROUP = re.compile(r'.*({.*})')
-#: A group of parameters, unlike {slip:0.1} and {slip: 0,5}, with which roslaunch would crash.
+#: Matches a group of parameters. With {slip:0.1} or {slip: 0,5} roslaunch would crash.
 GROUP = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
 #: The doc of an argument that chooses a file has a pattern, such as params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
@@ -36,7 +36,7 @@ def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
     all arguments are right. `argv` has the words after `roslaunch`.
 
-    If `argv` does not name `path`, another launch file includes `path`, and no argument is checked.
+    If `argv` names another launch file, which includes `path`, no argument is checked.
     """
     words_before = ['', *argv]
     if not any(_is_file(path, before, word) for before, word in zip(words_before, argv)):

@@ -100,8 +100,8 @@ def _description(config, offered):
         dflt=encode({item.name: getattr(config, item.name) for item in offered}))
 
 
-def _bounds(offered, which, of_switch):
-    """Returns the 'low' or the 'high' bounds of `offered`. The bound of a bool is `of_switch`."""
+def _bounds(offered, which, of_bool):
+    """Returns the 'low' or the 'high' bound of each setting. The bound of a bool is `of_bool`."""
     bounds = {item.name: item.metadata[which] for item in offered}
-    bounds.update({name: of_switch for name, bound in bounds.items() if bound is None})
+    bounds.update({name: of_bool for name, bound in bounds.items() if bound is None})
     return encode(bounds)

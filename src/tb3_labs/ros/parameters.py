@@ -12,8 +12,8 @@ from tb3_labs.robot.turtlebot3 import model_of_environment, robot_model
 def read_config(*config_types, of=None, typed=()):
     """Returns an instance of each of `config_types`. The values come from the node's ``~``
     parameters, and from `typed`. Raises ``ValueError`` for an unknown or invalid parameter. If `of`
-    names another node, its parameters are read, and unknown ones are ignored."""
-    node = rospy.get_name() if of is None else of
+    names another node, the values come from that node, and unknown parameters are ignored."""
+    node = of or rospy.get_name()
     given = rospy.get_param(node, {})
     if not isinstance(given, dict):
         raise ValueError(f'parameter {node} = {given!r} is not valid: the name of the node holds '
@@ -23,7 +23,7 @@ def read_config(*config_types, of=None, typed=()):
     if of is None:
         for word in sys.argv[1:]:
             name, has_value, _ = word.partition(':=')
-            if name in known or not has_value:    # rospy would rename a topic, or ignore the word
+            if name in known or not has_value:    # rospy renames a topic, or ignores `word`
                 shown = name if has_value else 'NAME'
                 raise ValueError(f'{word} is not an argument; a parameter is given by '
                                  f'_{shown}:=VALUE (--help tells more)')

@@ -10,9 +10,11 @@ The frame ``base_footprint`` is on the floor in the middle between the wheels. T
 ``base_link`` is above ``base_footprint``, at the height of the axle. In both frames x points
 forward, and y to the left. Joints turn by positive angles when the robot drives forward.
 """
-from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH, RobotModel, robot_model
+from tb3_labs.robot.turtlebot3 import RobotModel, robot_model
 from tb3_labs.terminal import run_tool
 
+#: Width [m] of a wheel, for all models, as in turtlebot3_description.
+WHEEL_WIDTH = 0.018
 #: Height [m] of body and nose.
 THICKNESS = 0.005
 

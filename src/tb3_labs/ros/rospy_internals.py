@@ -24,7 +24,7 @@ def connection_of(message):
 
 
 def sender_of(header):
-    """Returns the sender's name in the header of a connection, shortened and printable, or ''."""
+    """Returns the sender's name from a connection's header, without unprintable letters, or ''."""
     return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
 
 
@@ -45,13 +45,13 @@ def record_connections():
 
 def log_without_the_master():
     """Write log lines even if the master has ended. Without this function rospy would ask the
-    master at each line. Internals: the parameter cache; test: test/ros/network.test."""
+    master before each line. Internals: the parameter cache; test: test/ros/network.test."""
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
 
 def serve_connections_in_threads(server=None):
-    """Serve each connection in a separate thread. Without the threads a browser, which is not a
-    node, would block all clients. Internals: `_tcpros_server`, `inbound_handler`; test:
+    """Serve each connection in a separate thread. Without the threads a browser that connects to a
+    node would block all clients. Internals: `_tcpros_server`, `inbound_handler`; test:
     test/unit/test_node.py.
 
     A subscriber that gets two lists of publishers within a moment connects twice, and closes its
@@ -69,7 +69,7 @@ def serve_connections_in_threads(server=None):
         with suppress(OSError):
             length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
         with serving:
-            # A header's length is a small number, but the first bytes of HTTP are a large number.
+            # A node first sends the length of its header, a small number. HTTP begins with letters.
             is_node = len(length) == 4 and int.from_bytes(length, 'little') < 2 ** 16
             if is_node and not closed.poll(0):
                 serve(connection, address)
@@ -90,9 +90,9 @@ def find_late_publishers(manager=None):
     """Find publishers that register just after a subscriber. The master answers a new subscriber
     with a list of publishers. If a publisher registers at the same moment, the master sends a
     second list. The subscriber uses the list that arrives last. If the first list arrives last, the
-    two nodes never connect (1 of 1200 pairs that registered within 4 ms). So this function joins
-    all waiting lists. A publisher that has ended refuses the connection. Internals: `updates`,
-    `publisher_update` of RegManager; test: test/unit/test_node.py."""
+    two nodes never connect. So this function joins all waiting lists. A publisher that has ended
+    refuses the connection. Internals: `updates`, `publisher_update` of RegManager; test:
+    test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
     update = manager.publisher_update
@@ -134,7 +134,7 @@ class _Writer:
         self._connection = connection
         self._lock = threading.Lock()    # guards `_waiting` and `_is_full`
         self._waiting = deque(maxlen=max_waiting)
-        self._is_full = False            # is the socket full, so that a thread writes `_waiting`?
+        self._is_full = False            # does a thread write, because the socket is full?
 
     def write(self, data):
         with self._lock:

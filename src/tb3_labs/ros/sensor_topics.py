@@ -46,7 +46,7 @@ def _stamp(message):
 
 def subscribe_wheels(callback):
     """Call `callback` with the wheel samples on `joint_states`. Messages without wheels are
-    ignored. Returns a function that returns whether any node publishes the topic."""
+    ignored. The returned function is true if any node publishes the topic."""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

@@ -2,7 +2,7 @@
 
 A permission, a turn and a goal are events, because a person sends each of them at one moment. A
 node uses each event once, in order, and only if the event is new (supervision/events.py). Delayed
-messages arrive all at once. So a subscriber with a queue of one message would lose events.
+messages arrive all at once, so a subscriber with a queue of one message would lose events.
 """
 import threading
 import time
@@ -16,7 +16,7 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
 from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 
-#: A sender with this header renews its permission, which expires when the sender dies.
+#: By this header a sender announces that it will renew its permission.
 RENEWAL_HEADER = {'renewed': '1'}
 #: {topic: number of invalid messages, which are dropped}
 INVALID_COUNTS = Counter()
@@ -34,13 +34,13 @@ class WarningThrottle:
         self._warned_at = -WARNING_PERIOD
 
     def warn(self, text, *arguments):
-        """Log a warning if the last warning is older than WARNING_PERIOD."""
         if time.monotonic() - self._warned_at >= WARNING_PERIOD:
             self._warned_at = time.monotonic()
             rospy.logwarn(text, *arguments)
 
 
-def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=None):
+def subscribe(topic, message_type, callback, read=lambda message: message, queue_size=1,
+              idle_for=None):
     """Returns a subscriber. If several messages arrive at once, the subscriber reads only the
     latest `queue_size` messages, or all messages if `queue_size` is None.
 
@@ -48,14 +48,14 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
     message is dropped and counted in INVALID_COUNTS, and at most one warning a second is logged.
 
     If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message.
-    These pauses save most of a node's computing time. If time is simulated, every message is read.
+    The pauses save most of a node's computing time. If time is simulated, every message is read.
     """
     is_idle = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
 
     def handle(message):
         try:
-            value = message if read is None else read(message)
+            value = read(message)
         except ValueError as problem:
             warnings.warn('invalid message on %s dropped: %s', topic, problem)
             INVALID_COUNTS[topic] += 1
@@ -76,7 +76,7 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
     def to_event(message):
         arrived_at = steady_time()
         connection = sender_connection(message)
-        sent_at = 0.0    # unknown with a simulated clock, which may run faster
+        sent_at = 0.0    # unknown if time is simulated, since a simulated clock may run faster
         if is_wall_time():
             sent_at = _stamp_of(message)
         return Event(read(message), arrived_at, connection.sender, to_age(message),
@@ -86,7 +86,7 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
 
 
 def age_reader(topic):
-    """Returns a function that finds the events.Age of a message, and must see every message."""
+    """Returns a function for the events.Age of a message. Call the function for each message."""
     message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: message_ages.age_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())

@@ -1,7 +1,7 @@
 """Simulates the motors and the wheels, which move the robot.
 
-A motor follows its goal speed with a first-order lag. So formulas give the speed and the angle of a
-motor after a step of any length. The robot drives along arcs, which are exact at constant speed.
+A motor follows its goal speed with a first-order lag, so the speed and the angle of a motor can be
+computed for any later time. The robot drives along arcs, which are exact at constant speed.
 While the speed changes, the arcs are short. Each start or stop adds an error of some micrometres.
 
 Units: SI. Motor angles are in radians, positive forwards.
@@ -116,7 +116,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
-        # (start [s], drivetrain) of each motion that wheel_angles_at() has not passed yet
+        # (start [s], drivetrain) of each motion whose end wheel_angles_at() has not reached yet
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property

@@ -8,10 +8,10 @@ zero, at most `motor_steps`. The library rosserial reads infinity as 1, and NaN 
 obeys the newest command for half a second after reading the command.
 
 The heading of the odometry is from the IMU. The turn ``theta - theta_last`` is *not* wrapped. When
-the IMU crosses +/-180 deg, the displacement of one sample points backwards. The rate of turn of
-this sample is wrong by 2 pi times the odometry's rate, about 190 rad/s. The yaw of the sample is
-correct. If the servos do not answer, the odometry repeats the last displacement again and again,
-while the angles of the wheels stay constant.
+the IMU crosses +/-180 deg, the displacement of one sample points backwards. The yaw of the sample
+is correct, but its rate of turn is wrong by a whole turn per sample, about 190 rad/s. If the servos
+do not answer, the odometry repeats the last displacement again and again, while the angles of the
+wheels stay constant.
 
 On `reset` the board first calibrates its gyro. During the calibration the motors keep their speed,
 and commands and further resets wait in order. The mean rate of turn during the calibration becomes
@@ -29,12 +29,13 @@ from typing import Deque, Optional, Sequence, Tuple
 from tb3_labs.geometry.angles import clamp, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import OdometrySample
-from tb3_labs.robot.turtlebot3 import (
-    COMMAND_TIMEOUT, MOTOR_SPEED_STEP, TICKS_PER_TURN, RobotModel)
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 from tb3_labs.simulation.network import Arrival
 
-#: Angle [rad] of a wheel between two ticks of the encoder.
-TICK_ANGLE = 2.0 * math.pi / TICKS_PER_TURN
+#: Angle [rad] of a wheel between two ticks of the encoder, which has 4096 ticks per turn.
+TICK_ANGLE = 2.0 * math.pi / 4096.0
+#: The speed of a motor is rounded towards zero to a multiple of this speed [rad/s].
+MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 #: A reset is sent over a NetworkLink as this text, a command as (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
 

@@ -31,7 +31,7 @@ class TurnCurve(NamedTuple):
 
     yaw: float            # [rad], not wrapped
     steady_rate: float    # [rad/s]
-    fading_rate: float    # [rad/s]; 0 at constant speed
+    fading_rate: float    # [rad/s]; a robot at constant speed has 0
     lag: float            # [s]
 
 

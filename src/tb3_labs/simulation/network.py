@@ -91,7 +91,7 @@ class NetworkLink:
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
-        """Send each message at the moment [s] with the same index in `moments`."""
+        """Send the first message at the first of the `moments` [s], and so on."""
         delay, jitter = (getattr(self._settings, name) for name in self._names)
         latest, append = self._last_due, self._in_flight.append
         for message, moment in zip(messages, moments):

@@ -29,10 +29,10 @@ from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # number of steps between two messages of the ground truth
-#: If the computer pauses for at most this time [s], the robot catches up.
+#: After a pause of the computer of at most this time [s], the robot catches up with the clock.
 MAX_CATCH_UP = 0.5
-#: A robot that publishes /clock catches up only after a pause of at most this time [s, wall clock].
-#: After a longer pause /clock would jump, and nodes would treat the sensors as silent.
+#: As MAX_CATCH_UP, if the robot publishes /clock. After a longer pause /clock would jump, and nodes
+#: would treat the sensors as silent.
 MAX_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
 #: The board of a recorded robot was tilted by these angles [rad].
@@ -85,7 +85,7 @@ class FakeRobot:
 
     def tick(self, step, time_zero):
         """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
-        of the call. `time_zero` is the ROS time [s] at which the simulator's time is 0."""
+        of the tick. `time_zero` is the ROS time [s] at which the simulator's time is 0."""
         truth_is_due = step % STEPS_PER_TRUTH == 0 and self._truth_has_readers()
         with self._lock:
             if self._hidden:
@@ -183,8 +183,8 @@ class SensorTopics:
         self._tf = make_publisher('/tf', TFMessage)
 
     def send(self, burst, time_zero, wheels):
-        """Publish the samples of a `burst`, which arrive together, in one write per topic. For
-        `time_zero` see FakeRobot.tick. Older rows of `wheels` are removed."""
+        """Publish the samples of a `burst`, which arrive together. Each topic gets one write. For
+        `time_zero` see FakeRobot.tick. Rows of `wheels` before the samples are removed."""
         imu, tf, odometry, joints = [], [], [], []
         frames = self.frames
         for sample in burst[-MAX_SAMPLES:]:

@@ -29,8 +29,8 @@ from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: An event at most this time [s] after the end of a step belongs to the step. The sum of many small
-#: steps is not exactly one large step.
+#: A step also includes the events in this time [s] after its end, since the sum of many small steps
+#: is not exactly one large step.
 TIME_ROUNDING = 1e-9
 
 

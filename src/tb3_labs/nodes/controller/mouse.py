@@ -79,12 +79,13 @@ class Mouse:
     """Finds whether a mouse is active, and the velocity that the mouse asks for.
 
     A mouse is treated as lost at the start, after a sleep of this process, and if the mouse is
-    active but silent. A lost mouse stays inactive until a message shows that the mouse is in the
-    middle of the screen, or deactivated. A message that is delayed, or follows a silence, does not
-    activate a mouse.
+    active but silent. A lost mouse stays inactive until the mouse is deactivated, or moved to the
+    middle of the screen. A message that is delayed, or follows a silence, does not activate a
+    mouse.
 
-    Several mice may be connected. If one mouse is lost or deactivated, all other mice are lost,
-    too, since a user may have forgotten an active mouse. The mouse of the latest message drives.
+    Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
+    lost or deactivated, all other mice are lost, too, since a user may have forgotten an active
+    mouse.
     """
 
     def __init__(self, log: LogQueue) -> None:

@@ -43,7 +43,6 @@ class ControllerNode:
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # Read every message, since one of several waiting messages may be a stop.
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: runner.handle(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)

@@ -2,7 +2,7 @@
 drives. The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
 
 Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
-180 and -180 are different turns, and 360 is a full turn. The handout requests headings instead.
+180 and -180 are different turns, and 360 is a full turn. In the handout a turn is a heading.
 """
 import math
 from dataclasses import dataclass
@@ -151,12 +151,12 @@ NEXT_DRIVER = {
 
 
 def accepts_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) -> bool:
-    """Take in a requested turn. Returns False if the turn may be old, or only repeats a turn that
-    was old or has ended. If `is_waking`, this process has just slept, so the turn may be old."""
+    """Take in a requested turn. Returns False if the turn may be old, or repeats a turn that may be
+    old or has ended. If `is_waking`, this process has just slept, so the turn may be old."""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.age.is_doubtful:
         request.is_ended = True
     is_accepted = not request.is_ended
-    if is_waking:    # the core refuses this turn; later repetitions are refused here
+    if is_waking:    # the core refuses this turn, and this function refuses its repetitions
         request.is_ended = True
     return is_accepted

@@ -2,10 +2,9 @@
 
 The package :mod:`tb3_labs.nodes` describes how a core is used. No press of a button is lost, even
 if several messages arrive together. Button B always sends False, even if the pad drives already.
-Button A sends True, and button Y requests a reset. Old presses of A and Y are refused.
-
-A silent pad is treated as lost if a stick is pushed, or if move_to_goal drives by the pad's
-permission. Without the autorepeat_rate of joy_node, a motionless stick looks like a lost pad.
+Old presses of A and Y are refused. A silent pad is treated as lost if a stick is pushed, or if
+move_to_goal drives by the pad's permission. Without the autorepeat_rate of joy_node, a motionless
+stick looks like a lost pad.
 
 The clock of `now` [s] never stands still and never goes back. Speeds are in m/s and rad/s.
 """
@@ -21,7 +20,7 @@ from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
     CROSSING_TIME, HAND_BACK_TIME, MAX_RESET_AGE, RESUME_TIME, SleepMonitor)
 
-#: If a pushed stick does not drive for this time [s], a warning gives the reason.
+#: If a pushed stick does not move the robot for this time [s], a warning gives the reason.
 STICK_WARNING_TIME = 3.0
 
 
@@ -30,12 +29,9 @@ class PadOutput(Output):
     """The decision of a GamepadCore."""
 
     holder: ControlHolder = ControlHolder.NOBODY
-    #: The messages to publish on `ctrl_relinq`, in order.
-    control_messages: Sequence[bool] = ()
-    #: Must another True be published to renew the permission?
-    renewal_is_due: bool = False
-    #: Was the reset button pressed?
-    reset_requested: bool = False
+    control_messages: Sequence[bool] = ()    # to publish on `ctrl_relinq`, in order
+    renewal_is_due: bool = False     # must another True be published to renew the permission?
+    reset_requested: bool = False    # was the reset button pressed?
 
 
 class GamepadCore:
@@ -90,13 +86,13 @@ class GamepadCore:
         """Take in whether move_to_goal has control."""
         now = has_control.arrived_at
         if has_control.content:
-            self.messages.granted_at = -math.inf    # move_to_goal has answered the last True
+            self.messages.granted_at = -math.inf    # move_to_goal has obeyed the last True
             self._change_holder(ControlEvent.GRANTED, now)
         elif now - self.messages.granted_at >= CROSSING_TIME:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a True or False of another node. A False also stops this pad's driving."""
+        """Take in a message of another node. False also stops a robot that this pad drives."""
         if not message.content:
             self._on_control_taken(message.arrived_at)
 
@@ -182,7 +178,7 @@ class GamepadCore:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
-        """Is a press accepted if its age is at most `max_lateness` [s]? If not, log the reason."""
+        """Is a press accepted? Its age must be at most `max_lateness` [s]. A refusal is logged."""
         lateness = self.pad.lateness
         was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:

@@ -12,7 +12,7 @@ from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_ANGULAR_SPEED)
 from tb3_labs.supervision.timeouts import CROSSING_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
-#: A parameter may name an axis or button up to this index.
+#: The highest index of an axis or a button in the parameters.
 MAX_INDEX = 31
 
 
@@ -55,7 +55,7 @@ class PadState(NamedTuple):
         return self.forward == 0.0 and self.left == 0.0
 
     def presses_since(self, earlier: 'PadState') -> 'PadState':
-        """Returns this state without the buttons that were pressed in `earlier`, too."""
+        """Returns this state with only the buttons that were not pressed in `earlier`."""
         return self._replace(
             relinquish=self.relinquish and not earlier.relinquish,
             regain=self.regain and not earlier.regain,
@@ -63,10 +63,8 @@ class PadState(NamedTuple):
 
 
 class PadListener:
-    """Takes in the messages of one pad, and finds whether the last message is current.
-
-    A pad that has never repeated a state need not send, since its joy_node sends only changes.
-    """
+    """Takes in the messages of one pad, and finds whether the last message is current. A pad that
+    has never repeated a state may be silent, since its joy_node sends only changes."""
 
     def __init__(self) -> None:
         self.source = Freshness('joy', INPUT_TIMEOUT)
@@ -84,7 +82,7 @@ class PadListener:
 
     def on_message(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in a message. `stamp` is the time [s] of sending, or 0. `hangs` is True if the
-        driver repeats one message. In the first message only the stop button counts as pressed."""
+        driver repeats one message. The first message can press only the stop button."""
         if self._last is not None and state.sent == self._last.sent:
             self.has_repeated = True
         self._last = state
@@ -107,7 +105,7 @@ class PadListener:
         self.state = state
 
     def knows_lateness(self, now: float) -> bool:
-        """Is the usual delay of messages known? If not, `lateness` may be wrong."""
+        """Is the usual delay of messages known? Without this delay, `lateness` may be wrong."""
         if self.driver_hangs and not self.source.is_fresh(now):
             return False
         return now - self._received_since >= CROSSING_TIME

@@ -30,7 +30,6 @@ class GamepadNode:
         self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
         rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
         self._runner.check()
-        # Read every message, since one of several waiting messages may have a press.
         subscribe_events(
             'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
@@ -46,10 +45,9 @@ class GamepadNode:
             self._runner.handle(self._core.on_ctrl_relinq, event)
 
     def _publish_output(self, output):
-        """Publish a stop twice, since a node may treat the first message of a connection as old."""
         for granted in output.control_messages:
-            times = 1 if granted else 2
-            for _ in range(times):
+            self._control.publish(granted)
+            if not granted:    # a node may treat the first message of a connection as old
                 self._control.publish(granted)
         if output.renewal_is_due:
             self._control.publish(True)

@@ -93,7 +93,7 @@ class MoveToGoalCore:
                               'ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: DriveLaw) -> None:
-        """Use another control law from now on. A drive to a goal begins again."""
+        """Use another control law from now on. If the node has a goal, begin the drive again."""
         self._machine.law = law
         self._pace = Pace(law.period)
         if self._machine.active:
@@ -120,13 +120,13 @@ class MoveToGoalCore:
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
         """Remember that a goal arrived. A goal with a known GoalID has no other effect."""
-        self._update_control(steady_now)    # first look for a sleep that delayed the goal
+        self._update_control(steady_now)    # the goal may have waited during a sleep
         self._check_end()
         return self._requests.on_goal(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel the goals for which GoalRequest.is_named_by() is true."""
-        # first look for a sleep, which must not look like a pause of a sender
+        # without this update a sleep of this process would look like a pause of the sender
         self._update_control(steady_now)
         if self._requests.cancel(name, stamp):
             self._machine.cancel()
@@ -134,7 +134,7 @@ class MoveToGoalCore:
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
         """Declare that the robot is at `reset.requested` now. The reset is refused if the request
-        may be older than a sleep of this process. After the reset, `reset.is_over` is True."""
+        may be from before a sleep of this process. After the reset, `reset.is_over` is True."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
         problem = self.sensors.problem_text(now, with_age=True)

@@ -52,8 +52,8 @@ _typed = {'has_control': False}    # the value of _has_control:= on the command 
 
 
 def pop_permission():
-    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). From
-    this argument rospy would set a parameter, which would let a later start drive, too."""
+    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). rospy
+    would set a parameter, and a node that is started later would drive, too."""
     values = {'true': True, 'false': False}
     for word in list(sys.argv):
         name, _, value = word.partition(':=')
@@ -64,7 +64,7 @@ def pop_permission():
 
 
 def _permission():
-    """Returns the permission at the start. The permission is False after a restart by roslaunch."""
+    """Returns `has_control` at the start, which is False after a restart by roslaunch."""
     launch = roslaunch_of_this()
     given_by = rospy.get_name() + '_given_by'    # parameter with the last launch that gave control
     if launch and _typed['has_control'] is True:
@@ -187,8 +187,8 @@ class Display:
     """Publishes each Fix and each new DriveStatus for people to see.
 
     The thread of the IMU calls `show`, and the thread of the CoreRunner calls `show_status`. Making
-    a message costs more time than a step of a control law. So `show` makes poses and transforms
-    only for subscribers, and makes transforms, path and markers less often than poses.
+    a message costs more time than a step of a control law. Poses and transforms are made only for
+    subscribers. Transforms, path and markers are made less often than poses.
     """
 
     def __init__(self):

@@ -48,8 +48,8 @@ class GoalServer(ActionServer):
 
     This class reads each message before actionlib does (test/ros/stops.test). The library actionlib
     (1.14.0) treats a goal with a known GoalID as a new goal after 5 s, and treats a repeated
-    latched goal as a new goal at once. A cancel of an ended goal is ignored by actionlib, although
-    a reset may start the drive to this goal again.
+    latched goal as a new goal at once. actionlib ignores a cancel of an ended goal, but after a
+    reset the robot may drive to an ended goal again.
     """
 
     def __init__(self, runner, core):
@@ -202,8 +202,8 @@ def _in_degrees(pose):
 
 
 def only_new(topic, callback):
-    """Returns a function that passes messages of `topic` to `callback`. The function does not pass
-    a latched message that may be old, and logs a warning."""
+    """Returns a function that passes messages of `topic` to `callback`. If a message is latched and
+    may be old, the function logs a warning instead."""
     to_age = age_reader(topic)
 
     def on_message(message):
