@@ -59,11 +59,8 @@ MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 
 
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
-    """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the `model`.
-
-    First each speed is clipped to its own limit. If a wheel is still too fast, both speeds are
-    scaled by the same factor, so that the robot drives the same curve more slowly.
-    """
+    """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the `model`. If a
+    wheel is still too fast, the robot drives the same curve more slowly."""
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)
     linear = max(min(twist.linear, linear_limit), -linear_limit)    # in this order NaN stays NaN

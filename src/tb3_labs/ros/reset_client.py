@@ -1,8 +1,4 @@
-"""Calls the service that resets the pose of the node move_to_goal.
-
-The node of this package (:mod:`tb3_labs.nodes.move_to_goal.ros_requests`) offers `reset_pose`,
-whose response has the reason of a refusal. The handout's node offers only `set_pose`.
-"""
+"""Resets the pose of move_to_goal by `reset_pose`. The node of the handout has only `set_pose`."""
 import math
 
 import rospy

@@ -133,12 +133,14 @@ class Board:
         """Calibrate the gyro for `seconds`. `yaw` is the true yaw [rad] now, not wrapped."""
         self.is_calibrating = True
         self.calibration_end = now + seconds
-        self._calibration_time, self._yaw_before = seconds, yaw
+        self._calibration_time = seconds
+        self._yaw_before = yaw
 
     def end_calibration(self, yaw: float) -> float:
         """Returns the gyro's new bias [rad/s]. `yaw` is the true yaw [rad] now, not wrapped."""
         self.is_calibrating = False
-        self._calibrated_at, self.calibration_end = self.calibration_end, math.inf
+        self._calibrated_at = self.calibration_end
+        self.calibration_end = math.inf
         seconds = self._calibration_time
         return (self._yaw_before - yaw) / seconds if seconds else 0.0
 

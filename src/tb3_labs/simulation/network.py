@@ -70,7 +70,8 @@ class NetworkLink:
     """One direction of the network: 'sensor' from the robot, or 'command' to the robot."""
 
     def __init__(self, direction: str, seed: int) -> None:
-        self._names, self._seed = (direction + '_latency', direction + '_jitter'), seed
+        self._latency_field, self._jitter_field = direction + '_latency', direction + '_jitter'
+        self._seed = seed
         self._random = random.Random(f'jitter of {direction}s {seed}')
         self._settings = SimulatorConfig()
         self._stalls: Optional[Stalls] = None
@@ -92,15 +93,15 @@ class NetworkLink:
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
         """Send the first message at the first of the `moments` [s], and so on."""
-        delay, jitter = (getattr(self._settings, name) for name in self._names)
-        latest, append = self._last_due, self._in_flight.append
+        delay = getattr(self._settings, self._latency_field)
+        jitter = getattr(self._settings, self._jitter_field)
+        latest = self._last_due
         for message, moment in zip(messages, moments):
             due = moment + delay
             if jitter:
                 due += self._random.expovariate(1.0 / jitter)
-            if due > latest:
-                latest = due
-            append((latest, message))
+            latest = max(latest, due)
+            self._in_flight.append((latest, message))
         self._last_due = latest
 
     def pop(self, until: float) -> List[Arrival]:

@@ -21,7 +21,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.conversions import (
-    TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform)
+    TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform, to_twist)
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import publish_together, write_at_once
 from tb3_labs.simulation.sensors import MAX_SAMPLES
@@ -196,8 +196,8 @@ class SensorTopics:
                 sample.pose, frames['odom'], frames['base_footprint'], stamp)]))
             odometry.append(odometry_message(
                 sample, stamp, frames['odom'], frames['base_footprint']))
-            angles, speeds = _wheels_at(wheels, sample.stamp)
-            joints.append(joint_message(angles, speeds, stamp, frames['base_link']))
+            joints.append(joint_message(
+                _wheels_at(wheels, sample.stamp), stamp, frames['base_link']))
         for publisher, messages in ((self._imu, imu), (self._tf, tf), (self._odom, odometry),
                                     (self._joints, joints)):
             if messages and publisher.get_num_connections():
@@ -205,10 +205,10 @@ class SensorTopics:
 
 
 def _wheels_at(wheels, stamp):
-    """Returns the angles [rad] and speeds [rad/s] of the wheels at the sample of `stamp`."""
-    while wheels[0][0] < stamp and len(wheels) > 1:
+    """Returns the sensors.WheelReading of the odometry sample of `stamp` [s]."""
+    while wheels[0].stamp < stamp and len(wheels) > 1:
         wheels.popleft()
-    return wheels[0][1:]
+    return wheels[0]
 
 
 def make_publisher(topic, kind, **options):
@@ -230,19 +230,17 @@ def imu_message(sample, stamp, frame_id):
 
 
 def odometry_message(sample, stamp, frame_id, child_frame_id):
-    message = Odometry(header=_header(stamp, frame_id), child_frame_id=child_frame_id)
-    message.pose.pose.position.x = sample.pose.x
-    message.pose.pose.position.y = sample.pose.y
-    message.pose.pose.orientation = to_quaternion(sample.pose.yaw)
-    message.twist.twist.linear.x = sample.linear
-    message.twist.twist.angular.z = sample.angular
+    stamped = to_pose_stamped(sample.pose, frame_id, stamp)
+    message = Odometry(header=stamped.header, child_frame_id=child_frame_id)
+    message.pose.pose = stamped.pose
+    message.twist.twist = to_twist(sample.linear, sample.angular)
     return message
 
 
-def joint_message(angles, speeds, stamp, frame_id):
+def joint_message(wheels, stamp, frame_id):
     """Returns the sensor_msgs/JointState of the two wheels, the left wheel first."""
-    return JointState(header=_header(stamp, frame_id), name=WHEEL_JOINTS, position=angles,
-                      velocity=speeds, effort=[0.0, 0.0])
+    return JointState(header=_header(stamp, frame_id), name=WHEEL_JOINTS, position=wheels.angles,
+                      velocity=wheels.speeds, effort=[0.0, 0.0])
 
 
 def _header(stamp, frame_id):

@@ -5,7 +5,7 @@ Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s. Senso
 """
 import random
 from collections import deque
-from typing import Deque, Dict, List, Sequence, Tuple
+from typing import Deque, Dict, List, NamedTuple, Sequence, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -19,10 +19,16 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 #: After a stall a sensor sends at most this many samples, since buffers are finite. An IMU with 200
 #: Hz makes this many samples in the longest possible stall.
 MAX_SAMPLES = 2000
-#: One value for the left wheel, and one for the right wheel.
-WheelPair = Tuple[float, float]
 #: Time [s] after which the serial node sets the board's clock again.
 SYNC_PERIOD = 5.0
+
+
+class WheelReading(NamedTuple):
+    """The wheels (left, right) at one sample of the odometry."""
+
+    stamp: float
+    angles: Tuple[float, float]    # [rad]
+    speeds: Tuple[float, float]    # [rad/s]
 
 
 class Rhythm:
@@ -92,12 +98,11 @@ class Sensors:
         self.odom_rhythm = Rhythm(config.odom_rate)
         self._samples: List[Sample] = []    # oldest first
         #: Will the next odometry sample set the pose to zero?
-        self.resetting = False
+        self.reset_is_due = False
         #: The pose of the frame odom in the world. A reset of the odometry changes this pose.
         self.world_T_odom = Pose2()
-        #: The readings of the wheels for each odometry sample, even for a sample that was not sent.
-        #: Each row is (stamp [s], angles [rad], speeds [rad/s]).
-        self.wheel_readings: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MAX_SAMPLES)
+        #: The readings for each odometry sample, even for a sample that was not sent.
+        self.wheel_readings: Deque[WheelReading] = deque(maxlen=MAX_SAMPLES)
         # {'imu' or 'odom': sample that the frozen sensor repeats}
         self._frozen: Dict[str, Sample] = {}
 
@@ -117,15 +122,16 @@ class Sensors:
         ticks = None
         if not self._config.battery_cut:
             ticks = encoder_ticks(left), encoder_ticks(right)
-        if self.resetting:
+        if self.reset_is_due:
             self.odometer.reset(ticks)
         observed = self._body.imu.measure([stamp])[0]
         sample = self.odometer.update(stamp, ticks, observed.yaw)
-        if self.resetting:
-            self.resetting = False
+        if self.reset_is_due:
+            self.reset_is_due = False
             self.world_T_odom = self._body.drivetrain.pose @ sample.pose.inverse()
-        self.wheel_readings.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
-                                    self.odometer.wheel_speeds))
+        self.wheel_readings.append(WheelReading(
+            stamp=stamp + self.clock.error(stamp), angles=self.odometer.wheel_angles,
+            speeds=self.odometer.wheel_speeds))
         self._send('odom', [sample])
 
     def _send(self, sensor: str, samples: Sequence[Sample]) -> None:

@@ -144,5 +144,5 @@ class Simulator:
         if self._board.read_up_to_reset(self._command_link.pop(stamp)):
             self._body.advance_to(stamp)
             self._board.begin_calibration(stamp, self.config.reset_pause, self._body.yaw)
-            self.sensors.resetting = True
+            self.sensors.reset_is_due = True
             self._body.use_bias(UNCALIBRATED_BIAS)
