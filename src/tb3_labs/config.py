@@ -1,8 +1,7 @@
 """Settings that describe and check themselves.
 
-A configuration is a frozen dataclass, and :func:`setting` makes its fields. Default, unit, bounds
-and meaning of a field are in one place. The dataclass refuses an invalid value with one sentence.
-The folder `ros` uses the fields to read, document and change ROS parameters.
+A configuration is a frozen dataclass, which refuses an invalid value with one sentence. The folder
+`ros` uses the fields to read, document and change ROS parameters.
 """
 import difflib
 from dataclasses import Field, dataclass, field, fields

@@ -7,7 +7,6 @@ skeletons repeat numbers of this module, which test_handout.py checks.
 
 TURN_DEG = 90.0           # the angle of a turn [deg]
 HDG_TOL = 10.0            # the largest error [deg] at the end of a turn
-#: The keys that turn left and right.
 LEFT_KEY, RIGHT_KEY = 'l', 'r'
 K_HDG = 0.1               # the command [rad/s] for each degree of error
 MIN_ANG_Z = 0.5           # the slowest turn [rad/s]

@@ -31,7 +31,7 @@ SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # number of steps between two messages of the ground truth
 #: After a pause of the computer of at most this time [s], the robot catches up with the clock.
 MAX_CATCH_UP = 0.5
-#: As MAX_CATCH_UP, if the robot publishes /clock. After a longer pause /clock would jump, and nodes
+#: MAX_CATCH_UP of a robot that publishes /clock. After a longer pause /clock would jump, and nodes
 #: would treat the sensors as silent.
 MAX_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]

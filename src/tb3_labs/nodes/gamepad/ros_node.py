@@ -60,8 +60,7 @@ class GamepadNode:
     def _diagnose(self):
         joy = self._core.pad.source
         problem = '' if joy.count else joy.silence_text()
-        values = values_of(joy, steady_time())
-        return problem, dict(values, holder=self._core.holder.value)
+        return problem, dict(values_of(joy, steady_time()), holder=self._core.holder.value)
 
 
 def _reset():
