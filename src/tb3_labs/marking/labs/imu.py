@@ -16,7 +16,7 @@ from tb3_labs.watch.chains import HEADING_EXERCISE
 
 #: A printed heading may differ by this angle [deg] from the IMU's heading.
 HEADING_TOLERANCE = 1.0
-#: A node may print this many headings after its goodbye. In the handout's code, a callback that
+#: A node may print this many headings after IMU_GOODBYE. In the handout's code, a callback that
 #: runs at the time of Ctrl+C prints one more heading.
 MAX_LATE_HEADINGS = 1
 
@@ -41,7 +41,7 @@ def _headings_at_rest(observation):
         if not before:
             why = why_unprinted(scenes[-1])
         raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {why}')
-    for scene in map(observation.scene, STANDING_HEADINGS):    # scene() sets the verdict's moment
+    for scene in map(observation.scene, STANDING_HEADINGS):    # scene() sets observation.moment
         yield scene.facts[HEADING_DEG], printed_headings(scene.printed)
 
 

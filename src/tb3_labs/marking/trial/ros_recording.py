@@ -83,8 +83,8 @@ class Recording:
 
     def add(self, topic, message, at=None):
         """Record a message at the time `at` [s], and return this time. By default `at` is the
-        current time, and each default time is later than the previous one. `message` is a ROS
-        message, or the tuple (type, bytes, checksum, class)."""
+        current time, and later than the previous default time. `message` is a ROS message, or the
+        tuple (type, bytes, checksum, class)."""
         with self._guard:
             if at is None:
                 at = self._last_time = max(ros_time(), self._last_time + 1e-6)
@@ -113,7 +113,7 @@ class Recording:
 
     def close(self):
         """Write the waiting messages, and close the bag. If the bag cannot be written, `problem` is
-        the error, and the bag is removed, since half a trial would cost the node points."""
+        the error. The bag is removed, since an incomplete bag would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -146,8 +146,8 @@ class Recorder:
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         record_connections()
         rospy.Subscriber(CMD_VEL_TOPIC, Twist, guarded(self._on_command), tcp_nodelay=True)
-        # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must use the same
-        # class, and ros_gamepad.py needs a Bool.
+        # rospy does not unpack an AnyMsg. The class of CTRL_RELINQ_TOPIC is Bool, because all
+        # subscribers of a topic in a process must use the same class as ros_gamepad.py.
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY_TOPIC, Joy, rospy.AnyMsg),
