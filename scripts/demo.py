@@ -51,8 +51,7 @@ RECORDER_TIMEOUT = 15.0
 GRANT_PERIOD = 1.0
 #: Time [s] from the end of a drive to the reading of the true pose.
 REST_TIME = 0.5
-#: The node tries to begin a drive at most this many times. move_to_goal may give up a drive before
-#: the robot moves.
+#: The node tries at most this many times to begin a drive.
 MAX_ATTEMPTS = 10
 #: A recording must have these topics from its start on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
@@ -122,7 +121,7 @@ class Demo:
         self._store('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._store(topic, PoseStamped, lambda message: to_pose2(message.pose))
-        self._subscribe('ctrl_relinq', Bool, self._on_control)
+        rospy.Subscriber('ctrl_relinq', Bool, guarded(self._on_control), tcp_nodelay=True)
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
     def _store(self, topic, message_type, read):
@@ -133,11 +132,7 @@ class Demo:
             received.append((rospy.get_time(), read(message)))
             if topic != 'goal_state':
                 del received[:-1]
-        self._subscribe(topic, message_type, store)
-
-    @staticmethod
-    def _subscribe(topic, message_type, callback):
-        rospy.Subscriber(topic, message_type, guarded(callback), tcp_nodelay=True)
+        rospy.Subscriber(topic, message_type, guarded(store), tcp_nodelay=True)
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
@@ -183,8 +178,7 @@ class Demo:
                 self._wait_for('a reset', try_reset)
             is_reset_needed = True
             self._give_control()
-            begun, state = self._await('goal_state', matches=lambda state: is_over(state) or (
-                state == GoalState.ROTATE_TO_GOAL.name))
+            begun, state = self._await('goal_state', matches=has_begun)
             if not is_over(state):
                 break
         ended, state = self._await('goal_state', matches=is_over)
@@ -223,6 +217,11 @@ class Demo:
         if not wait_until(condition, MESSAGE_TIMEOUT):
             raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
                 MESSAGE_TIMEOUT, what, [state for _, state in self._received['goal_state']]))
+
+
+def has_begun(state):
+    """Does the robot turn to the goal, or is the drive over?"""
+    return state == GoalState.ROTATE_TO_GOAL.name or is_over(state)
 
 
 def try_reset():

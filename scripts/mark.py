@@ -83,9 +83,8 @@ def main(argv):
 
 
 def mark_class(arguments, work):
-    """Mark a class as the `arguments` of the command line ask for. The folder `work` is for
-    temporary files. Returns the exit status. The environment of this process is replaced by the
-    environment of a separate ROS."""
+    """Mark a class. The folder `work` is for temporary files. Returns the exit status. The
+    environment of this process is replaced by the environment of a separate ROS."""
     environment = marking_environment(work / 'ros', os.environ)
     os.environ.clear()
     os.environ.update(environment)

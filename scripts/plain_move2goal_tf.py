@@ -1,9 +1,6 @@
 #!/usr/bin/env python3
-"""Drives to a goal in a local frame. A service resets this frame.
-
-The code is a student's solution. The handout does not have the lines with `# added`. The handout's
-node fails in practice, since the node rotates positions by the IMU's yaw.
-"""
+"""Drives to a goal in a local frame (a student's solution). The handout has no lines with
+`# added`. The handout's node fails in practice, because it rotates positions by the IMU's yaw."""
 from importlib.util import find_spec    # added
 import math
 import rospy

@@ -32,7 +32,6 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
-#: The criteria of several labs refer to these places in a sheet.
 IMU_EXTRAS = SheetStep(IMU_SHEET, 'Beyond the handout')
 BEYOND = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
 
@@ -224,14 +223,16 @@ ROUNDING = 0.005
 def why_not_steered(observation: Observation, name: str, linear: Bounds = STANDING,
                     angular: Bounds = STANDING, skip_zeros: bool = False) -> Reason:
     """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
-    [m/s] and `angular` [rad/s]. `skip_zeros` judges the last command that is not zero."""
+    [m/s] and `angular` [rad/s]. If `skip_zeros` is true, zero commands are left out."""
     scene = observation.scene(name)
     commands = scene.moving if skip_zeros else scene.commands
     if not any_moves(commands[-1:]):
         silent = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
         return f'with the {name} {silent} commanded: {why_idle(scene)}'
     linear_speed, angular_speed = commands[-1, 1:]
-    if linear[0] <= linear_speed <= linear[1] and angular[0] <= angular_speed <= angular[1]:
+    is_linear_right = linear[0] <= linear_speed <= linear[1]
+    is_angular_right = angular[0] <= angular_speed <= angular[1]
+    if is_linear_right and is_angular_right:
         return ''
     asked = []
     if linear not in (STANDING, ANY_SPEED):

@@ -82,7 +82,6 @@ def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
 
 
 def _why_not_published(observation: Observation, name: str, wanted: bool) -> Reason:
-    """Judges whether ctrl_relinq has the value `wanted` after the button `name` was pressed."""
     scene = observation.scene(name)
     published = scene.facts[RELINQUISHED]
     if published is wanted:

@@ -55,8 +55,7 @@ def _why_no_heading(observation: Observation) -> Reason:
 def _why_wrong_heading(observation: Observation) -> Reason:
     for heading, printed in _headings_at_rest(observation):
         for number in printed:
-            is_right = abs(wrap_all(number - heading, 360.0)) <= HEADING_TOLERANCE
-            if not is_right:
+            if abs(wrap_all(number - heading, 360.0)) > HEADING_TOLERANCE:
                 return f'printed {number:.1f} degrees while the IMU said {heading:.1f}'
     return ''
 
@@ -64,7 +63,7 @@ def _why_wrong_heading(observation: Observation) -> Reason:
 def _why_not_from_0_to_360(observation: Observation) -> Reason:
     for heading, printed in _headings_at_rest(observation):
         for number in printed:
-            if number < 0.0 or number >= 360.0:
+            if not 0.0 <= number < 360.0:
                 return f'printed {number:.1f} degrees while the robot stood at {heading:.0f}'
     return ''
 

@@ -40,7 +40,6 @@ COAST_DEG = 2.0             # [deg]
 #: The tolerances of the criterion `exact`, which is beyond the handout.
 EXACT_DISTANCE = 0.02       # [m]
 EXACT_DEG = 1.0             # [deg]
-#: Texts of several criteria on the robot's place and heading.
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
     f'{within(REACTION_TIME)}, over {within(DRIVE_TIME)}, never {FARTHEST:g} m away'
@@ -77,7 +76,8 @@ def _why_not_at_heading(observation: Observation, name: str,
 
 
 def _exceeded_limit(scene: Scene) -> str:
-    distance = np.hypot(*(scene.truth[-1] - scene.truth[0])[1:3])
+    _, dx, dy, _ = scene.truth[-1] - scene.truth[0]
+    distance = math.hypot(dx, dy)
     limit = f'more than {FARTHEST:g} m from its start' if distance > FARTHEST else 'the limit'
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 

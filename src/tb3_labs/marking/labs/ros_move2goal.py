@@ -126,8 +126,7 @@ class Control:
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """Record a drive as the stimulus `name`. The node gets control. The stimulus ends when the
-        robot has arrived, or is too far away.
+        """Give control as the stimulus `name`, which ends when the robot arrives or is too far.
 
         When the robot stood at its true pose `start`, it had the pose `local_T_base` in the local
         frame. By default `start` is the robot's pose at the call.
@@ -191,8 +190,8 @@ def try_reset(trial):
 
 def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
                   straight=True):
-    """Record a reset to `pose` as the stimulus `name`, which lasts `seconds` [s] longer than the
-    call of the service. Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
+    """Call the reset service with `pose`, wait for `seconds` [s], and record both as the stimulus
+    `name`. Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
     facts = {WAS_MOVING: trial.recorder.moves(ros_time() - INTERRUPTION_TIME),
              stimuli.DROVE_STRAIGHT: straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:

@@ -6,8 +6,7 @@ from contextlib import suppress
 import rospy
 from geometry_msgs.msg import Quaternion
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool as BoolMessage
-from std_msgs.msg import Header
+from std_msgs.msg import Bool, Header
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_INFO_TOPIC
@@ -88,7 +87,7 @@ class HeldMouse(Repeater):
         message = self._kind()
         for name, value in zip(self._names, (active, x, self.y_sign * y)):
             message.put(name, value)
-        self._last_sent = BoolMessage(active), x, y
+        self._last_sent = Bool(active), x, y
         self.hold(message)
         time.sleep(seconds)
 
@@ -104,7 +103,7 @@ class HeldMouse(Repeater):
 
 #: The names of the fields in the mouse lab.
 STATUS, X, Y = 'status', 'xPos', 'yPos'
-#: The types of a field for true or false, and the types of a field for a number.
+#: A flag has one of the types FLAGS, and a number has one of the types NUMBERS.
 FLAGS = ('bool', 'std_msgs/Bool')
 NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
@@ -115,8 +114,8 @@ def mouse_fields(fields):
     of (name, type, ...).
 
     The fields for x and y are the first numbers whose names begin with x and y. If no name begins
-    with x, or with y, the fields for x and y are the first two numbers. Raises ``ValueError`` with
-    a clause if the message has no flag, or fewer than two numbers.
+    with x, or no name begins with y, the fields for x and y are the first two numbers. Raises
+    ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
     """
     flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
     numbers = [name for name, type_name, *_ in fields if type_name in NUMBERS]

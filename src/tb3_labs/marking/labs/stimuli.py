@@ -141,7 +141,6 @@ FARTHEST = 3.0
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
-#: The stimuli of the sticks.
 LEFT_STICK_UP, LEFT_STICK_DOWN = 'left stick up', 'left stick down'
 BOTH_STICKS = 'left stick half up, right stick half right'
 RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = 'right stick left', 'right stick right'
@@ -155,7 +154,6 @@ STICK_POSITIONS = {
 HAND_OVER, UP_HANDED_OVER = 'A', 'left stick up after A'
 TAKE_BACK, UP_TAKEN_BACK = 'B', 'left stick up after B'
 RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
-#: The stimulus in which the pad falls silent.
 PAD_SILENT = 'pad silent'
 #: Keys of the facts about the buttons A and B.
 RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None without a message

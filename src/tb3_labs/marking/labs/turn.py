@@ -43,7 +43,6 @@ EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
 #: A mouse at 0.6 of the way to the edge asks for a speed within these bounds [m/s or rad/s]. The
 #: bounds are wide, because the mouse lab does not say how the speed grows outside the dead zone.
 HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
-#: Texts of the limits for the mouse and for the turns.
 MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
     '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_TIME), *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED,
                                     *MOUSE_PLACES[HALF_WAY])
@@ -88,7 +87,6 @@ def _degrees(observed_deg):
 
 
 def _why_turns_failed(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
-    """Returns the Reason for the first wrong turn in `names`; '' if all turns are right."""
     reasons = (why_not_turned(observation, name, *tolerance) for name in names)
     return next(filter(None, reasons), '')
 
@@ -177,9 +175,9 @@ def _why_not_driven_in_turn(observation: Observation) -> Reason:
 def expected_sign_at_top(observation: Observation) -> float:
     """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0.
 
-    The marker sends y as the submission's mouse client sends y, so the right sign is 1.0. If the
-    marker does not know this mouse client, the node's first speed at the upper edge has the right
-    sign.
+    The marker sends y with the sign of the submission's mouse client, so the right sign is 1.0. If
+    the marker does not know this mouse client, the right sign is the sign of the node's first speed
+    at the upper edge.
     """
     if observation.mouse_y_sign:
         return 1.0
@@ -192,8 +190,8 @@ def expected_sign_at_top(observation: Observation) -> float:
 
 
 def any_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
-    """Does a command drive as fast as a mouse at the upper edge asks? The speed may have each of
-    the `signs`. A command is (time, linear, angular)."""
+    """Does a command drive as fast as a mouse at the upper edge requires? The speed must have one
+    of the `signs`. A command is (time, linear, angular)."""
     return any(sign * command[LINEAR] > EDGE_SPEED[0] for command in commands for sign in signs)
 
 

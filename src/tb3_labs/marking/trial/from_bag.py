@@ -20,7 +20,7 @@ SAME_RESET_TIME = 1.0
 MAX_OUTPUT_LENGTH = 20000
 #: A code that sets the colour of a program's text on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
-#: {kind of event: name of the Observation's list of such sentences}
+#: {kind of event: an attribute of Observation}
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
 #: {key of a fact: field of NodeProcess} if the two names differ. The keys cannot change, because
 #: old bags have the same keys.

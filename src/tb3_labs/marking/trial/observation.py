@@ -188,8 +188,8 @@ class Observation:
         return (self.scene(name, may_die) for name in tried)
 
     def set_moment_of_fastest(self, commands: np.ndarray, column: int) -> None:
-        """Sets `moment` to the start of the stimulus in which a column of `commands` has its
-        greatest speed."""
+        """Sets `moment` to the start of the stimulus with the greatest speed in a column of
+        `commands`."""
         at = commands[np.abs(commands[:, column]).argmax(), 0]
         self.moment = max(stimulus.begin for stimulus in self.stimuli if stimulus.begin <= at)
 

@@ -96,8 +96,8 @@ class NodeOutput:
         self.last = ''
 
     def add(self, text):
-        """Record a part of the output. If this part comes too soon, the next part or `flush`
-        records both parts."""
+        """Record a part of the output. A part that comes too soon is recorded later, by `flush` or
+        with the next part."""
         with self._guard:
             self.last = (self.last + text)[-MAX_CHARACTERS_PER_SECOND:]
             self._text += text
@@ -135,8 +135,7 @@ class NodeOutput:
 
 
 class ResourceWatch:
-    """Kills a process group that exceeds a limit. Set the event `over` to end the thread of a
-    ResourceWatch."""
+    """Kills a process group that exceeds a limit, until the event `over` is set."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], check_parent_pid: int) -> None:
         """`pid` is the number of the group's first process, which starts the sandbox. `own_folders`

@@ -217,8 +217,7 @@ class Graph:
 
     def unconnected(self, needed):
         """Returns the topics in `needed` to which the student's node subscribes without a
-        connection to the robot. If the node and the robot use different types, they do not
-        connect."""
+        connection to the robot. Different types prevent a connection."""
         connections = []
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))

@@ -47,7 +47,7 @@ class Trial:
         self.pad = pad
         self.part = ''
         self.node = StudentNode(node, LAB_NODES[lab].sensors, self.recording)
-        self._name = node
+        self._package, self._executable = package, executable
         self._print_line = print_line
         self._slip = 0.0
 
@@ -63,7 +63,7 @@ class Trial:
         self.recording.event('end', facts=stimulus.facts, died=not self.node.alive)
 
     def observe(self, name, seconds, act=lambda: None, facts=None):
-        """Record the stimulus `name`, in which `act()` is called, and `seconds` [s] pass."""
+        """Call `act()`, wait for `seconds` [s], and record both as the stimulus `name`."""
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)
@@ -76,19 +76,18 @@ class Trial:
         if copy:
             return read_findings([copy])
         known = rospkg.RosPack()
-        names = {self._name.split('/')[0], *packages} - {OWN_PACKAGE}
+        names = {self._package, *packages} - {OWN_PACKAGE}
         return read_findings([known.get_path(name) for name in names.intersection(known.list())])
 
     def record_assigned(self):
         """Record the lines of the node's file that assign each variable. Record nothing if the
         package has several files with the name of the node's file."""
-        package, name = self._name.split('/')
         program = NodeStart.from_environment().program
         if program:
             files = {program}
         else:
-            folder = Path(rospkg.RosPack().get_path(package))
-            patterns = ['*/' * depth + name for depth in range(MAX_PACKAGE_DEPTH + 1)]
+            folder = Path(rospkg.RosPack().get_path(self._package))
+            patterns = ['*/' * depth + self._executable for depth in range(MAX_PACKAGE_DEPTH + 1)]
             files = {str(path.resolve()) for pattern in patterns for path in folder.glob(pattern)}
         assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
         self.recording.event('program', assigned=assigned)
