@@ -178,7 +178,7 @@ class Demo:
                 self._wait_for('a reset', try_reset)
             is_reset_needed = True
             self._give_control()
-            begun, state = self._await('goal_state', matches=has_begun)
+            begun, state = self._await('goal_state', matches=has_begun_or_ended)
             if not is_over(state):
                 break
         ended, state = self._await('goal_state', matches=is_over)
@@ -219,7 +219,7 @@ class Demo:
                 MESSAGE_TIMEOUT, what, [state for _, state in self._received['goal_state']]))
 
 
-def has_begun(state):
+def has_begun_or_ended(state):
     """Does the robot turn to the goal, or is the drive over?"""
     return state == GoalState.ROTATE_TO_GOAL.name or is_over(state)
 

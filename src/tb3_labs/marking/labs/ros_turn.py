@@ -24,7 +24,7 @@ from tb3_labs.ros.conversions import to_quaternion
 MARKERS_IMU = 'probe/imu'
 #: The marker repeats each unusual sample for this time [s].
 ODD_SAMPLE_TIME = 0.6
-#: Samples of the IMU have these yaws [rad], which are slightly less than zero.
+#: The marker sends samples with these yaws [rad], which are slightly less than zero.
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
 #: A turn is over if the robot rests, and if the node has commanded no movement for this time [s].
 TURN_REST_TIME = 0.4
