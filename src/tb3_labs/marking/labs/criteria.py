@@ -1,6 +1,6 @@
 """Defines criteria and verdicts, and has the criteria that several labs share.
 
-Students read the `meaning` of a criterion, its place in a lab sheet, and the Reason that its
+Students read the `meaning` of a criterion, the `place` in a lab sheet, and the Reason that the
 function `judge` returns. No text that students read contains the solution.
 """
 from dataclasses import dataclass

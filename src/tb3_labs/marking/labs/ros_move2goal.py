@@ -76,7 +76,7 @@ class ResetCaller:
         self.name = (usual + likely + [''])[0]
         #: The name of the reset service if the name is wrong; '' if the name is SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
-        self._kind = graph.service(self.name) if self.name else None
+        self._kind = graph.service_class(self.name) if self.name else None
         #: Does a request of the service have fields for a pose?
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
 

@@ -74,7 +74,8 @@ class HeldMouse(Repeater):
         self.y_sign = 1
         self._recording = recording
         self._last_sent = None
-        self._kind = graph.kind_of(MOUSE_INFO_TOPIC) or graph.types.message(MouseController._type)
+        self._kind = (graph.message_class(MOUSE_INFO_TOPIC)
+                      or graph.types.message(MouseController._type))
         #: The package of the message type.
         self.package = self._kind._type.split('/')[0]
         #: `remarks` are sentences on fields whose names differ from the mouse lab's names.

@@ -86,8 +86,9 @@ def _degrees(observed_deg):
     return f'{number} degrees to the {side}'
 
 
-def _why_turns_failed(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
-    reasons = (why_not_turned(observation, name, *tolerance) for name in names)
+def _why_turns_failed(observation: Observation, names: Iterable[str],
+                      tolerance: float = HDG_TOL + COAST_DEG) -> Reason:
+    reasons = (why_not_turned(observation, name, tolerance) for name in names)
     return next(filter(None, reasons), '')
 
 

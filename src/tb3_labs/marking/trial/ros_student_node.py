@@ -229,12 +229,12 @@ class Graph:
         return [topic.strip('/') for topic in needed
                 if topic in subscribed and topic not in connected]
 
-    def kind_of(self, topic):
-        """Returns the message class of a topic; None for an unknown class."""
+    def message_class(self, topic):
+        """Returns the class of a topic's messages; None for an unknown class."""
         kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
         return self.types.message(kind) if kind else None
 
-    def service(self, name):
+    def service_class(self, name):
         """Returns the class of an offered service; None for an unknown class."""
         try:
             kind = rosservice.get_service_type(name)
