@@ -20,7 +20,7 @@ from tb3_labs.marking.intake import submissions, workspace
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission, read, read_in_this_process
 from tb3_labs.marking.intake.find_node import WHAT_IS_READ, find_node
-from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
+from tb3_labs.marking.intake.packages import is_aside, modules_of, node_package
 from tb3_labs.marking.student_nodes import LAB_NODES
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
@@ -434,7 +434,7 @@ def test_the_package_of_a_node_has_the_package_xml_above_it(tmp_path):
     folder = hand_in(tmp_path / 'src', {'lab7/package.xml': manifest('lab7')})
     for node, package in (('lab7/deep/src/n.py', 'lab7'), ('lab2/scripts/n.py', 'lab2'), ('scripts/n.py', '.'),
                           ('lab2/n.py', 'lab2')):
-        assert source_of(folder / node, folder) == folder / package
+        assert node_package(folder / node, folder) == folder / package
 
 
 # -- messages

@@ -88,7 +88,7 @@ def listen(namespace, address):
 
 
 def read_samples(received):
-    """Returns [(time of arrival [s], sample)] of the valid messages. A command has no sample."""
+    """Returns [(time of arrival [s], sample)] of the valid messages. A command's sample is None."""
     samples = []
     for topic, arrived_at, _, message in received:
         _, read = SAMPLE_READERS[topic]

@@ -34,7 +34,7 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
     return None
 
 
-def source_of(node: Path, folder: Path) -> Path:
+def node_package(node: Path, folder: Path) -> Path:
     """Returns the folder of a node's package. Without a package.xml the folder is guessed."""
     package = package_folder(node, folder)
     if package is not None:
