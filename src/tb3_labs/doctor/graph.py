@@ -181,7 +181,8 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 def _mistakes(text, graph, names, users, partners):
     """Returns a sentence for each wrong topic in `users`. `text` has four gaps for the names
     of the node, the wrong topic, the right topic and the partner. `users` and `partners` are
-    {topic: nodes}, and have the subscribers and the publishers, or the opposite."""
+    {topic: nodes}. The users subscribe and the partners publish, or the users publish and the
+    partners subscribe."""
     texts = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:

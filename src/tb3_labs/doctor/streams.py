@@ -45,7 +45,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
     if not arrivals:
         return fault(name, f'nothing came on {topic} for {LISTENING_TIME:.1f} s',
                      "restart the robot's bringup; switch the robot's board off and on")
-    gap = max(later - earlier for earlier, later in zip(arrivals, [*arrivals[1:], ended]))
+    ends = [*arrivals[1:], ended]
+    gap = max(end - begin for begin, end in zip(arrivals, ends))
     rate = len(arrivals) / max(ended - arrivals[0], 0.1)
     if gap > SENSOR_TIMEOUT:
         text = f'{rate:.0f}/s, but silent for {gap:.1f} s'

@@ -105,12 +105,12 @@ def recording_for_timeline(observation: Observation) -> RunData:
 
 def _verdicts(verdicts, has_timeline):
     rows = []
-    for v in verdicts:
-        sentence = v.sentence
-        if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
-            sentence = Markup(f'{escape(sentence)} <a href="#t={v.moment:.1f}">Watch it</a>')
-        points = f'{v.points:g} / {v.worth:g}' if v.worth else ''
-        rows.append([v.criterion.meaning, symbol(v), points, sentence])
+    for verdict in verdicts:
+        sentence = verdict.sentence
+        if has_timeline and verdict.moment is not None and verdict.outcome is Outcome.MISSED:
+            sentence = Markup(f'{escape(sentence)} <a href="#t={verdict.moment:.1f}">Watch it</a>')
+        points = f'{verdict.points:g} / {verdict.worth:g}' if verdict.worth else ''
+        rows.append([verdict.criterion.meaning, symbol(verdict), points, sentence])
     heads = ['what is asked', '', 'points', SEEN_HEADING]
     return table(heads, rows, texts=(SEEN_HEADING,), is_plain=True)
 

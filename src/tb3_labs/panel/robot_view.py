@@ -38,8 +38,7 @@ from tb3_labs.watch.printed_pose import declared_pose
 #: If the odometry's position [m] or yaw [rad] jumps by more than this, the odometry was reset.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
-#: The true pose is extrapolated to the odometry's stamp if the stamps differ by less than this
-#: time [s].
+#: The true pose is extrapolated to the odometry's stamp over less than this time [s].
 MAX_TIME_APART = 0.3
 #: A robot stands still if its speed [m/s] and its rate of turn [rad/s] are below this number.
 STANDSTILL_SPEED = 0.02

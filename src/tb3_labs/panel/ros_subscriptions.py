@@ -20,7 +20,7 @@ from tb3_labs.ros.topics import subscribe, subscribe_events
 
 #: Time [s] between two readings of `odom`. Each reading moves the drawn robot.
 ODOMETRY_PERIOD = 0.045
-#: Time [s] between two readings of another fast topic.
+#: Time [s] between two readings of a fast topic other than `odom`.
 NUMBERS_PERIOD = 0.2
 _read_data = attrgetter('data')
 

@@ -16,7 +16,7 @@ from typing import List, NamedTuple, Tuple
 from tb3_labs.marking.intake.archives import UNPACKED, NotJudged, files_in, shortened
 from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
 from tb3_labs.marking.intake.packages import (
-    FOLDERS, is_aside, package_folder, package_name, node_package)
+    NODE_FOLDERS, is_old_or_copy, node_package, package_folder, package_name)
 from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
@@ -41,12 +41,12 @@ class Choice(NamedTuple):
 class _Candidate(NamedTuple):
     """A file that may be the node. Candidates are compared as tuples. The smallest is chosen."""
 
-    aside: bool             # is the file in a folder of old or copied files?
+    is_old: bool            # is the file in a folder of old or copied files?
     package_rank: int       # see _package_rank
     missing_signs: int      # how many signs of the node are missing; see _signs
     name_rank: int          # index of the file's name in the usual names; see _rank
     is_outside_zip: bool    # was the file handed in outside of a zip file, maybe without modules?
-    folder_rank: int        # index of the file's folder in FOLDERS; see _rank
+    folder_rank: int        # index of the file's folder in NODE_FOLDERS; see _rank
     depth: int
     path: str
     found_signs: Tuple[bool, ...]       # see _signs
@@ -115,14 +115,13 @@ def _starting_program(module, programs, folder):
     package = node_package(path, folder)
     for program in programs:
         script = folder / program.path
-        is_in_package = package in script.parents and program.aside <= module.aside
+        is_in_package = package in script.parents and (module.is_old or not program.is_old)
         if is_in_package and read_program(script).acts and path in programs_of(script, package):
             return program
     return None
 
 
 def _remarks_and_findings(candidates, names):
-    """Returns (remarks, findings) on the choice of the first candidate."""
     best, *others = candidates
     if not others:
         if best.name_rank < len(names):
@@ -144,7 +143,7 @@ def _is_doubtful(best, other, names):
         return False
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
     only_other_has_usual_name = best.name_rank == len(names) and other.name_rank < len(names)
-    in_same_place = (other.aside, other.package_rank) == (best.aside, best.package_rank)
+    in_same_place = (other.is_old, other.package_rank) == (best.is_old, best.package_rank)
     has_better_name = only_other_has_usual_name and in_same_place
     has_better_package = other.has_usual_package and not best.has_usual_package
     is_elsewhere = other.is_outside_zip != best.is_outside_zip
@@ -172,12 +171,12 @@ def _candidate(lab, path, text, package, usual_packages, usual_files):
     own_names, outer_names = package.names + folders[package.depth:], folders[:package.depth]
     found_signs = _signs(lab, text)
     return _Candidate(
-        aside=is_aside(path),
+        is_old=is_old_or_copy(path),
         package_rank=min(_package_rank(usual, own_names, outer_names) for usual in usual_packages),
         missing_signs=found_signs.count(False),
         name_rank=_rank(name, [usual.lower() for usual in usual_files]),
         is_outside_zip=UNPACKED + '/' not in path,
-        folder_rank=_rank(''.join(folders[-1:]), FOLDERS),
+        folder_rank=_rank(''.join(folders[-1:]), NODE_FOLDERS),
         depth=len(folders), path=path, found_signs=found_signs, text=text)
 
 

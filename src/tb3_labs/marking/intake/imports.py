@@ -14,10 +14,10 @@ import rospkg
 
 from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
-    INTERFACES, MAX_MANIFEST_BYTES, definitions_in, distance, interface_files, is_aside)
+    INTERFACES, MAX_MANIFEST_BYTES, definitions_in, distance, interface_files, is_old_or_copy)
 from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_name, nodes_of
 
-#: A program acts if one of these statements has a call. Other programs only define names.
+#: A program acts, and does not only define names, if one of these statements has a call.
 ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
@@ -185,7 +185,7 @@ def _definitions(node, folder):
     course = interface_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
     own = [path for path in definitions_in(folder)
            if is_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
-           and not is_aside(str(path.relative_to(folder)))]
+           and not is_old_or_copy(str(path.relative_to(folder)))]
     own.sort(key=lambda path: distance(path, node, folder), reverse=True)
     return course + own
 

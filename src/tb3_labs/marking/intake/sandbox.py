@@ -30,8 +30,8 @@ INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
 #: The folder of rospy's log files in a sandbox.
 LOGS = HOME + '/.ros/log'
-#: If root runs mark.py, programs run as users with these numbers. The users own nothing, and
-#: systemd uses the same numbers for this purpose.
+#: If root runs mark.py, programs run as users with these numbers. systemd gives these numbers to
+#: temporary users, which own nothing.
 UNUSED_USER_IDS = range(61184, 65519)
 #: The first version of Linux that counts the processes of each user namespace separately.
 LINUX_WITH_COUNT = 5, 14
@@ -96,7 +96,7 @@ class Protection:
         return dict(base)
 
     def hand_over(self, folder: Path) -> None:
-        """Make the program's user the owner of `folder`, which must have only copies of files."""
+        """Make the user that runs the program own `folder`, which must have only copies."""
 
 
 class OtherUser(Protection):
@@ -202,8 +202,8 @@ def _counts_processes():
 def _mount_options(readable):
     """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders.
 
-    A mount is one option as a tuple of words, such as ('--proc', '/proc'). The last word is the
-    path in the sandbox.
+    A mount is one option as a tuple of words, such as ('--proc', '/proc'). A mount's last word is
+    the path in the sandbox.
     """
     hidden, shared = _own_package()
     mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden] + shared

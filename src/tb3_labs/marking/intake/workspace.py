@@ -22,14 +22,14 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.packages import INTERFACES, MESSAGES, interface_files, modules_of
+from tb3_labs.marking.intake.packages import INTERFACES, MESSAGES, interface_files, module_folders
 from tb3_labs.marking.intake.sandbox import PYTHONPATH, Protection
 from tb3_labs.marking.intake.submissions import ParsedSubmission
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
 from tb3_labs.marking.student_nodes import NAME, NODE_PREFIX, OWN_PACKAGE, NodeStart, is_name
 from tb3_labs.watch import PROBE, watched
 
-#: Matches a first line such as #!/usr/bin/env python3. The group is the name of Python's program.
+#: Matches a first line such as #!/usr/bin/env python3. The group is the interpreter's name.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
 #: The text of an empty module. Each name that a program imports from an empty module is None.
 EMPTY_MODULE = '''def __getattr__(name):
@@ -135,7 +135,7 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     if the code of `node` names the package.
     """
     own_modules = {own.name: own for name, package in packages.items()
-                   for own in modules_of(package, name)}
+                   for own in module_folders(package, name)}
     # Python first looks for a module in the node's folder
     own_modules.update({name: node.parent / name for name in packages
                         if (node.parent / name / '__init__.py').is_file()})
