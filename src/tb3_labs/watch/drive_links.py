@@ -63,7 +63,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the constant variables of the goal have the requested values."""
     goals = node_run.run.goals
     if not len(goals) or not len(node_run.run.starts):
-        return      # without a trial, another node may have sent the goals
+        return      # outside a trial, the goals may be for another node
     for name, requested in zip(HANDOUT_GOAL, (goals.x[0], goals.y[0], goals.yaw[0])):
         series = node_run.variable(name)
         if series is None or not is_constant(series):
@@ -94,9 +94,9 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
 
 
 def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
-    """Returns (formula, gain). The commands of a rotation are the gain times the heading error by
-    the formula. A formula with the handout's gain is preferred. If no formula fits, `formula` is
-    ''."""
+    """Returns (formula, gain). In a rotation, a command is the gain times the heading error. The
+    formula computes the heading error. A formula with the handout's gain is preferred. If no
+    formula fits, `formula` is ''."""
     requested = GAINS[part.state]
     angular = part.commands.angular
     another = '', requested
@@ -143,7 +143,7 @@ def unknown_state(part: StateInterval) -> Iterator[BrokenLink]:
 
 
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Checks that commands come in a state, and that they are correct."""
+    """Checks that the node sends commands in a state, and that the commands are correct."""
     if not len(part.commands):
         # after a reset, a node may wait for the IMU and the odometry
         first = max(min(samples.between(part.begin, part.end).arrival, default=np.inf)

@@ -16,16 +16,16 @@ from tb3_labs.watch.variables import shortened_value, to_number
 #: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. If the robot is
 #: already turning, it turns some degrees before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
-#: The side to which a node must turn is clear if the error is farther than this [deg] from 0 and
-#: 180.
+#: The side of a turn is judged only if the error differs by more than this angle [deg] from 0 and
+#: from 180.
 CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
 #: A node sends the first command of a turn within this time [s] after the letter.
 FIRST_COMMAND_TIME = 0.4
-#: When the error is half the handout's tolerance, a node ends its turn within this time [s].
+#: When the error is below half the handout's tolerance, the turn must end within this time [s].
 MAX_STOP_TIME = 0.5
-#: A node with a finer tolerance than the handout's ends its turn within this time [s].
+#: A node may use a finer tolerance. The turn must then end within this time [s].
 FINE_STOP_TIME = 2.5
 
 
@@ -148,7 +148,7 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that each turn ends within the tolerance, in time, and by a zero command. Then checks
+    """Checks that each turn ends within the tolerance, in time, and by a zero command. Also checks
     that the variable `turning` becomes False."""
     for turn in node_run.cached(letter_turns):
         if len(turn.moving_indices):
@@ -192,7 +192,7 @@ def late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
 
 
 def own_tolerance_text(node_run: NodeRun) -> str:
-    """Returns a clause on the node's HDG_TOL; '' if its value is the handout's."""
+    """Returns a clause on the node's HDG_TOL; '' if HDG_TOL has the value of the handout."""
     series = node_run.variable('hdg_tol')
     if series is None or series.value[-1] == HDG_TOL:
         return ''

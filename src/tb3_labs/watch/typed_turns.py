@@ -69,7 +69,7 @@ class NodeTurn:
 
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. If the difference is more than half a
-        turn, the clause contains the difference and the wrapped error."""
+        turn, the clause contains both the difference and the wrapped error."""
         clause = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
             clause = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
@@ -118,16 +118,17 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     """Returns the times at which `turning` became True. Returns no times if goal_yaw changes in a
-    turn. Letters may wait in a queue in this case, and cannot be assigned to commands."""
+    turn, since the node may then keep letters in a queue."""
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)
     goal_changes = np.empty(0) if goal is None else goal.changes
     for time in goal_changes:
-        if turning.at(time - 2.0 * READING_PERIOD) == turning.at(time) == 1.0:
+        was_turning = turning.at(time - 2.0 * READING_PERIOD)
+        if was_turning and turning.at(time):
             return np.empty(0)
     becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
-    # the node may have read the letter up to two periods of the probe earlier
+    # the probe may show the change up to two periods after the node read the letter
     return becomes_true - 2.0 * READING_PERIOD
 
 

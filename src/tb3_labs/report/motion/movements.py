@@ -83,8 +83,7 @@ def movements(run: RunData) -> List[Movement]:
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
-    """Returns the Movement of the commands with the indices `moves`. `ends` are the times
-    [s] at which the run's commands end."""
+    """`moves` are indices of commands. `ends` are the times [s] at which the commands end."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
@@ -105,12 +104,12 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
         is_by_node = not has_mouse or fastest > MOUSE_FULL + NO_SPEED
     if not is_by_node:
         kind = MovementKind.BY_HAND
-    return Movement(kind, begin, forward, turns_again, end)
+    return Movement(kind, begin=begin, forward=forward, turns_again=turns_again, end=end)
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? Before the first message on ctrl_relinq, the answer
-    is the opposite of this message."""
+    """Did a node have control at this time [s]? The first message on ctrl_relinq is assumed to
+    change the control."""
     if not len(run.control):
         return False
     before = run.control.value[run.control.time <= time]
@@ -137,10 +136,10 @@ def _with_local(run: RunData) -> RunData:
     declared = declared.take(np.argsort(declared.time, kind='stable'))
     frames = odometry.at(declared.time) @ declared.inverse()
     imu_yaws = run.imu.yaw_at(declared.time) - declared.yaw
-    number = last_until(declared.time, odometry.time).clip(0)
-    odom_T_local = replace(frames.take(number), arrival=odometry.arrival, time=odometry.time)
+    frame_index = last_until(declared.time, odometry.time).clip(0)
+    odom_T_local = replace(frames.take(frame_index), arrival=odometry.arrival, time=odometry.time)
     local = odom_T_local.inverse() @ odometry
-    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws[number])
+    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws[frame_index])
     return replace(run, local_pose=replace(local, yaw=heading), frames=odom_T_local,
                    derived=run.derived + ('local_pose', 'frames'))
 

@@ -35,7 +35,7 @@ WIDTH = 7.2
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: Successive curves have these (colour, line style).
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-# Agg in Noetic cannot draw more points than this in one part
+# the renderer Agg in Noetic fails on a longer line, so matplotlib draws the line in parts
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn also shows these times [s] before and after the turn.
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
@@ -96,7 +96,7 @@ def turns_figure(run: RunData) -> Figure:
 def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     """Returns a figure with two panels: the path in odom, and the path in local. Both panels show
     the axes of both frames, and the goals of the drives. The axes of a panel's own frame are black.
-    The path after a reset has the same colour as the axes of the other frame after this reset."""
+    The path after a reset and the axes of the other frame have one colour."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = frame_intervals(run), run.local_pose
@@ -139,7 +139,6 @@ def draw_path(panel: Axes, poses: Poses, **style: Any) -> None:
 
 def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
              goal: Pose2) -> Pose2:
-    """Returns the pose that the goal of a drive has in odom at the end of the drive."""
     last = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 

@@ -135,7 +135,7 @@ def samples_csv(run: RunData) -> str:
     """Returns a CSV file with a row for each odometry message."""
     at = run.odometry.time
     commands = run.commands.in_force()
-    newest = last_until(commands.time, at)        # -1 before the first command
+    newest = last_until(commands.time, at)        # -1, and so NaN, before the first command
     columns = {
         'time_s': at, 'odom_x_m': run.odometry.x, 'odom_y_m': run.odometry.y,
         'odom_yaw_deg': np.degrees(run.odometry.yaw),
@@ -151,7 +151,6 @@ def samples_csv(run: RunData) -> str:
 
 
 def _rows(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
-    """Returns a row of texts for each report. The first text is the number of the report."""
     return [[str(count), *(column.text(report) for column in columns)]
             for count, report in enumerate(reports, 1)]
 

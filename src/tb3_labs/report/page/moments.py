@@ -15,7 +15,7 @@ from tb3_labs.report.motion.movements import movements
 from tb3_labs.report.motion.resets_and_goals import frame_intervals, recorded_states
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
-from tb3_labs.report.page.timeline import TimelineEvent, first_of_runs, timeline_event
+from tb3_labs.report.page.timeline import TimelineEvent, changed_rows, timeline_event
 from tb3_labs.watch.broken_link import sentence
 from tb3_labs.watch.chains import broken_links_of_nodes
 
@@ -43,7 +43,7 @@ def moments(run: RunData, turned: Sequence[TurnReport],
                for k, interval in enumerate(frame_intervals(run)[1:], 1)]
     events += [timeline_event('stop', interval.begin, interval.state)
                for interval in recorded_states(run) if ':' in interval.state]
-    for k in np.flatnonzero(first_of_runs(run.control.value[:, np.newaxis])):
+    for k in np.flatnonzero(changed_rows(run.control.value[:, np.newaxis])):
         kind, words = 'stop', 'control taken from the node'
         if run.control.value[k]:
             kind, words = 'start', 'control given to the node'
