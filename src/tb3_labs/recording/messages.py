@@ -192,6 +192,6 @@ def stamped_samples(part, message, prefix, start, received):
 def resets_in(log: LogLines) -> Poses:
     """Returns the pose that each reset in a log declares."""
     declared = [(arrival, time, declared_pose(text))
-                for arrival, time, text in zip(log.arrival, log.time, log.texts)]
+                for arrival, time, text in zip(log.arrival, log.time, log.text)]
     return Poses.from_rows([(arrival, time, pose.x, pose.y, pose.yaw)
                             for arrival, time, pose in declared if pose is not None])

@@ -200,9 +200,9 @@ class States(Samples):
 class LogLines(Samples):
     """Lines on /rosout, each with a level, the name of a node, and a text."""
 
-    levels: np.ndarray
-    nodes: np.ndarray
-    texts: np.ndarray
+    level: np.ndarray
+    node: np.ndarray
+    text: np.ndarray
 
 
 @dataclass(frozen=True)

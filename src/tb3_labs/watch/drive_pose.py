@@ -75,8 +75,8 @@ def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quan
 
 
 def pose_quantities(node_run: NodeRun, frame: Frame, name: str) -> List[Quantity]:
-    """Returns the quantities that the variable `name` may follow in a frame, first two correct
-    quantities. `comparable` converts the values. Returns [] without samples of a sensor."""
+    """Returns the quantities that the variable `name` may follow in a frame. The first two are
+    correct. `comparable` converts the values. Returns [] without samples of a sensor."""
     window = frame.begin - MAX_PROBE_LAG, frame.end
     imu, odometry = (samples.take(slice(*np.searchsorted(samples.arrival, window)))
                      for samples in (node_run.run.imu, node_run.run.odometry))

@@ -115,9 +115,9 @@ def unit_of(series: Series) -> float:
 
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = MAX_PROBE_LAG) -> Series:
-    """Returns the readings in `part` at which the node has control, and already had control this
-    number of `seconds` before. The variable has_control, or else ctrl_relinq, shows who has
-    control. Without has_control and ctrl_relinq, all readings are returned."""
+    """Returns the readings in `part` at which the node has control and also had control `seconds`
+    earlier. The variable has_control, or else ctrl_relinq, shows who has control. Without
+    has_control and ctrl_relinq, all readings are returned."""
     control, own = node_run.run.control, node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
     if own is not None:

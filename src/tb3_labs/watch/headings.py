@@ -72,7 +72,7 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
 
 
 def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
-    """Is a quantity within a degree of the correct heading? Its range and unit may be wrong."""
+    """Is this the correct heading, in any range and unit? An error below 1 degree is ignored."""
     unit = quantity.per_degree
     if not unit:
         return False
@@ -82,7 +82,7 @@ def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
 
 def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
     """Returns the quantity that a variable follows, or None. The first of the `quantities` is the
-    correct heading. If a node cannot turn by the returned quantity, its `per_degree` is 0."""
+    correct heading. If a node cannot turn by the returned quantity, `per_degree` is 0."""
     correct = quantities[0]
     matching = matching_quantities(series, quantities)
     candidates = matching or matching_quantities(

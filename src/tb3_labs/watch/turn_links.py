@@ -25,7 +25,7 @@ MAX_EXCESS_DEG = 4.0
 FIRST_COMMAND_TIME = 0.4
 #: When the error is below half the handout's tolerance, the turn must end within this time [s].
 MAX_STOP_TIME = 0.5
-#: A node may use a finer tolerance. The turn must then end within this time [s].
+#: A turn with a finer tolerance must end within this time [s].
 FINE_STOP_TIME = 2.5
 
 

@@ -157,9 +157,8 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
         goal_yaw = begin_yaw + TURNS_DEG.get(letter, np.nan) * heading.per_degree
         goals = np.full(len(times), goal_yaw)
     else:
-        last_moment = np.nextafter(end, 0.0)
-        goals = np.array([goal.at(min(max(time, read_at) + READING_PERIOD, last_moment))
-                          for time in times])
+        shown_at = np.maximum(times, read_at) + READING_PERIOD
+        goals = np.array([goal.at(min(time, np.nextafter(end, 0.0))) for time in shown_at])
     return NodeTurn(
         begin=begin, end=end, is_cut=is_cut, letter=letter, begin_yaw=begin_yaw,
         goal_before=goal_before, goal_after=goal_after, time=times, command=commands.angular,

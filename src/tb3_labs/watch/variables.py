@@ -110,7 +110,7 @@ def bare_name(name: str) -> str:
 class Quantity(NamedTuple):
     """A number for each sample of a sensor. `name` names the number and its unit. The range of the
     number is about `scale`. If the quantity is a heading, a turn of one degree to the left adds
-    `per_degree` to the number. If not, `per_degree` is 0."""
+    `per_degree` to the number. If it is not a heading, `per_degree` is 0."""
 
     name: str
     time: np.ndarray
@@ -133,15 +133,15 @@ def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME
         return np.full(len(readings), np.inf)
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     recent_samples = int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2
-    most = min(len(times), recent_samples)
+    count = min(len(times), recent_samples)
     # in each array a row is a reading, and a column is a sample, newest first
     newest = last_before(times, readings + ARRIVAL_LEAD)
-    sample = newest[:, None] - np.arange(most)
-    exists = sample >= 0
-    sample = sample.clip(0)
+    indices = newest[:, None] - np.arange(count)
+    exists = indices >= 0
+    indices = indices.clip(0)
     replaced_at = np.append(times[1:], np.inf)    # a sample is replaced by the next sample
-    age = (readings[:, None] - replaced_at[sample]).clip(0.0)
-    distance = np.abs(series.value[:, None] - quantity.value[sample])
+    age = (readings[:, None] - replaced_at[indices]).clip(0.0)
+    distance = np.abs(series.value[:, None] - quantity.value[indices])
     is_equal = exists & (age <= longest) & (distance <= SAME_SHARE * quantity.scale)
     return np.where(is_equal, age, np.inf).min(axis=1)
 
@@ -168,6 +168,6 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
     """Returns the delay [s] with which a variable follows a quantity. DELAYED_SHARE of the values
-    have at most this delay. Returns inf if the delay exceeds MAX_DELAY."""
+    have at most the returned delay. Returns inf if the delay exceeds MAX_DELAY."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
     return float(ages[int(DELAYED_SHARE * (len(ages) - 1))]) if len(ages) else math.inf

@@ -38,8 +38,8 @@ class DriveReport:
     end: float
     goal: Optional[Pose2]             # in local
     outcome: str                      # 'reached', or why the drive ended
-    measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
-    true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
+    error: Tuple[float, float]        # (distance [m], angle [rad]) to the goal, by local_pose
+    true_error: Tuple[float, float]   # (distance, angle) to the goal, by the ground truth
     drift: float                      # [rad], change of the heading in MOVE_FORWARD
 
 
@@ -95,7 +95,7 @@ def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[Record
     if interval.local_T_world is not None:
         true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
     return DriveReport(begin, end, goal, outcome=_outcome(next_states),
-                       measured=_final_error(local, goal, end), true=true_error,
+                       error=_final_error(local, goal, end), true_error=true_error,
                        drift=_drift(run, parts))
 
 

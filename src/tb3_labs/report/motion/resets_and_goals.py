@@ -2,8 +2,8 @@
 
 A *frame interval* is the time from one reset of ``local`` to the next. The log line of a reset
 comes a moment before or after the first pose in the new frame. A frame interval begins at the
-largest jump of local_pose near the log line, at most `NEAR_RESET` away. A jump is a motion that
-the odometry does not show.
+largest jump of local_pose within `NEAR_RESET` of the log line. A jump is a motion that the odometry
+does not show.
 
 ``local`` may move in ``odom`` within a frame interval. If the odometry jumps while the robot rests,
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
@@ -31,7 +31,7 @@ NEAR_RESET = 0.3
 #: the log line. If no pose jumps, the frame begins at the pose nearest to the log line.
 LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message in the old frame and the first message in the
-#: new frame, but at most this time [s] before the first message in the new frame.
+#: new frame. The first message comes at most this time [s] after the begin.
 MAX_TIME_BEFORE = 0.05
 #: A goal that arrived at most this time [s] after a state belongs to the state.
 SAME_MOMENT = 0.1
@@ -70,8 +70,8 @@ def frame_intervals(run: RunData) -> List[FrameInterval]:
 
 
 def _interval_begins(run: RunData) -> List[float]:
-    """Returns the time [s] at which each frame interval after the first begins. Two resets never
-    begin the same interval."""
+    """Returns the begin [s] of each frame interval after the first. Two resets never begin the same
+    interval."""
     local = run.local_pose
     moved_in_local = _displacements(local)
     moved_in_odom = _displacements(run.odometry.at(local.time))
@@ -100,7 +100,7 @@ def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
 
 
 def _frames(run: RunData) -> Poses:
-    """Returns the poses of ``local`` in ``odom``. If tf was not recorded, local_pose gives them."""
+    """Returns the poses of ``local`` in ``odom``. Without tf, local_pose shows the frame."""
     if len(run.frames):
         return run.frames
     return run.odometry.at(run.local_pose.time) @ run.local_pose.inverse()

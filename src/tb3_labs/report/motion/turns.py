@@ -43,7 +43,7 @@ class TurnReport:
     """The report of a turn, from rest to rest."""
 
     begin: float
-    end: float                        # the robot is at rest again
+    end: float                        # from then on the robot rests again
     requested: float
     turned: float                     # by the IMU
     error: float                      # turned beyond the requested angle; negative if too short

@@ -31,7 +31,7 @@ class Markup(str):
     """A text in HTML, which is not escaped."""
 
 
-def number(value: float, form: str, unknown: str = DASH) -> str:
+def formatted(value: float, form: str, unknown: str = DASH) -> str:
     """Returns the value in the format `form`, or `unknown` if the value is not finite. A zero never
     has a minus sign."""
     if not math.isfinite(value):
@@ -42,7 +42,7 @@ def number(value: float, form: str, unknown: str = DASH) -> str:
 
 def degrees(angle: float, form: str) -> str:
     """Returns the angle [rad] in degrees, in the format `form`; a dash if not finite."""
-    return number(math.degrees(angle), form)
+    return formatted(math.degrees(angle), form)
 
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:

@@ -23,9 +23,9 @@ from tb3_labs.report.motion.resets_and_goals import (
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.watch.variables import Series, variables_by_node
 
-#: The HTML of the timeline. Its program is timeline.js, and its style is timeline.css.
+#: The HTML of the timeline. The program and the style are in timeline.js and timeline.css.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
-#: The bounds [m], [deg], [m/s], [rad/s] of tracks. The numbers are rounded later.
+#: The bounds [m], [deg], [m/s], [rad/s] of tracks, without the error of rounding.
 PLACE_BOUND, ANGLE_BOUND, SPEED_BOUND, RATE_BOUND = 0.002, 0.2, 0.005, 0.03
 #: A longer text is cut to this number of characters.
 MAX_TEXT_LENGTH = 1000
@@ -78,7 +78,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[floa
     values = np.column_stack(columns)
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > MIN_GAP) + 1)})
     shown = kept_samples(time, values, np.array(bounds), begins)
-    # a bound of 0.002 has three digits, so numbers with this bound get four
+    # numbers with a bound of 0.002 get four digits
     digits = [1 - math.floor(math.log10(bound)) for bound in bounds]
     return {'time': np.round(time[shown], 3),
             'columns': list(map(np.round, values[shown].T, digits)),
@@ -153,7 +153,7 @@ def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> Time
 
 def _lines(log: LogLines) -> List[List[Any]]:
     return [[round(float(at), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
-            for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
+            for at, level, node, text in zip(log.time, log.level, log.node, log.text)
             if node.rpartition('/')[2] != RECORDER]
 
 
@@ -174,7 +174,7 @@ def variables(run: RunData) -> List[List[Any]]:
 
 def _changes(variable: Series) -> Tuple[List[float], List[Optional[str]]]:
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
-    is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # a gap, or the end, follows
+    is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # a gap or the end follows
     follows_gap = np.append(False, is_last[:-1])
     is_new = follows_gap | changed_rows(values[:, np.newaxis])
     times: List[float] = []

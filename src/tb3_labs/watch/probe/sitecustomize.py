@@ -2,8 +2,8 @@
 
 Python imports sitecustomize when it starts, and scripts/watch.py puts this folder on the node's
 path. The probe removes the folder again, so that the node has its usual path. A thread of the probe
-waits until the node calls rospy.init_node(). Then the thread publishes the node's variables 20
-times a second, if the topic has a subscriber:
+waits until the node calls rospy.init_node(). After this call, the thread publishes the node's
+variables 20 times a second, if the topic has a subscriber:
 
     variables    diagnostic_msgs/DiagnosticArray, with the node's name and its variables
 
@@ -93,7 +93,7 @@ class WatchedNode:
         self._next_search = 0.0
 
     def is_own(self, kind):
-        """Is this class from the script, from a module beside it, or from its package's `src`?"""
+        """Is this class from the script, from a module beside it, or from the package's `src`?"""
         if kind not in self._is_own:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
