@@ -27,7 +27,7 @@ def extras(lab):
     for criterion in LABS[lab].criteria:
         if criterion.extra:
             limits = f', {criterion.limits}' if criterion.limits else ''
-            lines.append(f'* `{criterion.label}`: {criterion.meaning}{limits}\n')
+            lines.append(f'* `{criterion.label}`: {criterion.meaning}{limits}.\n')
     return ''.join(lines)
 
 

@@ -135,7 +135,7 @@ def test_a_constant_of_the_rooms_that_decide_has_one_value_in_the_whole_package(
                     isinstance(getattr(part, 'value', ''), (int, float))
                     for part in ast.walk(node.value)):
                 places[node.targets[0].id].add(path)
-                if {'localization', 'supervision', 'nodes'} & set(path.parts):
+                if {'localization', 'supervision', 'nodes'} & set(path.relative_to(ROOT).parts):
                     ours.add(node.targets[0].id)
     ours = {name for name in ours if name.isupper()}
     assert len(ours) > 40 and {name for name in ours if len(places[name]) > 1} == set()

@@ -28,7 +28,7 @@ def test_the_sheets_have_the_tables_of_the_code(sheet):
 def test_every_part_of_a_check_is_named(lab):
     """In the sheet, in marking.md, and by the check's launch file."""
     parts, sheet = LABS[lab].parts, read(LABS[lab].criteria[0].place.sheet)
-    listed = sheet.split('check_{}.test'.format(lab))[1].split('The parts are ')[1]
+    listed = sheet.split('check_{}.test'.format(lab))[1].split('The parts of the check are ')[1]
     assert re.findall(r'`"?(?:parts:=)?([a-z ]+)"?`', re.split(r'\.\s', listed)[0]) == parts
     rows = read('instructor/marking.md').split('## What is tried')[1].split('| {} |'.format(lab))[1]
     assert re.findall(r'(?:^|\n\| \|) ([a-z ]+) \|', re.split(r'\n\| \w|\n\n', rows)[0]) == parts
@@ -95,7 +95,8 @@ def test_every_question_has_an_answer():
         questions = read(sheet).split('## Questions')[1].split('\n## ')[0]
         given = answers.split(lab + ' lab:')[1].split(' lab:')[0]
         assert re.findall(r'^\d+\.', questions, re.M) == re.findall(r'^\d+\.', given, re.M)
-        assert asked_in_steps(read(sheet)) == re.findall(r'[.:] \*([^*]+)\*', given)
+        steps = re.findall(r'^\* (?:Step (\d[\d.]*)|(\w+), step (\d)): ', given, re.M)
+        assert asked_in_steps(read(sheet)) == [place or f'{section}, {step}' for place, section, step in steps]
 
 
 # Figures --------------------------------------------------------------------------------------------

@@ -1,14 +1,14 @@
-"""What does each node decide? If a node of `scripts/` decides something, it has a folder here. The
-folder has the node's core, which knows neither ROS nor a clock, and the files `ros_*.py`, which
-know both.
+"""What does each node decide? A node of `scripts/` that decides something has a folder here. The
+folder has the node's core, without ROS and clocks, and the files `ros_*.py`, which use both.
 
-:class:`tb3_labs.ros.core_runner.CoreRunner` uses every core as follows:
+The class :class:`tb3_labs.ros.core_runner.CoreRunner` calls the methods of every core. A core takes
+in a sample, a message or a request by ``on_<what>(...)``, which returns nothing. A message that a
+person may have caused is an events.Event.
 
-* *In*: ``on_<what>(...)`` takes in a sample, a message or a request, and returns nothing. If a
-  person may have caused a message, it comes as an events.Event.
-* *Out*: ``tick(now)`` looks at the clock and decides. It returns one events.Output, which has the
-  command, and everything else that the node must do. `tick` is called after each message, and ten
-  times a second. While an Output is `watched`, `tick` is called more often, since messages may
-  stop. ``idle_for(now)`` is the time for which no sample of the IMU needs to be read.
-* *State*: properties, ``status(now)`` and ``problem_text(now)`` change nothing.
+The core decides in ``tick(now)``, which returns one events.Output. An Output has the command, and
+everything else that the node must do. CoreRunner calls `tick` after each message, and ten times a
+second. After an Output that is `watched`, CoreRunner calls `tick` more often, since the messages
+may stop. For ``idle_for(now)`` seconds the core needs no sample of the IMU.
+
+Properties, ``status(now)`` and ``problem_text(now)`` do not change the core.
 """

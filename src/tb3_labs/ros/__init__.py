@@ -1,7 +1,7 @@
-"""How do the rooms without ROS use ROS? Every node needs some of these files.
+"""How does a node use ROS? Every node needs some of these files.
 
-`early_signals` and `node` start and end a node, `clocks` waits, `topics` subscribes. Nodes that
-drive also use `sensor_topics`, `parameters` and `live_settings`. `reset_client` calls a reset.
-`core_runner` guards a core by a lock, and states the order of locks. `cmd_vel` sends the commands
-and the last zero. The ROS side of a node is in the folder of the node's core.
+`early_signals` and `node` start and end a node. `clocks` has the clocks, and `topics` subscribes to
+topics. Nodes that drive also use `sensor_topics`, `parameters` and `live_settings`. `reset_client`
+calls a reset. `core_runner` guards a core by a lock, and states the order of locks. `cmd_vel` sends
+the commands to the robot. The ROS side of a node is in the folder of the node's core.
 """

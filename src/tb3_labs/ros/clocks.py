@@ -5,8 +5,7 @@
     time.monotonic()   deadlines of waits, pauses between warnings
     time.time()        the wall clock, which is ROS time if there is no simulated clock
 
-Periodic work has a thread that sleeps by the wall clock, because ``rospy.sleep`` and
-``rospy.Timer`` stop with a simulated clock.
+Threads sleep by the wall clock, since ``rospy.sleep`` and ``rospy.Timer`` stop with simulated time.
 """
 import time
 
@@ -19,18 +18,18 @@ POLL_PERIOD = 0.05
 
 
 def ros_time():
-    """Returns the same time as rospy.get_time(), in a tenth of its computing time."""
+    """Returns the same time as rospy.get_time(), but ten times as fast."""
     return time.time() if is_wall_time() else rospy.get_time()
 
 
 def steady_time():
-    """Returns the time [s] of a clock that never goes back. This clock also runs while the computer
-    is suspended, so that a permission expires. time.monotonic() would stand still."""
+    """Returns the time [s] of a clock that never goes back. Unlike time.monotonic(), this clock
+    also runs while the computer is suspended, so that permissions expire."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 def wait_until(condition, seconds, period=POLL_PERIOD):
-    """Wait at most `seconds` of wall time for `condition()`. Returns whether it became true."""
+    """Wait at most `seconds` of wall time. Returns True as soon as ``condition()`` is true."""
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

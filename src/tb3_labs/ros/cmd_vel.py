@@ -1,7 +1,7 @@
-"""The commands of a node to the robot, and the zero at their end.
+"""Sends the commands of a node to the robot, and one zero command at the end of a motion.
 
-When a node stops the robot, it publishes exactly one zero and is then silent, so that another node
-may drive. At its end, and while ROS time stands still, the node also stops the robot.
+A node that stops the robot publishes exactly one zero command, and then is silent, so that another
+node can drive. A node also stops the robot if the node ends, or if ROS time stands still.
 """
 import math
 
@@ -10,25 +10,25 @@ from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
 
-#: A smaller speed [m/s] or [rad/s] is sent as 0. Such a speed would not turn a motor, and the
-#: firmware takes a speed such as 1e-40 for full speed.
+#: A speed below this value [m/s or rad/s] is sent as 0. Such a low speed would not turn a motor,
+#: and the firmware reads a speed such as 1e-40 as full speed.
 MIN_SPEED = 1e-4
 
 
 class CmdVel:
-    """Publishes `cmd_vel` (geometry_msgs/Twist). Its caller holds the lock of the CoreRunner."""
+    """Publishes `cmd_vel` (geometry_msgs/Twist). Callers hold the lock of the CoreRunner."""
 
     def __init__(self):
         self._clock_runs = is_wall_time()
         self._drives = False
         self._closed = False           # does the node end?
-        self._message = Twist()        # reused, since publish() writes the message at once
+        self._message = Twist()        # one object for all commands, since publish() writes at once
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         write_at_once(self._publisher)
 
     def send(self, command):
-        """Send `command`, a Twist2. A zero command, and any command while the clock stands still,
-        is a :meth:`stop`. ``ValueError`` if a speed is not finite."""
+        """Send `command`, a Twist2. A zero command, or a clock that stands still, stops the robot.
+        Raises ``ValueError`` if a speed is not finite."""
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError(f'command ({linear}, {angular}) is not finite')
@@ -41,18 +41,18 @@ class CmdVel:
             self._publish(linear, angular)
 
     def stop(self):
-        """Send one zero if this node was driving, otherwise nothing."""
+        """Send one zero command if this node was driving."""
         if self._drives:
             self._drives = False
             self._publish(0.0, 0.0)
 
     def close(self):
-        """Send the zero at the end of the node (Ctrl+C), and ignore all later commands."""
+        """Stop the robot at the end of the node, and ignore all later commands."""
         self._closed = True
         self.stop()
 
     def set_clock_runs(self, runs):
-        """Store whether ROS time runs. If it has just stopped, stop the robot, and return True."""
+        """Store whether ROS time runs. When ROS time stops, stop the robot and return True."""
         has_stopped = self._clock_runs and not runs
         self._clock_runs = runs
         if has_stopped:

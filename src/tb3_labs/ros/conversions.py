@@ -1,6 +1,5 @@
-"""Converts messages to the types of the cores, and back. Makes the names of frames.
-
-An invalid message (NaN, infinity, an invalid quaternion) raises ``ValueError``.
+"""Converts messages to the types of the cores, and back. Also makes the names of frames. A message
+with NaN, infinity or an invalid quaternion raises ``ValueError``.
 """
 import math
 
@@ -12,13 +11,14 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
     MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_RATE, LAST_STAMP, OdometrySample, bounded)
 
-#: This environment variable has the path of a pipe for the true poses of the simulated robot, since
-#: a student's node could read a topic. Each line has x, y [m] and yaw [rad].
+#: This environment variable has the path of the pipe into which the simulated robot writes true
+#: poses. A topic could be read by a student's node. Each line of the pipe has x [m], y [m], yaw
+#: [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
 def frame(name):
-    """Returns a frame's name in this node's namespace: `robot3/odom`. All robots share one tree."""
+    """Returns the name of a frame in this node's namespace, such as `robot3/odom`."""
     namespace = rospy.get_namespace().strip('/')
     return f'{namespace}/{name}' if namespace else name
 
@@ -29,7 +29,7 @@ def yaw_of(orientation):
 
 
 def to_quaternion(yaw, *tilt):
-    """Returns the geometry_msgs/Quaternion of a heading. `tilt` may add roll and pitch [rad]."""
+    """Returns the geometry_msgs/Quaternion of a heading. `tilt` can be roll and pitch [rad]."""
     w, x, y, z = quaternion_from_yaw(yaw, *tilt)
     return Quaternion(x=x, y=y, z=z, w=w)
 

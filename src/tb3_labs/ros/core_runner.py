@@ -1,10 +1,12 @@
-"""Runs the core of a node: gives messages to the core, and carries out its Outputs in order.
+"""Gives messages to the core of a node, and carries out the Outputs of the core in order.
 
-A thread that holds a lock takes only locks further down in this list:
+A thread that holds one of these locks may take only locks that stand further down in the list:
+
     1  the locks of shutdown hooks, dynamic settings, diagnostics and actionlib, which call the
-       node. When a node calls one of these parts, it holds no lock.
+       node; a node that calls one of these parts holds no lock
     2  the CoreRunner's lock, which guards the core and the commands
     3  the locks of rospy's topics and of rospy's log
+
 A thread that holds the lock of a CoreRunner does not wait for a service, a message or a subscriber.
 """
 import queue
@@ -29,13 +31,13 @@ REPORT_PERIOD = 1.0
 
 class CoreRunner:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock. Each message takes the lock once. The lock
-    is held while a command is sent. So a command that was decided before a stop is never sent after
-    the stop. A separate thread carries out the rest of each Output without the lock, in the order
-    of the Outputs. So a blocked terminal or actionlib cannot delay a stop."""
+    is also held while a command is sent. So a command that was decided before a stop is never sent
+    after the stop. A separate thread carries out all other parts of an Output in order, without the
+    lock. So neither a blocked terminal nor actionlib can delay a stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
-        """``tick()`` returns the present Output. ``publish(output)`` is called with the lock held,
-        after the command, and must not wait. ``carry_out(output)`` is called without the lock."""
+        """``tick()`` returns the core's next Output. ``publish(output)`` is called after the
+        command, with the lock, and must not wait. ``carry_out(output)`` runs without the lock."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting = queue.SimpleQueue()    # Outputs for carry_out
@@ -46,8 +48,8 @@ class CoreRunner:
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
-        decide. Returns the Output. `method` itself reads the clock, because
-        a time that was read before the lock was taken may be older than the core's last time."""
+        decide. Returns the Output. `method` itself must read the clock. A time that was read
+        before the lock was taken could be older than the time of the core's last decision."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -55,17 +57,17 @@ class CoreRunner:
         return output
 
     def check(self):
-        """Let the core decide at the present time, without a message."""
+        """Let the core decide now, without a message."""
         with self._lock:
             self._decide()
 
     def call(self, method, *arguments):
-        """Returns ``method(*arguments)`` of the core, without a decision of the core."""
+        """Returns ``method(*arguments)`` of the core. The core does not decide."""
         with self._lock:
             return method(*arguments)
 
     def _decide(self):
-        """Let the core decide, and send its command. The caller holds the lock."""
+        """Let the core decide, and send the command of the core. The caller holds the lock."""
         output = self._tick()
         if output.stops_first:
             self._cmd_vel.stop()
@@ -97,9 +99,9 @@ class CoreRunner:
 
 
 class Watchdog:
-    """Calls `check()` in a separate thread while no message arrives. With a simulated clock the
-    thread also calls `on_clock(runs)`. The first call of :meth:`set_awake` starts the thread. A
-    rospy.Timer would stop together with the simulated clock."""
+    """Calls `check()` in a separate thread while no message arrives. If time is simulated, the
+    thread also calls `on_clock(runs)`; `runs` is False if the clock stands still. The first call of
+    :meth:`set_awake` starts the thread. A rospy.Timer would stop with simulated time."""
 
     def __init__(self, check, on_clock):
         self._check, self._on_clock = check, on_clock
@@ -110,7 +112,7 @@ class Watchdog:
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
     def set_awake(self, awake):
-        """Check often if `awake`, else seldom. The caller holds the lock of the CoreRunner."""
+        """If `awake` is True, check often, else seldom. The caller holds the lock."""
         if not self._thread.ident:
             self._thread.start()
         if awake:
@@ -119,8 +121,7 @@ class Watchdog:
             self._awake.clear()
 
     def message_handled(self):
-        """Begin a new silence, since a message was handled now."""
-        self._messages.received(steady_time())
+        self._messages.on_message(steady_time())
 
     def _run(self):
         while not rospy.is_shutdown():
@@ -138,19 +139,19 @@ class Watchdog:
             now = rospy.get_time()
             if now != self._last_time:
                 self._last_time = now
-                self._clock.received(steady_time())
+                self._clock.on_message(steady_time())
             self._on_clock(self._clock.is_fresh(steady_time()))
 
 
 class Diagnostics:
-    """Publishes the result of `report()` to `/diagnostics` once a second. The result is ``(problem,
-    {name: value})``. `report` is called without a lock."""
+    """Publishes the result of `report()` on `/diagnostics` every second. The result is ``(problem,
+    {name: value})``. No lock is held while `report` is called."""
 
     def __init__(self, hardware, report):
         self._report = report
         self._updater = Updater()
         self._updater.setHardwareID(hardware)
-        self._updater.add('state', self._fill)    # the Updater adds the node's name before 'state'
+        self._updater.add('state', self._fill)    # the Updater puts the node's name before 'state'
         threading.Thread(target=guarded(self._run), name='diagnostics', daemon=True).start()
 
     def _run(self):
@@ -168,7 +169,6 @@ class Diagnostics:
 
 
 def values_of(source, now):
-    """Returns the age and the number of dropped messages of `source`, a Freshness with the name of
-    its topic, as {'imu age [s]': '0.004', 'imu dropped': 0}."""
+    """Returns {'imu age [s]': '0.004', 'imu dropped': 0} if `source` is the Freshness of /imu."""
     return {source.name + ' age [s]': f'{source.age(now):.3f}',
             source.name + ' dropped': INVALID_COUNTS[source.name]}

@@ -2,14 +2,15 @@
 
 Usage: dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
 
-The exit status is 0 only if the node changed the setting. In a terminal after scripts/setup.sh the
-command is `dynparam`, in others `python3 $(rospack find tb3_labs)/launch/run.py dynparam`.
+The exit status is 0 only if the node changed the setting. The command is `dynparam` in a terminal
+that has sourced scripts/setup.sh. In another terminal the command is `python3 $(rospack find
+tb3_labs)/launch/run.py dynparam`.
 
 Calls
     NODE/set_parameters    dynamic_reconfigure/Reconfigure
 """
 # The program `dynparam` of dynamic_reconfigure 1.7.3 shows a refusal as a traceback of 28 lines,
-# and waits for an unknown node without end.
+# and waits forever for a node that does not exist.
 
 import re
 import sys
@@ -24,18 +25,18 @@ from tb3_labs.terminal import run_tool
 
 #: Longest wait [s] for the service of a node.
 MAX_SERVICE_TIME = 2.0
-#: rospy's text of a refusal. The second group is the node's reason.
+#: Matches the text with which rospy reports a refusal. The second group is the node's reason.
 REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
                      r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
 USAGE = 'usage: dynparam set NODE NAME VALUE'
 
 
 def change(node, name, text):
-    """Set the setting `name` of `node` to a typed text. Raises ``ValueError`` with the reason if
-    the node refuses the change, and ``ROSException`` if there is no such node."""
+    """Change the setting `name` of `node` to the value that a user typed as `text`. If the node
+    refuses, raises ``ValueError`` with the reason; if there is no such node, ``ROSException``."""
     service = rospy.resolve_name(node) + '/set_parameters'
     rospy.wait_for_service(service, MAX_SERVICE_TIME)
-    # if the value does not have the type of the setting, the node refuses it
+    # the node refuses a value that does not have the type of the setting
     value = {'true': True, 'false': False}.get(text.lower(), number_or_text(text))
     try:
         settings = rospy.ServiceProxy(service, Reconfigure)(encode({name: value})).config

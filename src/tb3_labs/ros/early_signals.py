@@ -1,15 +1,14 @@
-"""Import this module first. After that Ctrl+C ends a node at once, even during its other imports.
+"""A node imports this module first. After this import Ctrl+C ends the node at once.
 
 Python itself would raise KeyboardInterrupt in the middle of an import. If nothing catches the
 exception, Python prints a traceback. If a library catches the exception, the node ignores Ctrl+C,
-and roslaunch waits 15 s. When the node runs, :mod:`tb3_labs.ros.node` catches the signals.
-
-If a package of Python is missing, this module ends the program, or the build, with one line.
+and roslaunch waits 15 s. After the imports, :mod:`tb3_labs.ros.node` catches the signals. If a
+Python package is missing, this module ends the program, or the build, with one line.
 """
 import signal
 import sys
 
-# A job that a script starts with `&` ignores SIGINT. A node ends by SIGINT, as rospy's nodes do.
+# A job that a script starts with `&` ignores SIGINT. But SIGINT must end every node.
 if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:

@@ -2,9 +2,9 @@
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
 package begins with a parameter whose command is ``python3 PATH/run.py launch FILE.launch``. The
-command reads the command line of its roslaunch. If an argument is unknown or missing, the command
-prints one line and fails. Then roslaunch refuses the file before a node starts. This module imports
-only the standard library, so any Python can run it.
+command reads the command line of the roslaunch that runs it. If an argument is unknown or missing,
+the command prints one line and fails, and roslaunch does not start a node. This module imports only
+the standard library, so any Python can run it.
 """
 import difflib
 import os
@@ -15,18 +15,16 @@ from pathlib import Path
 
 #: The package of the launch files.
 PACKAGE = 'tb3_labs'
-#: If an argument takes a group of parameters, its doc has an example, such as {slip: 0.1}.
+#: The doc of an argument for a group of parameters has an example, such as {slip: 0.1}.
 EXAMPLE_OF_GROUP = re.compile(r'.*({.*})')
-#: A group of parameters. In {slip:0.1} and in {slip: 0,5} YAML reads a name without a value. Then
-#: roslaunch ends with a traceback.
+#: A group of parameters, unlike {slip:0.1} and {slip: 0,5}, with which roslaunch would crash.
 GROUP = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
-#: If an argument chooses a file, its doc has the pattern of the files: params/pad_*.yaml.
+#: The doc of an argument that chooses a file has a pattern, such as params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
 def _words_of(process):
-    """Returns the words after `roslaunch` on the command line of a process; [] if the process is
-    not a roslaunch."""
+    """Returns the words after `roslaunch` on the command line of a process, or []."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     for number, word in enumerate(argv[:2], 1):    # the first word may be python3
         if os.path.basename(word) == 'roslaunch':
@@ -38,8 +36,7 @@ def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
     all arguments are right. `argv` has the words after `roslaunch`.
 
-    If `argv` does not name `path`, another launch file includes `path`. Then the
-    result is '', and no argument is checked.
+    If `argv` does not name `path`, another launch file includes `path`, and no argument is checked.
     """
     words_before = ['', *argv]
     if not any(_is_file(path, before, word) for before, word in zip(words_before, argv)):
@@ -64,15 +61,15 @@ def problem_of(argv, path):
 
 
 def _is_file(path, word_before, word):
-    """Does `word`, after the word `word_before`, name the launch file `path`?"""
+    """Does `word`, which follows `word_before` on the command line, name the launch file `path`?"""
     if word == path.name and word_before == PACKAGE:
         return True
     return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
 
 
 def _problem_of_value(name, value, doc, folder):
-    """Returns the correction of a wrong value; '' if the value is right. The `doc` of the argument
-    `name` shows which values are right. `folder` has the launch files."""
+    """Returns a sentence that corrects a wrong value; '' if the value is right. The text `doc` of
+    the argument `name` shows which values are right. The launch files are in `folder`."""
     example = EXAMPLE_OF_GROUP.match(doc)
     if example and not GROUP.fullmatch(value):
         return ('parameters are given in braces, with a blank after each colon, and a point in '

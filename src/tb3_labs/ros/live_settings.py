@@ -1,10 +1,11 @@
-"""The settings of a node that may change while it runs, by dynparam or in rqt_reconfigure.
+"""Lets a user change settings of a running node, by dynparam or in rqt_reconfigure.
 
-LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12), whose
-defects were measured. test/ros/live_test.py shows that LiveSettings does not have these defects:
-- The server silently clips an invalid value to the nearest bound, before a callback could refuse.
-- The server writes each change to the parameter server, so a later start begins with old faults.
-- Its import calls rosdep, which prints a line in every terminal if rosdep was not initialised.
+LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12). Three defects of
+this server were measured. LiveSettings does not have these defects, as test/ros/live_test.py shows.
+
+The server silently clips an invalid value to the nearest bound, before a callback can refuse the
+value. The server writes each change to the parameter server, so a simulated fault is also present
+after the next start. The import of the server calls rosdep, which may print a line.
 """
 import threading
 from dataclasses import asdict, fields, replace
@@ -19,16 +20,16 @@ from dynamic_reconfigure.srv import Reconfigure
 from tb3_labs.config import bounds_text, hint_for
 from tb3_labs.ros.node import guarded
 
-#: dynamic_reconfigure's names of the types.
+#: {type: its name in dynamic_reconfigure}
 _TYPES = {bool: 'bool', float: 'double'}
-#: The name of the group of all settings.
+#: The name of the group that has all settings.
 _GROUP = 'Default'
 
 
 class LiveSettings:
-    """Offers the fields of the Config `config`, numbers and bools, except the fields named in
-    `fixed`. A thread of rospy calls `apply` with each new Config. If `apply` raises ValueError,
-    the change is refused."""
+    """Offers the fields of `config`, except the fields whose names are in `fixed`. Each field is a
+    number or a bool. A thread of rospy calls `apply` with each new Config. If `apply` raises
+    ValueError, the change is refused."""
 
     def __init__(self, config, apply, fixed=()):
         self._current = config
@@ -90,7 +91,6 @@ def decode(message):
 
 
 def _description(config, offered):
-    """Returns the dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
     parameters = [ParamDescription(
         name=item.name, type=_TYPES[type(item.default)],
         description=f'{item.metadata["meaning"]}: {bounds_text(item)}') for item in offered]
@@ -101,8 +101,7 @@ def _description(config, offered):
 
 
 def _bounds(offered, which, of_switch):
-    """Returns the dynamic_reconfigure/Config of the bounds of the fields `offered`. `which` is
-    'low' or 'high'. `of_switch` is the bound of a bool."""
+    """Returns the 'low' or the 'high' bounds of `offered`. The bound of a bool is `of_switch`."""
     bounds = {item.name: item.metadata[which] for item in offered}
     bounds.update({name: of_switch for name, bound in bounds.items() if bound is None})
     return encode(bounds)

@@ -1,13 +1,13 @@
-"""Start, signals, failure and end of every node of this package.
+"""Starts a node of this package, and ends the node after a signal or a failure.
 
 A ``ValueError`` at the start ends the node with one fatal line and exit status 1, and ends the
 node's roslaunch. An invalid parameter raises ValueError. An exception in a callback also ends the
 node, because with rospy alone the robot would continue with the last command.
 
-rospy's own signal handlers hang if the main thread holds a lock of rospy. Here a signal raises an
-exception in the main thread. The exception first leaves all calls and releases their locks. Then
-the node shuts down. Ctrl+Z also ends a node, since a stopped process could not stop its robot.
-:mod:`tb3_labs.ros.cmd_vel` sends the zero at the end.
+The signal handlers of rospy hang if the main thread holds a lock of rospy. In a node of this
+package a signal raises an exception in the main thread. The exception first ends all calls, so
+that their locks are released. After that the node shuts down, and :mod:`tb3_labs.ros.cmd_vel` stops
+the robot. Ctrl+Z also ends a node, since a suspended process could not stop the robot.
 """
 import functools
 import os
@@ -25,11 +25,11 @@ from tb3_labs.ros.rospy_internals import (
     find_late_publishers, log_without_the_master, record_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
-#: Time [s] between two checks of the main thread: does the master answer, or does the node end?
+#: Time [s] between two checks of the main thread whether the master answers, or the node ends.
 MAIN_PERIOD = 0.2
 #: Time [s] for rospy's queues to send the last messages.
 LOG_TIME = 0.1
-#: Longest wait [s] of a node, at its end, for its shutdown hooks and its master.
+#: A node that ends waits at most this time [s] for its shutdown hooks and for the master.
 END_TIMEOUT = 4.0
 END_POLL_PERIOD = 0.01
 #: The signals that end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
@@ -41,15 +41,15 @@ _shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until 
 
 
 def run(name, make_node, interface):
-    """Initialise the node `name`, call ``make_node()``, wait for the end of the node, and exit.
-    --help prints `interface`."""
+    """Initialise the node `name`, call ``make_node()``, wait for the end, and exit. The option
+    --help only prints `interface`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print(interface.strip())
         sys.exit(0)
     catch_signals()
     try:
-        if not rosgraph.is_master_online():    # with typed parameters rospy does not wait
+        if not rosgraph.is_master_online():    # rospy does not wait if parameters are typed
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
@@ -64,7 +64,7 @@ def run(name, make_node, interface):
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
             pause(MAIN_PERIOD)
-    except (ValueError, OverflowError) as problem:    # OverflowError: rospy cannot set an integer
+    except (ValueError, OverflowError) as problem:    # rospy cannot set large integers
         ignore_signals()
         end_roslaunch()
         begin_shutdown(str(problem).replace('int exceeds XML-RPC limits',
@@ -76,7 +76,7 @@ def run(name, make_node, interface):
 
 
 def exit_process():
-    """Wait for the shutdown hooks, and exit. rospy's own end would take 0.6 s more."""
+    """Wait for the shutdown hooks, and exit. With rospy alone, the end would take 0.6 s more."""
     deadline = time.monotonic() + END_TIMEOUT
     while not rospy.is_shutdown() and time.monotonic() < deadline:
         time.sleep(END_POLL_PERIOD)
@@ -91,11 +91,11 @@ def guarded(callback):
         try:
             return callback(*args, **kwargs)
         except rospy.ServiceException:
-            raise    # rospy sends the reason of a refusal to the caller
+            raise    # rospy sends this reason of a refusal to the client
         except Exception as problem:    # after any exception the robot must not drive on
             where = traceback.extract_tb(sys.exc_info()[2])[-1]
             rospy.logdebug('%s', traceback.format_exc())
-            # while the node ends, a publisher may be closed already, and raise an exception
+            # while the node ends, a publisher that is closed already may raise an exception
             if not (_shutdown_has_begun.is_set() or rospy.is_shutdown()):
                 line = f'{os.path.basename(where.filename)} line {where.lineno}'
                 begin_shutdown(f'{type(problem).__name__}: {problem} ({line})')
@@ -103,8 +103,8 @@ def guarded(callback):
 
 
 def begin_shutdown(failure=''):
-    """Begin the end of this node, and do not wait for the hooks. A `failure` is logged as one fatal
-    line, and makes the exit status 1."""
+    """Start to shut down this node, without waiting for the shutdown hooks. A `failure` is logged
+    as one fatal line, and sets the exit status to 1."""
     _shutdown_has_begun.set()
     if failure:
         _failures.append(failure)
@@ -132,18 +132,18 @@ def roslaunch_of_this():
 
 
 def end_roslaunch():
-    """End the roslaunch of this process by SIGTERM, since roslaunch then prints no red lines."""
+    """End the roslaunch that started this process. After SIGTERM roslaunch prints no red lines."""
     if roslaunch_of_this():
         os.kill(roslaunch_of_this(), signal.SIGTERM)
 
 
 class Interrupted(BaseException):
-    """A signal of END_SIGNALS. ``except Exception`` does not catch a BaseException."""
+    """A signal of END_SIGNALS arrived. ``except Exception`` does not catch a BaseException."""
 
 
 def catch_signals():
     """From now on the first signal of END_SIGNALS raises Interrupted in the main thread. A
-    background job ignored SIGINT before. After nohup, SIGHUP stays ignored."""
+    background job also obeys SIGINT from now on. After nohup a node ignores SIGHUP."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)
@@ -162,8 +162,8 @@ def ignore_signals():
 
 
 def pause(seconds):
-    """Sleep in the main thread. Raises Interrupted if a signal arrives. If a signal arrived before,
-    raises it again, because a library may have caught the first Interrupted."""
+    """Sleep in the main thread. Raises Interrupted if a signal arrives, or has arrived before. A
+    library may have caught the first Interrupted."""
     if not _received_signals:
         time.sleep(seconds)
     if _received_signals:

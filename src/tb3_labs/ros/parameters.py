@@ -1,4 +1,4 @@
-"""The parameters of a node, read at its start."""
+"""Reads the parameters of a node when the node starts."""
 import os
 import sys
 from dataclasses import fields
@@ -10,9 +10,9 @@ from tb3_labs.robot.turtlebot3 import model_of_environment, robot_model
 
 
 def read_config(*config_types, of=None, typed=()):
-    """Returns an instance of each Config class. The values are the node's ``~`` parameters, and the
-    {name: value} of `typed`. Raises ``ValueError`` for the first unknown or invalid parameter. If
-    `of` names another node, the values are that node's parameters; unknown ones are ignored."""
+    """Returns an instance of each of `config_types`. The values come from the node's ``~``
+    parameters, and from `typed`. Raises ``ValueError`` for an unknown or invalid parameter. If `of`
+    names another node, its parameters are read, and unknown ones are ignored."""
     node = rospy.get_name() if of is None else of
     given = rospy.get_param(node, {})
     if not isinstance(given, dict):
@@ -37,7 +37,7 @@ def read_config(*config_types, of=None, typed=()):
 
 
 def read_model():
-    """Returns the RobotModel of the parameter ``~model``, else of TURTLEBOT3_MODEL."""
+    """Returns the RobotModel of the parameter ``~model``, else of the variable TURTLEBOT3_MODEL."""
     name = rospy.get_param('~model', NOT_GIVEN)
     if name == NOT_GIVEN:
         return model_of_environment(os.environ)

@@ -1,4 +1,4 @@
-"""Calls the service by which an operator resets the pose of move_to_goal.
+"""Calls the service that resets the pose of the node move_to_goal.
 
 The node of this package (:mod:`tb3_labs.nodes.move_to_goal.ros_requests`) offers `reset_pose`,
 whose response has the reason of a refusal. The handout's node offers only `set_pose`.
@@ -13,8 +13,8 @@ from tb3_labs.srv import ResetPose, SetInitialPose
 
 
 def call_reset(x, y, yaw_deg):
-    """Declare that the robot is at x, y [m], yaw [deg] in local. Returns the answer as text.
-    Raises ``ValueError`` with the reason if the node refuses the reset."""
+    """Declare that the robot is at `x` [m], `y` [m], `yaw_deg` in local. Returns the answer as
+    text. Raises ``ValueError`` with the reason if the node refuses the reset."""
     try:
         response = rospy.ServiceProxy('reset_pose', ResetPose)(x, y, yaw_deg)
     except rospy.ServiceException:    # no node offers reset_pose, or the node was killed

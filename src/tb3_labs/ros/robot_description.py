@@ -2,14 +2,13 @@
 
     python3 launch/run.py robot_description MODEL [PREFIX]
 
-The URDF is a simple shape of the robot's size. Links and joints have the names of
-turtlebot3_description. Body and nose lie on the floor, so that they do not hide goal, path and true
-pose. The name of each link begins with PREFIX, such as ``robot3/``, because tf has one tree for all
-robots.
+The URDF is a simple shape with the size of the robot. Links and joints have the same names as in
+turtlebot3_description. Body and nose lie on the floor, so that the goal, the path and the true pose
+stay visible. The name of each link begins with PREFIX, since all robots share one tree of links.
 
-Frames: ``base_footprint`` on the floor in the middle between the wheels, and ``base_link``
-above ``base_footprint``, at the height of the axle; x forward, y left. Joints turn by positive
-angles when the robot drives forward. Units: metres.
+The frame ``base_footprint`` is on the floor in the middle between the wheels. The frame
+``base_link`` is above ``base_footprint``, at the height of the axle. In both frames x points
+forward, and y to the left. Joints turn by positive angles when the robot drives forward.
 """
 from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH, RobotModel, robot_model
 from tb3_labs.terminal import run_tool
@@ -75,7 +74,7 @@ def urdf(model: RobotModel, prefix: str = '') -> str:
 
 
 def main(model, prefix='', *_):
-    """Print the URDF. Returns 0, or the reason why the model has no URDF."""
+    """Print the URDF. Returns 0, or an error text if `model` is unknown."""
     try:
         print(urdf(robot_model(model), prefix))
     except ValueError as problem:

@@ -1,7 +1,5 @@
-"""The private parts of rospy that the nodes read or change. Each part has one function here.
-
-A docstring describes the harm without the function. It names the parts of rospy 1.15.15, and the
-test that fails if these parts change.
+"""Each function of this file reads or changes internals of rospy 1.15.15. The docstring describes
+what goes wrong without the function, and names a test that fails if the internals change.
 """
 import select
 import socket
@@ -19,22 +17,22 @@ from rospy.msg import serialize_message
 
 
 def connection_of(message):
-    """Returns the header of a message's connection, a dict of strings. 'callerid' is the sender.
-    'latching' is '1' if each new connection first gets the sender's last message. 'connected_at'
-    and 'process' are from :func:`record_connections`."""
+    """Returns the header of a message's connection, a dict. `callerid` is the name of the sender.
+    `latching` is '1' if the sender repeats the last message to each new connection. `connected_at`
+    and `process` are from :func:`record_connections`."""
     return message._connection_header
 
 
 def sender_of(header):
-    """Returns the sender's name in the header of a connection, or '', short and printable."""
+    """Returns the sender's name in the header of a connection, shortened and printable, or ''."""
     return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
 
 
 def record_connections():
-    """Add 'connected_at', by clocks.steady_time, and the sender's 'process' to the header of each
-    connection. Call this function before a node subscribes. Without these fields a repeated True
-    would drive the robot after a restart of the node. Parts: `_validate_header` and `endpoint_id`
-    of TCPROSTransport; test: test/ros/start_order.test."""
+    """Add 'connected_at' [s, steady_time] and the sender's address 'process' to the header of each
+    connection, before a node subscribes. Without the two fields a repeated True would drive the
+    robot after a restart of the node. Internals: `_validate_header` and `endpoint_id` of
+    TCPROSTransport; test: test/ros/start_order.test."""
     validate = TCPROSTransport._validate_header
 
     def validate_and_record(self, header):
@@ -46,22 +44,23 @@ def record_connections():
 
 
 def log_without_the_master():
-    """Write log lines although the master is gone. Call this function after init_node(). rospy
-    asks the master at each line. Part: the parameter cache; test: test/ros/network.test."""
+    """Write log lines even if the master has ended. Without this function rospy would ask the
+    master at each line. Internals: the parameter cache; test: test/ros/network.test."""
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
 
 def serve_connections_in_threads(server=None):
-    """Serve each connection in a separate thread. Otherwise a client that is not a node, such as a
-    browser, would block all clients. Call this function after init_node(). Parts: `_tcpros_server`,
-    `inbound_handler`; test: test/unit/test_node.py.
+    """Serve each connection in a separate thread. Without the threads a browser, which is not a
+    node, would block all clients. Internals: `_tcpros_server`, `inbound_handler`; test:
+    test/unit/test_node.py.
 
-    If a subscriber gets two lists of publishers in a moment, it connects twice, and closes its
-    first connection. A publisher keeps the connection that was served last. A late thread served
-    the closed one last in 10 of 200 pairs on a busy computer. So no closed connection is served."""
+    A subscriber that gets two lists of publishers within a moment connects twice, and closes its
+    first connection. A publisher keeps the connection that was served last. On a busy computer a
+    late thread served the closed connection last in 10 of 200 pairs. So closed connections are not
+    served."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
-    serving = threading.Lock()    # keeps the order of closing, connecting anew, and serving
+    serving = threading.Lock()    # one connection at a time is checked and served
 
     def serve_node(connection, address):
         length = b''
@@ -70,7 +69,7 @@ def serve_connections_in_threads(server=None):
         with suppress(OSError):
             length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
         with serving:
-            # a node first sends the length of its header; text such as HTTP would be a large length
+            # A header's length is a small number, but the first bytes of HTTP are a large number.
             is_node = len(length) == 4 and int.from_bytes(length, 'little') < 2 ** 16
             if is_node and not closed.poll(0):
                 serve(connection, address)
@@ -79,7 +78,7 @@ def serve_connections_in_threads(server=None):
 
     server.inbound_handler = lambda *client: threading.Thread(
         target=serve_node, args=client, daemon=True).start()
-    server.server_sock.listen(128)    # otherwise a seventh client waits for 1 s
+    server.server_sock.listen(128)    # with rospy's own limit a seventh client waits for 1 s
 
 
 def is_wall_time():
@@ -88,12 +87,11 @@ def is_wall_time():
 
 
 def find_late_publishers(manager=None):
-    """Find publishers that register just after a subscriber. Call this function after init_node().
-
-    The master answers a new subscriber with a list of publishers. If a publisher registers just
-    then, the master sends a second list. rospy uses the list that arrives last. If the answer
-    arrives last, the two nodes never connect (1 of 1200 pairs that registered within 4 ms). So all
-    waiting lists are joined. A dead publisher refuses the connection. Parts: `updates`,
+    """Find publishers that register just after a subscriber. The master answers a new subscriber
+    with a list of publishers. If a publisher registers at the same moment, the master sends a
+    second list. The subscriber uses the list that arrives last. If the first list arrives last, the
+    two nodes never connect (1 of 1200 pairs that registered within 4 ms). So this function joins
+    all waiting lists. A publisher that has ended refuses the connection. Internals: `updates`,
     `publisher_update` of RegManager; test: test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
@@ -109,15 +107,15 @@ def find_late_publishers(manager=None):
 
 
 def subscribers_of(publisher):
-    """Returns the names of the nodes that are connected to `publisher`. Parts: `impl`,
+    """Returns the names of the nodes that are connected to `publisher`. Internals: `impl`,
     `endpoint_id`; test: test/ros/panel.test."""
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
 def write_at_once(publisher, max_waiting=1):
-    """From now on ``publish()`` itself writes to each subscriber, since rospy's own queue is lost
-    when the process ends. If a subscriber's buffers are full, the latest `max_waiting` messages
-    wait. Parts: `impl`, its `add_connection`; test: test/unit/test_node.py."""
+    """From now on ``publish()`` itself writes to each subscriber. The queue of rospy would be lost
+    when the process ends. While a subscriber's buffers are full, the latest `max_waiting` messages
+    wait. Internals: `impl`, its `add_connection`; test: test/unit/test_node.py."""
     topic = publisher.impl
     add_connection = topic.add_connection
 
@@ -134,9 +132,9 @@ class _Writer:
 
     def __init__(self, connection, max_waiting):
         self._connection = connection
-        self._lock = threading.Lock()    # guards the next two attributes
+        self._lock = threading.Lock()    # guards `_waiting` and `_is_full`
         self._waiting = deque(maxlen=max_waiting)
-        self._is_full = False            # is the socket full? Then a thread writes `_waiting`
+        self._is_full = False            # is the socket full, so that a thread writes `_waiting`?
 
     def write(self, data):
         with self._lock:
@@ -164,8 +162,8 @@ class _Writer:
 
 
 def publish_together(publisher, messages):
-    """Publish `messages` by one write, as a network delivers delayed messages. A subscriber with
-    queue_size=1 reads only the last one. Parts: `buff`, `seq`; test: test/ros/fake_robot.test."""
+    """Publish `messages` in one write, so that they arrive together. A subscriber with queue_size=1
+    reads only the last message. Internals: `buff`, `seq`; test: test/ros/fake_robot.test."""
     *before, last = messages
     topic = publisher.impl
     topic.buff.seek(0)

@@ -1,8 +1,8 @@
 """Converts messages of the IMU and of the wheels to samples.
 
 A message is invalid, and raises ``ValueError``, if it has NaN, infinity, an invalid quaternion, or
-a speed that no such robot can have. A message with a covariance of -1 is also invalid, since its
-IMU does not measure this field.
+a speed that the robot cannot have. A message of an IMU is also invalid if a covariance is -1, which
+shows that the IMU does not measure the field.
 """
 import rospy
 from sensor_msgs.msg import JointState
@@ -30,7 +30,7 @@ def to_imu_sample(message):
 
 
 def to_wheel_sample(message):
-    """Returns the WheelSample of a sensor_msgs/JointState. ``ValueError`` if a wheel is missing."""
+    """Returns the WheelSample of a JointState. Raises ``ValueError`` if a wheel is missing."""
     angles = dict(zip(message.name, message.position))
     try:
         left, right = (bounded(joint, angles[joint], MAX_WHEEL_ANGLE, 'rad')
@@ -46,7 +46,7 @@ def _stamp(message):
 
 def subscribe_wheels(callback):
     """Call `callback` with the wheel samples on `joint_states`. Messages without wheels are
-    ignored. Returns a function `is_published()`: does any node publish the topic?"""
+    ignored. Returns a function that returns whether any node publishes the topic."""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

@@ -1,4 +1,4 @@
-"""How a node subscribes. A node needs only the latest sample of a sensor, but every event.
+"""Subscribes a node to topics. A node needs only the latest sample of a sensor, but every event.
 
 A permission, a turn and a goal are events, because a person sends each of them at one moment. A
 node uses each event once, in order, and only if the event is new (supervision/events.py). Delayed
@@ -18,37 +18,37 @@ from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 
 #: A sender with this header renews its permission, which expires when the sender dies.
 RENEWAL_HEADER = {'renewed': '1'}
-#: {topic: number of invalid messages, which were dropped}
+#: {topic: number of invalid messages, which are dropped}
 INVALID_COUNTS = Counter()
 #: Time [s, wall clock] between two warnings of one WarningThrottle.
 WARNING_PERIOD = 1.0
-#: Time [s, wall clock] before the first reminder of missing topics, and between reminders.
+#: Times [s, wall clock] before the first reminder of missing topics, and between two reminders.
 FIRST_REMINDER_DELAY = 2.0
 REMINDER_PERIOD = 10.0
 
 
 class WarningThrottle:
-    """Logs at most one warning in WARNING_PERIOD of wall time. rospy's throttle uses ROS time."""
+    """Logs at most one warning in WARNING_PERIOD. The throttle of rospy would use ROS time."""
 
     def __init__(self):
         self._warned_at = -WARNING_PERIOD
 
     def warn(self, text, *arguments):
-        """Log a warning, unless the last warning is younger than WARNING_PERIOD."""
+        """Log a warning if the last warning is older than WARNING_PERIOD."""
         if time.monotonic() - self._warned_at >= WARNING_PERIOD:
             self._warned_at = time.monotonic()
             rospy.logwarn(text, *arguments)
 
 
 def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=None):
-    """Returns a guarded subscriber. If several messages arrive at once, the subscriber reads
-    only the latest `queue_size` messages, or all messages if `queue_size` is None.
+    """Returns a subscriber. If several messages arrive at once, the subscriber reads only the
+    latest `queue_size` messages, or all messages if `queue_size` is None.
 
-    `read` turns the message into the argument of `callback`. If `read` raises ``ValueError``, the
-    message is dropped, and counted in INVALID_COUNTS. At most one warning a second follows.
+    `read` converts a message to the argument of `callback`. If `read` raises ``ValueError``, the
+    message is dropped and counted in INVALID_COUNTS, and at most one warning a second is logged.
 
-    With `idle_for`, the topic is not read for `idle_for(now)` seconds after each message. This
-    saves most of a node's computing time. With simulated time every message is read.
+    If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message.
+    These pauses save most of a node's computing time. If time is simulated, every message is read.
     """
     is_idle = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
@@ -69,14 +69,14 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
 
 
 def subscribe_events(topic, message_type, callback, read=lambda message: message.data):
-    """Returns a guarded subscriber that reads every message. `callback` gets an events.Event, whose
-    content is the result of `read`. See :func:`subscribe`."""
+    """Returns a subscriber that reads every message. `callback` gets an events.Event, whose content
+    is the result of `read`. See :func:`subscribe`."""
     to_age = age_reader(topic)
 
     def to_event(message):
         arrived_at = steady_time()
         connection = sender_connection(message)
-        sent_at = 0.0    # unknown, since a simulated clock may be faster
+        sent_at = 0.0    # unknown with a simulated clock, which may run faster
         if is_wall_time():
             sent_at = _stamp_of(message)
         return Event(read(message), arrived_at, connection.sender, to_age(message),
@@ -86,7 +86,7 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
 
 
 def age_reader(topic):
-    """Returns a function that is called once for each message, and returns its events.Age."""
+    """Returns a function that finds the events.Age of a message, and must see every message."""
     message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: message_ages.age_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())
@@ -118,8 +118,8 @@ def publishers_of(topic):
 
 
 def log_missing_topics(sources, hint='is the robot running?'):
-    """Log reminders until /clock and all topics have a message. `sources` is {topic: Freshness}.
-    `hint` is the end of the reminder."""
+    """Log reminders until a message has arrived on /clock and on each topic. `sources` is {topic:
+    Freshness}. Each reminder ends with `hint`."""
     def run():
         time.sleep(FIRST_REMINDER_DELAY)
         while not rospy.is_shutdown():

@@ -1,8 +1,8 @@
-"""The motors and the wheels that move the robot.
+"""Simulates the motors and the wheels, which move the robot.
 
-A motor follows its goal speed with a first-order lag. So formulas give the speed and the angle of
-the motor after a step of any length. The robot drives in arcs, which are exact at constant speed.
-While the speed changes, the arcs are short, and their error is some micrometres per start or stop.
+A motor follows its goal speed with a first-order lag. So formulas give the speed and the angle of a
+motor after a step of any length. The robot drives along arcs, which are exact at constant speed.
+While the speed changes, the arcs are short. Each start or stop adds an error of some micrometres.
 
 Units: SI. Motor angles are in radians, positive forwards.
 """
@@ -16,14 +16,14 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
-#: Longest arc [s] while the speed changes.
+#: Longest time [s] of an arc while the speed changes.
 MAX_ARC_TIME = 1.0 / 60.0
-#: A motor whose speed is less than this [rad/s] from its goal speed has reached its goal speed.
+#: A motor has reached its goal speed if the speed differs by less than this [rad/s].
 STEADY_SPEED = 1e-6
 
 
 class Drivetrain:
-    """The motors, the wheels, and the robot's pose. Time passes only in :meth:`advance`."""
+    """Moves the robot by its motors and wheels. Time passes only in :meth:`advance`."""
 
     def __init__(self, model: RobotModel, pose: Pose2) -> None:
         self._model = model
@@ -34,8 +34,8 @@ class Drivetrain:
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
     def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
-        """Set the `lag` [s] of the motors. The right wheel is smaller by the share `mismatch`. The
-        share `slip` of the wheels' travel does not move the robot."""
+        """Set the `lag` [s] of the motors. The right wheel is smaller by the fraction `mismatch`.
+        The fraction `slip` of the wheels' travel does not move the robot."""
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
@@ -62,7 +62,7 @@ class Drivetrain:
 
     @property
     def turn_curve(self) -> TurnCurve:
-        """The robot's turn from now on."""
+        """The robot's yaw now, and its rate of turn from now on."""
         return TurnCurve(self._yaw, self._steady_rate, self._fading_rate, self._lag)
 
     @property
@@ -72,7 +72,7 @@ class Drivetrain:
 
     @property
     def angles(self) -> Tuple[float, float]:
-        """(left, right) angle [rad] of the motors since the start."""
+        """The angles (left, right) [rad] by which the motors have turned since the start."""
         return self._left_angle, self._right_angle
 
     def advance(self, dt: float) -> None:
@@ -95,7 +95,7 @@ class Drivetrain:
         self._update_rates()
 
     def _roll(self, left: float, right: float) -> None:
-        """Turn the motors by `left` and `right` [rad], so that the robot drives one arc."""
+        """Turn the motors by `left` and `right` [rad]. The robot drives one arc."""
         self._left_angle += left
         self._right_angle += right
         left *= self._left_radius
@@ -115,17 +115,17 @@ class Body:
     def __init__(self, model: RobotModel, start: Pose2, imu_offset: float, seed: int) -> None:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
-        self._moved_until = 0.0    # time [s] up to which the drivetrain has moved
-        # the motions that the readings of the wheels still need, each (start [s], drivetrain)
+        self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
+        # (start [s], drivetrain) of each motion that wheel_angles_at() has not passed yet
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
     def yaw(self) -> float:
-        """The true yaw [rad], not wrapped."""
+        """The true yaw [rad] of the robot, not wrapped."""
         return self.drivetrain.turn_curve.yaw
 
     def advance_to(self, stamp: float) -> None:
-        """Advance the drivetrain, and the error of the IMU, to `stamp`."""
+        """Advance the drivetrain and the error of the IMU to the time `stamp` [s]."""
         dt = stamp - self._moved_until
         if dt > 0.0:
             self.drivetrain.advance(dt)
@@ -133,13 +133,13 @@ class Body:
             self.imu.begin_motion(stamp, self.drivetrain.turn_curve)
 
     def pose_at(self, now: float) -> Pose2:
-        """Returns the robot's pose at `now`, which is not before the last :meth:`advance_to`."""
+        """Returns the robot's pose at `now` [s], at or after the last :meth:`advance_to`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)
         return later.pose
 
     def motion_changed(self) -> None:
-        """Begin a new motion, after a change of goal speeds, physics or settings of the IMU."""
+        """Begin a new motion, after a change of goal speeds, physics or IMU settings."""
         self.imu.begin_motion(self._moved_until, self.drivetrain.turn_curve)
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 
@@ -149,7 +149,7 @@ class Body:
         self.motion_changed()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """Returns the (left, right) angles [rad] of the motors. `moment` [s] never goes back."""
+        """Returns the angles (left, right) [rad] of the motors. `moment` [s] never goes back."""
         motions = self._unread_motions
         while len(motions) > 1 and motions[1][0] <= moment:
             motions.popleft()

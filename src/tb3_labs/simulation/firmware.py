@@ -1,25 +1,26 @@
-"""The robot's own board. It turns commands into motor speeds, and encoder readings into odometry.
+"""Simulates the robot's board, which computes motor speeds and the odometry.
 
-The faults of the real firmware are copied, because the labs have to work with them:
+The faults of the real firmware are copied, because the labs have to work with these faults.
 
-- The board clips the linear speed and the angular speed, then the speed of each wheel. So a fast
-  curve becomes slower and wider.
-- A motor runs at a whole number of speed steps, rounded towards zero, at most `motor_steps`.
-- rosserial reads infinity as 1, and NaN as 1.5.
-- The odometry takes its heading from the IMU. The turn ``theta - theta_last`` is *not* wrapped.
-  When the IMU crosses +/-180 deg, the displacement of one sample points backwards. The rate of turn
-  of this sample is wrong by 2 pi times the odometry's rate, about 190 rad/s. The yaw stays correct.
-- The board obeys the newest command for half a second after reading the command.
-- On `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and
-  commands and further resets wait in their order. The mean rate of turn becomes the gyro's bias.
-  Then the board sets the odometry's pose to zero, but not the IMU's yaw. So the two yaws
-  differ. The next odometry adds the turn that the IMU measured during the calibration.
-- If the servos do not answer, the odometry repeats its last step again and again, while the angles
-  of the wheels stay constant.
+The board clips the linear and the angular speed of a command, then the speed of each wheel. So a
+fast curve becomes slower and wider. A motor runs at a whole number of speed steps, rounded towards
+zero, at most `motor_steps`. The library rosserial reads infinity as 1, and NaN as 1.5. The board
+obeys the newest command for half a second after reading the command.
+
+The heading of the odometry is from the IMU. The turn ``theta - theta_last`` is *not* wrapped. When
+the IMU crosses +/-180 deg, the displacement of one sample points backwards. The rate of turn of
+this sample is wrong by 2 pi times the odometry's rate, about 190 rad/s. The yaw of the sample is
+correct. If the servos do not answer, the odometry repeats the last displacement again and again,
+while the angles of the wheels stay constant.
+
+On `reset` the board first calibrates its gyro. During the calibration the motors keep their speed,
+and commands and further resets wait in order. The mean rate of turn during the calibration becomes
+the gyro's bias. After the calibration the board sets the odometry's pose to zero, but not the IMU's
+yaw. So the yaw of the odometry and the yaw of the IMU differ. The next sample of the odometry adds
+the turn that the IMU measured during the calibration.
 
 Units: SI. Motor angles are in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
-(turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with this firmware on a
-simulated body.
+(turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with this firmware.
 """
 import math
 from collections import deque
@@ -32,22 +33,22 @@ from tb3_labs.robot.turtlebot3 import (
     COMMAND_TIMEOUT, MOTOR_SPEED_STEP, TICKS_PER_TURN, RobotModel)
 from tb3_labs.simulation.network import Arrival
 
-#: Angle [rad] of a wheel from one encoder step to the next.
+#: Angle [rad] of a wheel between two ticks of the encoder.
 TICK_ANGLE = 2.0 * math.pi / TICKS_PER_TURN
-#: A NetworkLink carries this text for a reset, and (forward speed, rate of turn) for a command.
+#: A reset is sent over a NetworkLink as this text, a command as (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
-    """Returns the motors' (left, right) goal speeds [rad/s] by a command in [m/s] and [rad/s]."""
-    linear = clamp(_by_rosserial(linear), -model.max_linear, model.max_linear)
-    angular = clamp(_by_rosserial(angular), -model.max_angular, model.max_angular)
+    """Returns the goal speeds (left, right) [rad/s] of the motors for a command."""
+    linear = clamp(_as_rosserial_reads(linear), -model.max_linear, model.max_linear)
+    angular = clamp(_as_rosserial_reads(angular), -model.max_angular, model.max_angular)
     turning = angular * model.half_track
     return _whole_steps(linear - turning, model), _whole_steps(linear + turning, model)
 
 
-def _by_rosserial(speed: float) -> float:
-    """Returns the speed that the board receives."""
+def _as_rosserial_reads(speed: float) -> float:
+    """Returns the speed that the board reads if a node sends `speed`."""
     if math.isfinite(speed):
         return speed
     size = 1.5 if math.isnan(speed) else 1.0
@@ -61,7 +62,7 @@ def _whole_steps(rim_speed: float, model: RobotModel) -> float:
 
 
 def encoder_ticks(motor_angle: float) -> int:
-    """Returns the reading of the encoder at this angle of the motor [rad], in ticks."""
+    """Returns the encoder's reading [ticks] at the angle `motor_angle` [rad]."""
     return math.floor(motor_angle / TICK_ANGLE)
 
 
@@ -74,21 +75,21 @@ class Odometer:
         self._theta_last = imu_yaw    # yaw [rad] of the IMU at the last update
         self._ticks: Tuple[int, int] = (0, 0)
         self._zero = (0, 0)           # the ticks at the last reset
-        self._tick_change = (0, 0)    # between the last two answers of the servos
+        self._tick_change = (0, 0)    # ticks between the last two answers of the servos
         self._stamp = 0.0
-        #: (left, right) mean speed [rad/s] of the wheels over the last interval.
+        #: The mean speeds (left, right) [rad/s] of the wheels in the last interval.
         self.wheel_speeds = (0.0, 0.0)
 
     @property
     def wheel_angles(self) -> Tuple[float, float]:
-        """(left, right) angle [rad] of the wheels since the start or the last reset."""
+        """The angles (left, right) [rad] of the wheels since the start or the last reset."""
         left, right = (TICK_ANGLE * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
         return left, right
 
     def update(self, stamp: float, ticks: Optional[Tuple[int, int]],
                imu_yaw: float) -> OdometrySample:
-        """Returns the sample at `stamp` [s], later than the last stamp. `ticks` is (left, right);
-        None if the servos do not answer. `imu_yaw` [rad] is in (-pi, pi]."""
+        """Returns the sample at `stamp` [s], which must be later than the last stamp. `ticks` is
+        (left, right), or None if the servos do not answer. `imu_yaw` [rad] is in (-pi, pi]."""
         interval = stamp - self._stamp
         if ticks is not None:
             self._tick_change = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]
@@ -113,28 +114,28 @@ class Odometer:
 
 
 class Board:
-    """Reads messages and obeys commands, except while it calibrates the gyro."""
+    """Reads messages and obeys commands, but not while the board calibrates its gyro."""
 
     def __init__(self) -> None:
         self._waiting: Deque[Arrival] = deque()     # messages that the board has not read yet
         self._calibrated_at = -math.inf    # end [s] of the last calibration
         self._calibration_time = 0.0       # length [s] of the last calibration
-        self._yaw_before = 0.0             # true yaw [rad] at the begin of the last calibration
-        #: Does the board calibrate its gyro? Then it does not read messages or send samples.
+        self._yaw_before = 0.0             # true yaw [rad] at the start of the last calibration
+        #: Does the board calibrate its gyro, and neither read messages nor send samples?
         self.is_calibrating = False
-        #: Time [s] at which the calibration ends, or infinity.
+        #: Time [s] at which the calibration ends; infinity if the board does not calibrate.
         self.calibration_end = math.inf
-        # (time of reading [s], forward speed [m/s], rate of turn [rad/s])
+        # the latest command: (time of reading [s], forward speed [m/s], rate of turn [rad/s])
         self._command = -math.inf, 0.0, 0.0
 
     def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:
-        """Calibrate the gyro for some `seconds`. `yaw` is the true yaw [rad] now, not wrapped."""
+        """Calibrate the gyro for `seconds`. `yaw` is the true yaw [rad] now, not wrapped."""
         self.is_calibrating = True
         self.calibration_end = now + seconds
         self._calibration_time, self._yaw_before = seconds, yaw
 
     def end_calibration(self, yaw: float) -> float:
-        """Returns the gyro's bias [rad/s]. `yaw` is the true yaw [rad] now, not wrapped."""
+        """Returns the gyro's new bias [rad/s]. `yaw` is the true yaw [rad] now, not wrapped."""
         self.is_calibrating = False
         self._calibrated_at, self.calibration_end = self.calibration_end, math.inf
         seconds = self._calibration_time
@@ -142,7 +143,7 @@ class Board:
 
     def read_up_to_reset(self, arrivals: Sequence[Arrival]) -> bool:
         """Read the messages that have arrived, up to the first reset. Returns True if a reset was
-        read. Later messages wait for the end of the calibration."""
+        read. The messages after the reset wait for the end of the calibration."""
         self._waiting.extend(arrivals)
         while self._waiting and not self.is_calibrating:
             arrival, message = self._waiting.popleft()
@@ -153,6 +154,6 @@ class Board:
         return False
 
     def command_in_force(self, now: float) -> Tuple[float, float]:
-        """Returns the (forward speed, rate of turn) that the board obeys now."""
+        """Returns the command (forward speed, rate of turn) that the board obeys now."""
         read_at, linear, angular = self._command
         return (0.0, 0.0) if now - read_at > COMMAND_TIMEOUT else (linear, angular)

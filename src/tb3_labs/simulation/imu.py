@@ -1,12 +1,12 @@
-"""The IMU that measures the turning of the robot, with noise, drift and bias.
+"""Simulates the IMU, which measures yaw and rate of turn with noise, drift and bias.
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
 The rate of turn of the IMU is the sum of the true rate, the rate of the drift, the bias of the last
 calibration, and another white noise. The gyro has a dead zone. A sample has the yaw and the rate of
-the moment that is `lag` seconds before its stamp.
+turn of an earlier moment, `lag` seconds before the stamp of the sample.
 
-Units: SI. Source of the noise: the yaw of a Burger at rest changes by a few thousandths of a degree
-from one sample to the next.
+Units: SI. The noise was measured on a real Burger at rest, whose yaw changes by a few thousandths
+of a degree from one sample to the next.
 """
 import math
 from collections import deque
@@ -21,13 +21,13 @@ from tb3_labs.robot.samples import ImuSample
 UNCALIBRATED_BIAS = math.radians(0.71)
 #: The resolution of the gyro [rad/s]. 16 bits cover the range of +/-2000 deg/s.
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
-#: Up to this rate [rad/s] the firmware sends 0.
+#: If the measured rate is at most this [rad/s], the firmware sends 0.
 GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
 
 
 class TurnCurve(NamedTuple):
-    """The yaw now, and the rate of turn from now on. After t seconds the rate of turn will be
-    `steady_rate` + `fading_rate` exp(-t / `lag`) [rad/s]."""
+    """The yaw at the start of a motion, and the rate of turn after the start. After t seconds the
+    rate of turn is `steady_rate` + `fading_rate` exp(-t / `lag`) [rad/s]."""
 
     yaw: float            # [rad], not wrapped
     steady_rate: float    # [rad/s]
@@ -40,28 +40,28 @@ class ImuModel:
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         """At the start the true yaw is `yaw` [rad], and the yaw of the IMU is `yaw` + `offset`."""
-        #: Yaw [rad] of the IMU minus true yaw, without noise.
+        #: The yaw [rad] of the IMU minus the true yaw, without noise.
         self.yaw_error = offset
         self._noise = _pairs_of_normal_numbers(seed)
-        #: The bias [rad/s] that the last calibration left in the gyro.
+        #: The bias [rad/s] of the gyro after the last calibration.
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._error_until = 0.0    # time [s] up to which `yaw_error` includes drift and bias
-        #: The motions whose end is not measured yet, oldest first. Each is (start [s], turn of the
-        #: IMU after the start).
+        #: The motions whose end is not measured yet, oldest first. Each item is (start [s], turn of
+        #: the IMU after the start).
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
         self.begin_motion(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
     def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
         """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
-        [rad/s] and the `lag` [s]. Call :meth:`begin_motion` afterwards. If a gyro drifts, or is
-        noisier than the firmware's gyro, it does not have a dead zone."""
+        [rad/s] and the `lag` [s]. Call :meth:`begin_motion` afterwards. A gyro that drifts, or that
+        is noisier than the gyro of the firmware, does not have a dead zone."""
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
         self._drift, self._lag = drift, lag
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
 
     def begin_motion(self, now: float, turn: TurnCurve) -> None:
-        """Measure the motion `turn` of the robot from `now` [s] on."""
+        """Measure the motion `turn` of the robot, which begins at `now` [s]."""
         self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:
@@ -73,7 +73,7 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
         integral of the rate of a TurnCurve."""
-        # this loop decides the speed of the simulation, so it uses local names and few calls
+        # This loop needs most of the simulation's time, so the loop uses local names and few calls.
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp

@@ -1,14 +1,13 @@
-"""A mystery robot is a simulated robot with one hidden fault. A student measures to find it.
+"""A mystery robot is a simulated robot with one hidden fault, which a student has to find.
 
-A number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12 to
-22, ...) each of the FAULT_KINDS occurs once, in a random order. Neighbouring numbers have different
-faults. All random numbers come from ``random.Random(text).random()``, since Python guarantees that
-all versions give the same numbers.
+Each number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12
+to 22, ...) each of the FAULT_KINDS occurs once, in a random order. Neighbouring numbers have
+different faults. All random numbers come from ``random.Random(text).random()``, which returns the
+same numbers in all versions of Python.
 
-The faults are not secret, since anyone can compute the answer by this file. The exercise asks for a
-measurement that proves the fault.
+Anyone can compute the answer with this file, but the exercise asks for a measurement as a proof.
 
-Units: a Fault has the unit of its value. Times are in seconds since the start.
+The value of a Fault is in the unit `unit`. Times are in seconds since the start.
 """
 import random
 from dataclasses import dataclass, field, replace
@@ -25,22 +24,22 @@ BETWEEN_FAULTS = 12.0
 @dataclass(frozen=True)
 class Fault:
     """A kind of fault. A fault with a `value_field` is constant. A fault without a `value_field` is
-    intermittent: its value is the duration [s] of each occurrence."""
+    intermittent, and its value is the duration [s] of each occurrence."""
 
     name: str
     value_range: Tuple[float, float]    # least and largest absolute value
     digits: int                         # digits of the value after the decimal point
     unit: str                           # of the value
-    tolerance: float                    # largest error of a right answer, in the unit
+    tolerance: float                    # largest error of a right answer, in `unit`
     quantity: str                       # what the value is
-    value_field: str = ''               # field of SimulatorConfig that is the value times `scale`
+    value_field: str = ''               # field of SimulatorConfig, set to the value times `scale`
     scale: float = 1.0
-    signed: bool = False                # may the value be negative?
+    signed: bool = False                # can the value be negative?
     #: {field of SimulatorConfig: its content while the fault occurs}
     extra_settings: Mapping[str, Any] = field(default_factory=dict)
 
     def text(self, value: float) -> str:
-        """Returns a value and its unit. If the fault may be negative, a positive value has a +."""
+        """Returns `value` with its unit. A positive value of a signed fault has a +."""
         sign = '+' if self.signed else ''
         return f'{value:{sign}.{self.digits}f} {self.unit}'
 
@@ -49,8 +48,7 @@ def _interrupted(name: str, quantity: str, field_name: str) -> Fault:
     return Fault(name, (2.0, 6.0), 1, 's', 0.3, quantity, extra_settings={field_name: True})
 
 
-#: All kinds of faults, with the names that answers use. A new row would change the fault of each
-#: number.
+#: All kinds of faults. A new row would change the fault of each number.
 FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), 0, 'deg', 3.0,
           "the IMU's heading minus the odometry's, from -180 to 180", 'imu_offset_deg',
@@ -81,8 +79,8 @@ FAULT_KINDS = (
 
 
 class HiddenFault:
-    """The fault of mystery `number` in a robot with `settings`. Raises ``ValueError`` if the number
-    is not valid."""
+    """The fault of the mystery robot `number`. Without the fault the robot has `settings`. Raises
+    ``ValueError`` if the number is not valid."""
 
     def __init__(self, number: int, settings: SimulatorConfig) -> None:
         self.fault, self.value, seed = draw(number)
@@ -93,14 +91,14 @@ class HiddenFault:
         self._healthy = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
-        """Returns the settings at `now` [s]. The object is the same until the settings change."""
+        """Returns the settings at `now` [s], as the same object until the settings change."""
         is_pause = now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
         is_healthy = is_pause and not self.fault.value_field
         return self._healthy if is_healthy else self._faulty
 
 
 def draw(number: int) -> Tuple[Fault, float, int]:
-    """Returns (fault, value of the fault, seed of the noise) of mystery `number`."""
+    """Returns the fault of mystery robot `number`, the fault's value, and the seed of the noise."""
     if number < 1 or number > LAST_NUMBER:
         raise ValueError(
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
@@ -115,8 +113,8 @@ def draw(number: int) -> Tuple[Fault, float, int]:
 
 
 def _order(block: int) -> List[int]:
-    """Returns the order of FAULT_KINDS in a block, as indices. The last fault of one block is not
-    the first fault of the next block."""
+    """Returns the indices of FAULT_KINDS, in the order in which the faults occur in a block. The
+    last fault of one block is not the first fault of the next block."""
     order = _shuffled(block)
     if block and order[0] == _shuffled(block - 1)[-1]:
         order[:2] = order[1], order[0]

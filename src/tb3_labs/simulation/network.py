@@ -1,21 +1,21 @@
-"""The network between the simulated robot and a computer decides when each message arrives.
+"""Simulates the network between the robot and a computer, and decides when each message arrives.
 
-A link is one direction of the network. As in TCP, messages are not lost, and keep their order. A
-message arrives after its `delay` and a random `jitter`, which is drawn for each message. If a
-message would arrive during a stall, it waits for the end of the stall. A cut is a stall that lasts
-until the setting is switched off. Both links have the same stalls.
+A link is one direction of the network. As in TCP, messages are not lost, and keep their order. The
+delay of a message is a constant latency plus a random jitter, which is drawn for each message. A
+message that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts
+until the setting `network_cut` is switched off. Both links have the same stalls.
 
-Stalls begin at random (a Poisson process). A stall does not begin within another stall. Each kind
-of random number has a separate generator with the seed. So calls of :meth:`NetworkLink.pop` do not
-change these numbers.
+Stalls begin at random (a Poisson process). A stall does not begin within another stall. Stalls and
+jitter have separate generators, so :meth:`NetworkLink.pop` does not change the random numbers.
 
-Units: seconds. Edge cases: A stall does not delay a message that is due at the very end of the
-stall. A change of delay or jitter does not change messages under way. A change of the stalls ends
-the present stall. If messages follow each other fast, a message waits for earlier messages. So the
-mean delay is more than delay and jitter together. Source: recordings of real TurtleBot3s over a
-WLAN, which stalls for 0.1 to 0.4 s. A sender of 802.11 waits for a random time before each frame,
-and tries again if the frame is lost. So some delays are much longer than the mean (Malone, Leith
-and Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
+Units: seconds. Edge cases: A stall does not delay a message that is due exactly at the end of the
+stall. A change of latency or jitter does not affect messages that were sent before the change. A
+change of the settings of stalls ends the present stall. If messages follow each other fast, a
+message also waits for the messages before it. So the mean delay is longer than the latency plus the
+mean jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of 0.1 to 0.4 s. A
+sender in a WLAN waits for a random time before each frame, and sends the frame again if the frame
+was lost. So some delays are much longer than the mean (Malone, Leith and Dangerfield, "Inferring
+queue state by measuring delay in a WiFi network").
 """
 import math
 import random
@@ -24,13 +24,13 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: (moment [s], message that arrives then)
+#: (time of arrival [s], message)
 Arrival = Tuple[float, Any]
 
 
 def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
              longest_stall: float = SimulatorConfig.longest_stall) -> Dict[str, float]:
-    # With this jitter one message in 55 takes twice the delay or more.
+    # With this jitter, one of 55 messages needs at least twice the latency.
     return dict(command_latency=delay, sensor_latency=delay, command_jitter=delay / 4.0,
                 sensor_jitter=delay / 4.0, stalls_per_min=stalls_per_min,
                 longest_stall=longest_stall)
@@ -46,8 +46,8 @@ NETWORKS: Dict[str, Dict[str, float]] = {
 
 
 class Stalls:
-    """The stalls of a network, as random intervals [start, end). The mean time between stalls is
-    1 / `rate` [s]. The length of a stall is a uniform random number from 0 to `longest` [s]."""
+    """The stalls of a network, as random intervals [start, end). The mean time [s] between two
+    stalls is 1 / `rate`. The length [s] of a stall is uniformly random up to `longest`."""
 
     def __init__(self, rate: float, longest: float, since: float, seed: str) -> None:
         self._rate, self._longest = rate, longest
@@ -59,15 +59,15 @@ class Stalls:
         self._end = self._start + self._random.uniform(0.0, self._longest)
 
     def release(self, moment: float) -> float:
-        """Returns the end of the stall at `moment` [s], or `moment` itself if the network does not
-        stall then. `moment` is not before the moment of the last call."""
+        """If the network stalls at `moment` [s], returns the end [s] of the stall, else `moment`.
+        From call to call, `moment` must not go back."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment
 
 
 class NetworkLink:
-    """One direction of the network, 'sensor' or 'command'. Messages keep their order."""
+    """One direction of the network: 'sensor' from the robot, or 'command' to the robot."""
 
     def __init__(self, direction: str, seed: int) -> None:
         self._names, self._seed = (direction + '_latency', direction + '_jitter'), seed
@@ -85,13 +85,13 @@ class NetworkLink:
         if rate != before.stalls_per_min / 60.0 or longest != before.longest_stall:
             self._stalls = None
             if rate:
-                # Both links have this seed, so a stall delays the messages of both directions.
+                # the seed of both links is the same, so a stall delays both directions
                 self._stalls = Stalls(rate, longest, now, f'stalls {self._seed}')
         # the messages that waited for the end of a stall arrive now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
-        """Send each of `messages` at its moment [s]."""
+        """Send each message at the moment [s] with the same index in `moments`."""
         delay, jitter = (getattr(self._settings, name) for name in self._names)
         latest, append = self._last_due, self._in_flight.append
         for message, moment in zip(messages, moments):
@@ -104,7 +104,7 @@ class NetworkLink:
         self._last_due = latest
 
     def pop(self, until: float) -> List[Arrival]:
-        """Returns the messages that have arrived by `until` [s], in order of their arrival."""
+        """Returns the new messages that arrive up to `until` [s], in order of arrival."""
         arrived, self._arrived = self._arrived, []
         in_flight, stalls = self._in_flight, self._stalls
         if not self._settings.network_cut:

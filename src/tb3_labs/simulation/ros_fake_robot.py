@@ -1,7 +1,7 @@
-"""A simulated robot on the topics of a real robot, in real time or in the time of its own /clock.
+"""Simulates a robot on the topics of a real robot, in real time or by its own /clock.
 
-The fields of messages have the values of ROBOTIS OpenCR firmware 1.2.6 (the covariances are in
-turtlebot3_sensor.cpp; the covariances of the odometry are zero).
+The fields of messages have the same values as in messages of ROBOTIS OpenCR firmware 1.2.6. The
+covariances are from turtlebot3_sensor.cpp, and the covariances of the odometry are zero.
 """
 import itertools
 import math
@@ -28,14 +28,14 @@ from tb3_labs.simulation.sensors import MAX_SAMPLES
 from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0    # [s]
-STEPS_PER_TRUTH = 4    # steps from one message of the ground truth to the next
+STEPS_PER_TRUTH = 4    # number of steps between two messages of the ground truth
 #: If the computer pauses for at most this time [s], the robot catches up.
 MAX_CATCH_UP = 0.5
-#: If a robot publishes /clock, it catches up only after a pause of at most this time [s, wall
-#: clock]. After a longer pause /clock would jump, and nodes would treat the sensors as silent.
+#: A robot that publishes /clock catches up only after a pause of at most this time [s, wall clock].
+#: After a longer pause /clock would jump, and nodes would treat the sensors as silent.
 MAX_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
-#: The angles [rad] by which the board of a recorded robot was tilted.
+#: The board of a recorded robot was tilted by these angles [rad].
 ROLL = math.radians(0.7)
 PITCH = math.radians(0.4)
 
@@ -47,17 +47,17 @@ def _diagonal(variance):
 ORIENTATION_COVARIANCE = _diagonal(0.0025)
 ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
 LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
-#: The accelerometer's x, y, z [m/s^2] at rest.
+#: The acceleration (x, y, z) [m/s^2] that a robot at rest measures.
 ACCELERATION_AT_REST = (
     -GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
     GRAVITY * math.cos(ROLL) * math.cos(PITCH))
 
 
 class FakeRobot:
-    """One Simulator and its topics. `hidden` may be a mystery_robot.HiddenFault. Then the robot
-    uses its settings, and does not publish /tf_static and ground truth, since both would show the
-    fault. If the environment variable TRUTH_PIPE is set, the true poses go into this pipe, and not
-    on a topic."""
+    """Connects a Simulator to its topics. If `hidden` is a mystery_robot.HiddenFault, the robot
+    uses the settings of `hidden`. A robot with a hidden fault publishes neither /tf_static nor the
+    ground truth, since both would show the fault. If the environment variable TRUTH_PIPE is set,
+    the true poses are written to this pipe, and not to a topic."""
 
     def __init__(self, settings, hidden=None):
         self._lock = threading.Lock()    # guards the simulator
@@ -79,13 +79,13 @@ class FakeRobot:
             rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
 
     def configure(self, settings):
-        """Use these settings from now on, except the settings in FIXED_FIELDS."""
+        """Use all `settings` except FIXED_FIELDS from now on."""
         with self._lock:
             self._robot.configure(settings)
 
     def tick(self, step, time_zero):
         """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
-        of the call. `time_zero` is the ROS time [s] of the simulator's time 0."""
+        of the call. `time_zero` is the ROS time [s] at which the simulator's time is 0."""
         truth_is_due = step % STEPS_PER_TRUTH == 0 and self._truth_has_readers()
         with self._lock:
             if self._hidden:
@@ -120,7 +120,8 @@ class FakeRobot:
 
 
 def start(robot, speed):
-    """Step a FakeRobot in real time. With use_sim_time publish /clock, `speed` times as fast."""
+    """Step a FakeRobot in a thread. If use_sim_time is set, publish /clock, which runs `speed`
+    times as fast as real time. Without use_sim_time, `speed` has no effect."""
     clock = None
     if rospy.get_param('/use_sim_time', False):
         clock = make_publisher('/clock', Clock)
@@ -134,7 +135,7 @@ def keep_pace(robot, clock, speed):
     """Step `robot` without end, `speed` times as fast as real time."""
     longest_catch_up = MAX_CATCH_UP_ON_CLOCK if clock else MAX_CATCH_UP
     due = time.monotonic()    # the time of the next step
-    time_zero = time.time()   # the ROS time of the simulator's time 0
+    time_zero = time.time()   # the ROS time at which the simulator's time is 0
     for step in itertools.count():
         if clock:
             clock.publish(Clock(rospy.Time.from_sec(time_zero + (step + 1) * SIMULATION_STEP)))
@@ -150,14 +151,14 @@ def keep_pace(robot, clock, speed):
 
 
 class TruthPipe:
-    """Writes true poses into a named pipe, which the reader of the pipe has made."""
+    """Writes true poses into a named pipe. The program that reads the pipe has made the pipe."""
 
     def __init__(self, path):
         self._path = path
         self._pipe = -1
 
     def has_reader(self):
-        """Does a program read the pipe? If the pipe is not open yet, try to open it."""
+        """Does a program read the pipe? If the pipe is not open yet, try to open the pipe."""
         if self._pipe < 0:
             with suppress(OSError):     # no program reads the pipe yet
                 self._pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)
@@ -173,7 +174,7 @@ class SensorTopics:
     """Publishes samples as messages, in the thread that steps the robot."""
 
     def __init__(self):
-        #: {name: name in this node's namespace}
+        #: {name of a frame: its name in this node's namespace}
         self.frames = {name: frame(name) for name in (
             'imu_link', 'odom', 'base_footprint', 'base_link')}
         self._imu = make_publisher('imu', Imu)
@@ -182,9 +183,8 @@ class SensorTopics:
         self._tf = make_publisher('/tf', TFMessage)
 
     def send(self, burst, time_zero, wheels):
-        """The samples of a `burst` arrive at one moment. Publish them by one write per topic. For
-        `time_zero` see FakeRobot.tick. `wheels` is Sensors.wheel_readings. Rows that are older than
-        the burst are removed from it."""
+        """Publish the samples of a `burst`, which arrive together, in one write per topic. For
+        `time_zero` see FakeRobot.tick. Older rows of `wheels` are removed."""
         imu, tf, odometry, joints = [], [], [], []
         frames = self.frames
         for sample in burst[-MAX_SAMPLES:]:
@@ -205,7 +205,7 @@ class SensorTopics:
 
 
 def _wheels_at(wheels, stamp):
-    """Returns (angles [rad], speeds [rad/s]) of the wheels at the odometry sample with `stamp`."""
+    """Returns the angles [rad] and speeds [rad/s] of the wheels at the sample of `stamp`."""
     while wheels[0][0] < stamp and len(wheels) > 1:
         wheels.popleft()
     return wheels[0][1:]

@@ -1,7 +1,7 @@
-"""The samples of IMU and odometry, with the stamps of the board's clock and the faults of sensors.
+"""Makes the samples of IMU and odometry, with the board's stamps and the faults of sensors.
 
-Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (silences of 0.3 to 4.3 s;
-a driver that sent one sample with new stamps for half a minute).
+Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s. Sensors were silent for
+0.3 to 4.3 s. A driver repeated one sample with new stamps for half a minute.
 """
 import random
 from collections import deque
@@ -16,17 +16,17 @@ from tb3_labs.simulation.firmware import Odometer, encoder_ticks
 from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: After a stall a sensor sends at most this many samples, since buffers are finite. In the longest
-#: stall an IMU makes this many samples at 200 Hz.
+#: After a stall a sensor sends at most this many samples, since buffers are finite. An IMU with 200
+#: Hz makes this many samples in the longest possible stall.
 MAX_SAMPLES = 2000
-#: Values of the left and the right wheel.
+#: One value for the left wheel, and one for the right wheel.
 WheelPair = Tuple[float, float]
-#: The period [s] with which the serial node sets the board's clock.
+#: Time [s] after which the serial node sets the board's clock again.
 SYNC_PERIOD = 5.0
 
 
 class Rhythm:
-    """The moments 1/rate, 2/rate, ... after `start` [s]. Each moment is returned once, in order."""
+    """Returns the moments 1/`rate`, 2/`rate`, ... after `start` [s], each of them once."""
 
     def __init__(self, rate: float, start: float = 0.0) -> None:
         self._rate = 0.0
@@ -35,13 +35,13 @@ class Rhythm:
         self.set_rate(rate, start)
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Use `rate` from `now` on. If the rate is the same, the moments stay the same."""
+        """Use `rate` [1/s] from `now` [s] on. The same rate does not change the moments."""
         if rate != self._rate:
             self._rate, self._base, self._count = rate, now, 1
             self.due = now + 1.0 / rate
 
     def pop(self) -> float:
-        """Returns `due` [s], and moves on to the next moment."""
+        """Returns the moment `due` [s], and sets `due` to the next moment."""
         due = self.due
         self._count += 1
         self.due = self._base + self._count / self._rate
@@ -56,8 +56,7 @@ class Rhythm:
 
 
 class BoardClock:
-    """The clock of the board. Each synchronisation gives the clock a new random error, from
-    -`largest` to `largest` [s]."""
+    """The board's clock, with a random error of up to `largest` [s] after each synchronisation."""
 
     def __init__(self, largest: float, seed: int) -> None:
         self._largest, self._seed = largest, seed
@@ -65,7 +64,7 @@ class BoardClock:
         self._error = 0.0
 
     def error(self, now: float) -> float:
-        """Returns the error of the clock at the true time `now` [s]."""
+        """Returns the error [s] of the clock at the true time `now` [s]."""
         number = int(now / SYNC_PERIOD)
         if number != self._number:
             source = random.Random(f'time sync {number} {self._seed}')
@@ -82,7 +81,7 @@ class BoardClock:
 
 
 class Sensors:
-    """The IMU and the odometry of one robot, which measure its Body."""
+    """Measures the motion of a Body by the IMU and the odometry."""
 
     def __init__(self, model: RobotModel, body: Body, config: SimulatorConfig) -> None:
         pose = body.drivetrain.pose
@@ -94,10 +93,10 @@ class Sensors:
         self._samples: List[Sample] = []    # oldest first
         #: Will the next odometry sample set the pose to zero?
         self.resetting = False
-        #: The frame odom in the world. After a reset it is computed anew from the true pose.
+        #: The pose of the frame odom in the world. A reset of the odometry changes this pose.
         self.world_T_odom = Pose2()
-        #: The wheels at each odometry sample, even if the sample was not sent. Each row is (stamp,
-        #: angles [rad], speeds [rad/s]).
+        #: The readings of the wheels for each odometry sample, even for a sample that was not sent.
+        #: Each row is (stamp [s], angles [rad], speeds [rad/s]).
         self.wheel_readings: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MAX_SAMPLES)
         # {'imu' or 'odom': sample that the frozen sensor repeats}
         self._frozen: Dict[str, Sample] = {}

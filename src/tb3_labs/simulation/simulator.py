@@ -1,16 +1,16 @@
-"""The simulated robot, whose firmware, motors and sensors behave like those of a TurtleBot3.
+"""Simulates a TurtleBot3 with its firmware, motors and sensors.
 
     robot = Simulator(SimulatorConfig(start_x=1.0, start_yaw_deg=90.0))
     robot.command(0.1, 0.5)
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-The Simulator steps the parts `firmware`, `drivetrain`, `imu`, `sensors` and `network` in time. The
-same seed gives the same samples, for steps of any length.
+Each step of a Simulator advances the parts `firmware`, `drivetrain`, `imu`, `sensors` and
+`network`. With the same seed the samples are the same, even if the steps have another length.
 
-Frames: `truth` is in `world`, in which the odometry starts without error. The IMU's yaw differs
-from the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
-Source: the firmware; noise from a recording of a real Burger at rest.
+The pose `truth` is in the frame `world`. At the start the odometry's pose is equal to `truth`, and
+the IMU's yaw differs from the true yaw by `imu_offset_deg`. Stamps are in seconds since the start.
+Sources: the firmware, and a recording of a real Burger at rest for the noise.
 """
 import math
 from dataclasses import replace
@@ -29,13 +29,13 @@ from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: An event that comes at most this time [s] after a step's end belongs to the step, since the sum
-#: of many small steps is not exactly one large step.
+#: An event at most this time [s] after the end of a step belongs to the step. The sum of many small
+#: steps is not exactly one large step.
 TIME_ROUNDING = 1e-9
 
 
 class Simulator:
-    """One robot. Not safe to call from two threads at once."""
+    """One robot. Two threads must not call methods of a Simulator at once."""
 
     def __init__(self, config: SimulatorConfig = SimulatorConfig()) -> None:
         self._model = robot_model(config.model)
@@ -59,7 +59,7 @@ class Simulator:
         return self._body.pose_at(self.now)
 
     def configure(self, config: SimulatorConfig) -> None:
-        """Use the settings of `config` from now on, except the settings in FIXED_FIELDS."""
+        """Use all settings of `config` except FIXED_FIELDS from now on."""
         if config is self.config:
             return
         self._body.advance_to(self.now)
@@ -89,8 +89,7 @@ class Simulator:
         self._read(self.now)
 
     def step(self, dt: float) -> List[Sample]:
-        """Let `dt` seconds pass; `dt` >= 0. Returns the samples that arrive in that time, in
-        order."""
+        """Let `dt` seconds pass; `dt` >= 0. Returns the arriving samples in order."""
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
@@ -108,7 +107,7 @@ class Simulator:
         board, sensors, control = self._board, self.sensors, self._control_rhythm
         imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
         while True:
-            # Events of the same moment have this order: the board, driving, odometry, IMU.
+            # Events at the same moment are handled in the order board, motors, odometry, IMU.
             tick = min(control.due, odom.due, board.calibration_end)
             if imu.due < tick:
                 stamps = imu.pop_until(min(tick, horizon))

@@ -34,7 +34,7 @@ class SimulatorConfig(Config):
     gyro_bias_deg: float = setting(
         0.0, 'bias of the gyro after a calibration in motion, until the next `reset`',
         'deg/s', -180.0, 180.0)
-    # The next three defaults were measured with the real firmware on a fast computer.
+    # yaw_lag, wheel_lag and stamp_step were measured with the real firmware on a fast computer.
     yaw_lag: float = setting(
         0.0135, 'age of yaw and rate of turn at the stamps of IMU and odometry', 's', 0.0, 1.0)
     wheel_lag: float = setting(
@@ -59,10 +59,10 @@ class SimulatorConfig(Config):
     stalls_per_min: float = setting(
         0.0, 'random stalls of the network: all is delayed, then arrives at once', '1/min',
         0.0, 120.0)
-    # The default is the longest stall in the recordings.
+    # The default of longest_stall is the longest stall in the recordings.
     longest_stall: float = setting(
         0.4, 'longest stall; the length of a stall is random', 's', 0.0, 10.0)
-    # The firmware calibrates with 512 readings at 200 Hz, and gives up after 5 s.
+    # The firmware calibrates the gyro with 512 readings at 200 Hz, and gives up after 5 s.
     reset_pause: float = setting(
         2.56, 'time of a `reset`: the board only calibrates its gyro, and the motors run on',
         's', 0.0, 10.0)
@@ -82,7 +82,7 @@ class SimulatorConfig(Config):
 #: The fields that cannot change while the robot runs.
 FIXED_FIELDS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
 
-#: {computer to which the robot's board is connected: {field: value}}. The values were measured with
+#: {computer that is connected to the robot's board: {field: value}}. The values were measured with
 #: the firmware on a fast computer, and on a computer as slow as a Raspberry Pi.
 HOSTS: Dict[str, Dict[str, float]] = {
     'default': {},

@@ -1,9 +1,10 @@
-"""All that `controller` decides about turns, the mouse and the driver.
+"""Decides whether a turn or the mouse drives the robot, and with which command.
 
-The package :mod:`tb3_labs.nodes` says how a core is used.
+The package :mod:`tb3_labs.nodes` describes how a core is used.
 
-Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
-back (`steady_now`, and the `arrived_at` of an Event); radians, m/s. Turns are requested in degrees.
+The time `now` [s] is on the receiver's clock. The time `steady_now` [s], and the `arrived_at` of an
+Event, are on a clock that never stands still and never goes back. Turns are requested in degrees;
+all other angles are in radians. Speeds are in m/s.
 """
 import math
 from typing import Optional
@@ -27,7 +28,7 @@ REFUSAL_PERIOD = 1.0
 
 
 class ControllerCore:
-    """Turns one robot by its IMU, and drives the robot by the mouse."""
+    """Turns a robot by the yaw of its IMU, and drives the robot by a mouse."""
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroMonitor] = None) -> None:
         self._timing = SampleTiming()
@@ -40,18 +41,18 @@ class ControllerCore:
         self._sensors = SensorMonitor(self.imu)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._sleep = SleepMonitor()
-        self._turn: Optional[ActiveTurn] = None  # None after its result was logged
+        self._turn: Optional[ActiveTurn] = None  # None after the result was logged
         self._log = LogQueue()
         self.mouse = Mouse(self._log)
         self._turn_requests = SenderRequests(self._sleep)
         self._refused_at = -math.inf             # time of the last log line about a refused turn
-        self._mouse_is_due = False               # is a command of the mouse due?
+        self._mouse_is_due = False               # must the next tick send the mouse's command?
 
     # -- inputs
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.imu.received(now, sample.yaw)
+        self.imu.on_message(now, sample.yaw)
         jump = heading_jump(timed.previous_sample, sample)
         if jump and self.driver is Driver.TURN:
             self._change_driver(DriverEvent.TURN_OVER, jump)
@@ -64,12 +65,12 @@ class ControllerCore:
             self._log_result(now)
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels. Only the check of the gyro uses this sample."""
+        """Take in a sample of the wheels, which only the check of the gyro uses."""
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
         self._check_sleep_and_mouse(message.arrived_at)
-        stop_reason = self.mouse.received(message)
+        stop_reason = self.mouse.on_message(message)
         if stop_reason:
             self._release_mouse(stop_reason)
         elif self.mouse.active:
@@ -79,8 +80,7 @@ class ControllerCore:
             self._change_driver(event, 'the mouse took over')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by the angle [deg] that another node requests. A repetition may be refused, see
-        accepts_turn()."""
+        """Turn by the angle [deg] that another node requests, if accepts_turn() is true."""
         self._check_sleep_and_mouse(turn.arrived_at)
         if accepts_turn(self._turn_requests, turn, self._sleep.is_waking):
             self._request_or_log(turn, now)
@@ -89,7 +89,7 @@ class ControllerCore:
                               f'{SENDER_PAUSE:.0f} s, then ask again', turn.arrived_at)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
+        """Turn by an angle [deg] that a person typed. A repetition is never refused."""
         self._check_sleep_and_mouse(turn.arrived_at)
         self._refused_at = -math.inf
         self._request_or_log(turn, now)
@@ -106,8 +106,8 @@ class ControllerCore:
             self._log.add(text, warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
-        """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.
-        Raises ``ValueError`` with the reason of a refusal."""
+        """Turn by `degrees`, left positive. A request during a turn moves the goal of this turn by
+        `degrees`. If the request is refused, raises ``ValueError`` with the reason."""
         angle = math.radians(degrees)
         turn = self._turn
         if turn is not None and self.driver is Driver.TURN:
@@ -121,7 +121,7 @@ class ControllerCore:
         self._change_driver(DriverEvent.TURN_REQUESTED)
 
     def _check_sleep_and_mouse(self, steady_now: float) -> None:
-        """Give up a turn during which this process slept. Release a mouse that is lost."""
+        """Give up a turn after a sleep of this process. Stop the robot if a mouse is lost."""
         self._sleep.update(steady_now)
         if self._sleep.slept_for > RESUME_TIME:
             self._turn_requests.end_repetitions()
@@ -133,7 +133,7 @@ class ControllerCore:
             self._release_mouse(stop_reason)
 
     def set_law(self, law: PreciseTurn) -> None:
-        """Use another law from now on. A present turn keeps its goal."""
+        """Use another control law from now on. A turn that has begun keeps its goal."""
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
@@ -153,7 +153,7 @@ class ControllerCore:
                       watched=self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem_text(self, now: float) -> str:
-        """Returns the problem of the IMU, or ''."""
+        """Returns a text about the problem of the IMU; '' if the IMU has no problem."""
         return self._sensors.problem_text(now) or self._gyro.problem_text()
 
     def idle_for(self, now: float) -> float:
@@ -196,7 +196,6 @@ class ControllerCore:
         return self._turn
 
     def _start_law(self, turn: ActiveTurn) -> None:
-        """Begin a turn at the present heading, or continue the turn after a stop."""
         self._law.start(self._heading.yaw, turn.remaining(self._heading.yaw))
         self._pace.restart()
 
@@ -246,7 +245,7 @@ class ControllerCore:
         self._change_driver(DriverEvent.MOUSE_RELEASED, reason)
 
     def _change_driver(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver. A turn that ends for a `reason` is given up."""
+        """Change the driver. A turn that ends with a `reason` is given up."""
         previous_driver = self.driver
         self.driver = NEXT_DRIVER.get((previous_driver, event), previous_driver)
         if reason:

@@ -1,8 +1,7 @@
 """Finds the velocity that a mouse asks for, and whether the mouse is active or lost.
 
-Units: positions from -1 to 1, x to the right, y up; speeds in m/s and rad/s, left positive; seconds
-on a clock that never stands still and never goes back (`now`).
-Source: the course's mouse lab.
+Positions of the mouse are from -1 to 1, x to the right, y up. Speeds are in m/s and rad/s, left
+positive. The clock of `now` [s] never stands still and never goes back. Source: the mouse lab.
 """
 import math
 from collections import defaultdict
@@ -14,12 +13,12 @@ from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event, LogQueue
 from tb3_labs.supervision.timeouts import CROSSING_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
-#: A person uses a lost mouse again in this way.
+#: Advice for the user of a lost mouse.
 REMEDY = 'move it to the middle of the screen to use it again'
 
 
 class MouseState(NamedTuple):
-    """A mouse at one moment."""
+    """The state of a mouse at one moment."""
 
     active: bool
     x: float
@@ -27,7 +26,7 @@ class MouseState(NamedTuple):
 
 
 def to_mouse(message) -> MouseState:
-    """Returns the MouseState of a tb3_labs/MouseController. ``ValueError`` if it is not finite."""
+    """Returns the MouseState of a MouseController. Raises ``ValueError`` for NaN or infinity."""
     x, y = message.xPos, message.yPos
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f'mouse position ({x}, {y}) is not finite')
@@ -35,11 +34,11 @@ def to_mouse(message) -> MouseState:
 
 
 class _MouseSource:
-    """The state of one mouse, by its messages."""
+    """Finds whether one mouse is active or lost."""
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', INPUT_TIMEOUT)
-        #: Was the mouse active in its last message? An active mouse repeats its messages.
+        #: Was the mouse active at its last message? An active mouse repeats its messages.
         self.reported_active = False
         self.is_lost = True
         self._silence_ended_at = -math.inf    # end [s] of the last silence
@@ -49,24 +48,24 @@ class _MouseSource:
     def active(self) -> bool:
         return self.reported_active and not self.is_lost
 
-    def received(self, message: 'Event[MouseState]', rests: bool) -> None:
-        """Take in a message. `rests`: does the message ask for a stop?"""
+    def on_message(self, message: 'Event[MouseState]', rests: bool) -> None:
+        """Take in a message. `rests` is True if the message asks for a stop."""
         active = message.content.active
         now = message.arrived_at
         is_first = self.source.count == 0
         was_inactive = not is_first and not self.reported_active
         if was_inactive and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
-        # only an active mouse must send; before its first message its state is unknown
+        # An inactive mouse may be silent. The state before the first message is unknown.
         must_be_heard = active if is_first else self.reported_active
-        if self._lateness.received(message.sent_at, now) > INPUT_TIMEOUT:
+        if self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT:
             self._silence_ended_at = now
             if active:
                 self.is_lost = True
         elif must_be_heard and not self.source.is_fresh(now):
             self._silence_ended_at = now
         if message.age is not Age.SAME_STAMP:
-            self.source.received(now)
+            self.source.on_message(now)
         self.reported_active = active
         if rests and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
@@ -79,31 +78,31 @@ class _MouseSource:
 class Mouse:
     """Finds whether a mouse is active, and the velocity that the mouse asks for.
 
-    A mouse is lost at the start, after a sleep of this process, and if it is silent while it is
-    active. A lost mouse stays inactive until a message shows that the mouse is in the middle of the
-    screen, or deactivated. A delayed message does not activate a mouse, and neither does a message
-    soon after a silence.
+    A mouse is treated as lost at the start, after a sleep of this process, and if the mouse is
+    active but silent. A lost mouse stays inactive until a message shows that the mouse is in the
+    middle of the screen, or deactivated. A message that is delayed, or follows a silence, does not
+    activate a mouse.
 
     Several mice may be connected. If one mouse is lost or deactivated, all other mice are lost,
-    too, since an earlier user may have left them active. The mouse of the latest message drives.
+    too, since a user may have forgotten an active mouse. The mouse of the latest message drives.
     """
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
         self.source = Freshness('mouse_info', INPUT_TIMEOUT)    # all mice together
-        #: The velocity that an active mouse asks for. It is zero in the middle of the screen.
+        #: An active mouse asks for this velocity, which is zero in the middle of the screen.
         self.twist = Twist2()
         self._senders: DefaultDict[str, _MouseSource] = defaultdict(_MouseSource)
-        self._loss_is_logged = False    # was the user told how a lost mouse is used again?
+        self._loss_is_logged = False
 
     @property
     def active(self) -> bool:
         """Is any mouse active, and not lost?"""
         return any(sender.active for sender in self._senders.values())
 
-    def received(self, message: 'Event[MouseState]') -> str:
-        """Take in a message of a mouse. Returns the reason if the message stops the robot, or ''. A
-        deactivation is a stop, even if the mouse was lost."""
+    def on_message(self, message: 'Event[MouseState]') -> str:
+        """Take in a message of a mouse. Returns the reason why the message stops the robot, or ''.
+        A deactivation stops the robot even if the mouse was lost."""
         was_active = self.active
         is_deactivated = self._update(message)
         if self.active:
@@ -123,15 +122,15 @@ class Mouse:
         return ''
 
     def _update(self, message: 'Event[MouseState]') -> bool:
-        """Take in a message. Returns True if the message deactivates its mouse."""
+        """Take in a message. Returns True if the message deactivates the mouse."""
         active, x, y = message.content
         sender = self._senders[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
         rests = not active or twist == Twist2()
         was_active = sender.active
         is_deactivated = sender.reported_active and not active
-        self.source.received(message.arrived_at)
-        sender.received(message, rests)
+        self.source.on_message(message.arrived_at)
+        sender.on_message(message, rests)
         was_lost = was_active and not sender.active
         if is_deactivated or was_lost:
             self.lose(message.arrived_at, kept=sender)
@@ -140,8 +139,8 @@ class Mouse:
         return is_deactivated
 
     def check_silence(self, now: float, slept: bool = False) -> str:
-        """Lose all mice if an active mouse is silent, or if this process `slept`. Returns the
-        reason if a mouse was active, or ''."""
+        """Treat all mice as lost if an active mouse is silent, or if this process `slept`. Returns
+        a text about the silence of an active mouse; '' if no active mouse is silent."""
         silent = [mouse.source for mouse in self._senders.values()
                   if mouse.active and not mouse.source.is_fresh(now)]
         if slept or silent:
@@ -152,14 +151,14 @@ class Mouse:
         return f'{silent[0].silence_text(now)}: {REMEDY}'
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
-        """Treat all mice but `kept` as lost, since an earlier user may have left them active."""
+        """Treat all mice except `kept` as lost."""
         for sender in self._senders.values():
             if sender is not kept:
                 sender.lose(now)
 
 
 def _speed(position: float) -> float:
-    """Returns 0 inside the dead zone and on its edge, otherwise MOUSE_FULL times the position."""
+    """Returns 0 in the dead zone and on its edge, else MOUSE_FULL times the position."""
     if abs(position) <= MOUSE_DEAD_ZONE:
         return 0.0
     return MOUSE_FULL * clamp(position, -1.0, 1.0)

@@ -1,4 +1,4 @@
-"""Connects ROS, the keyboard and the ControllerCore."""
+"""Connects the ControllerCore to ROS and to the keyboard."""
 import contextlib
 import signal
 import sys
@@ -28,12 +28,12 @@ from tb3_labs.supervision.timeouts import ROBOT_WAIT
 
 
 class ControllerNode:
-    """Turns and drives the robot by IMU, keyboard, mouse and requested turns."""
+    """Turns the robot on request of the keyboard or of a node, and drives the robot by a mouse."""
 
     def __init__(self):
         config = read_config(TurnConfig)
         self._model = read_model()
-        self._response = MotorResponse()    # of this robot, learned while it moves
+        self._response = MotorResponse()
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
         core = ControllerCore(self._law(config), gyro)
         self._robot_wait = time.monotonic() + ROBOT_WAIT
@@ -43,7 +43,7 @@ class ControllerNode:
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # read every message: if several messages wait, one of them may be a stop
+        # Read every message, since one of several waiting messages may be a stop.
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: runner.handle(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
@@ -96,7 +96,7 @@ class ControllerNode:
 
 
 class Keyboard:
-    """Calls `on_line(text)` for each line of the standard input, then `on_end()` once.
+    """Calls `on_line(text)` for each line of the standard input, and `on_end()` at the end.
 
     The standard input may be a terminal, an xterm, a pipe, or the terminal of roslaunch. If there
     is no input, or the node is a background job, Keyboard calls `on_end()` at once.
@@ -105,16 +105,15 @@ class Keyboard:
     def __init__(self, on_line, on_end):
         self._on_line = guarded(on_line)
         self._on_end = guarded(on_end)
-        # This signal stops a job in the background that reads its terminal. If the signal is
-        # ignored, the read fails.
+        # Without this line, SIGTTIN would suspend a background job that reads from its terminal.
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 
     def _run(self):
-        if sys.stdin is not None:      # without an input, descriptor 0 may be another file
+        if sys.stdin is not None:      # if there is no input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
-                # A thread that reads sys.stdin holds a lock, for which Python would wait when the
-                # node ends. Therefore descriptor 0 is read without a buffer.
+                # A thread that reads sys.stdin holds a lock, and Python waits for this lock when
+                # the node ends. Reading descriptor 0 without a buffer needs no lock.
                 for line in open(0, 'rb', buffering=0, closefd=False):
                     self._on_line(line.decode(errors='replace').strip())
         self._on_end()

@@ -1,8 +1,8 @@
-"""The settings, the request and the result of a turn, and the table of drivers (turn or mouse). The
-law of a turn, :class:`tb3_labs.control.turning.PreciseTurn`, ends a turn that has settled.
+"""The settings and the result of a turn, and the table that decides whether a turn or the mouse
+drives. The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
 
 Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
-180 and -180 are different turns, and 360 is a full turn. The handout's law has headings instead.
+180 and -180 are different turns, and 360 is a full turn. The handout requests headings instead.
 """
 import math
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from tb3_labs.supervision.sensors_and_stalls import StallMonitor
 
 #: Between two samples the yaw of a robot at rest drifts by at most this angle [rad].
 RESTING_YAW_DRIFT = math.radians(0.02)
-#: {key of the keyboard: its turn [deg]}
+#: {key of the keyboard: requested turn [deg]}
 TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
@@ -51,16 +51,16 @@ class TurnConfig(Config):
 
 def make_turn(config: TurnConfig, model: RobotModel,
               response: Optional[MotorResponse] = None) -> PreciseTurn:
-    """Returns the law of a turn. `response` has the known delay and lag of this robot."""
+    """Returns the control law of a turn. `response` has the known delay and lag of this robot."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or MotorResponse())
 
 
 class Heading:
-    """The heading of a robot from the IMU alone. The zero of the heading is arbitrary."""
+    """The heading of a robot, measured by the IMU alone. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
-        #: The yaw [rad]. It does not jump at +/-pi, and is NaN before the first sample.
+        #: The yaw [rad], which does not jump at +/-pi; NaN before the first sample.
         self.yaw = math.nan
         #: Rate of turn [rad/s].
         self.rate = 0.0
@@ -82,7 +82,7 @@ class Heading:
 
     @property
     def steady_yaw(self) -> float:
-        """The yaw [rad] of a robot at rest, with less noise than one sample."""
+        """The yaw [rad] of a robot at rest, with less noise than the yaw of one sample."""
         return self._steady.value
 
     @property
@@ -92,14 +92,14 @@ class Heading:
 
 
 class ActiveTurn:
-    """One turn, from the request until its result is logged. Angles [rad] do not jump at +/-pi."""
+    """A turn, from its request until its result is logged. Angles [rad] do not jump at +/-pi."""
 
     def __init__(self, requested: float, yaw: float, now: float) -> None:
-        """Turn from `yaw` by `requested`."""
+        """Turn from the heading `yaw` by the angle `requested`."""
         self.requested = requested
         self.goal = yaw + requested
         self.stall = StallMonitor()
-        #: The remaining angle at the end, which the law computes from many samples.
+        #: The angle that remains after the turn, computed by the law from many samples.
         self.remaining_at_end = 0.0
         self._begun_at = now
 
@@ -112,7 +112,7 @@ class ActiveTurn:
         return self.goal - yaw
 
     def result(self, now: float) -> str:
-        """Returns a text about the result, for a robot that rests."""
+        """Returns the result of the turn as a text. The robot must be at rest."""
         requested, error = math.degrees(self.requested), math.degrees(self.remaining_at_end)
         side = 'short of' if error * requested > 0.0 else 'beyond'
         return (f'Turned {requested - error:.2f} degrees in {now - self._begun_at:.1f} s: '
@@ -120,7 +120,7 @@ class ActiveTurn:
 
 
 class Driver(Enum):
-    """The driver of the robot. When the driver changes, one zero stops the robot first."""
+    """The driver of the robot. When the driver changes, one zero command stops the robot first."""
 
     NOBODY = 'nobody'
     TURN = 'turn'
@@ -137,8 +137,8 @@ class DriverEvent(Enum):
     MOUSE_RELEASED = 'mouse released'     # the mouse was deactivated or lost
 
 
-#: {(driver, event): driver after the event}. All other events do not change the driver. A turn is
-#: refused while the mouse drives. Sources: the course's mouse lab, and failures of other nodes.
+#: {(driver, event): driver after the event}. A pair that is not in the table does not change the
+#: driver. A turn is refused while the mouse drives. Sources: the mouse lab, and mistakes in nodes.
 NEXT_DRIVER = {
     (Driver.NOBODY, DriverEvent.TURN_REQUESTED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
@@ -151,12 +151,12 @@ NEXT_DRIVER = {
 
 
 def accepts_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) -> bool:
-    """Take in a requested turn. Returns False if the turn is doubtful, or only repeats a turn that
-    was doubtful or ended. While this process `is_waking`, a turn may be from before the sleep."""
-    request = requests.receive(turn.sender, turn.content, turn.arrived_at)
+    """Take in a requested turn. Returns False if the turn may be old, or only repeats a turn that
+    was old or has ended. If `is_waking`, this process has just slept, so the turn may be old."""
+    request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.age.is_doubtful:
         request.is_ended = True
     is_accepted = not request.is_ended
-    if is_waking:    # the core refuses this turn itself
+    if is_waking:    # the core refuses this turn; later repetitions are refused here
         request.is_ended = True
     return is_accepted

@@ -1,1 +1,1 @@
-"""Driving by a pad, beside move_to_goal: the node `gamepad`."""
+"""The node `gamepad` drives the robot by a pad, and lets move_to_goal drive."""

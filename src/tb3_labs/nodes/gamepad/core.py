@@ -1,14 +1,13 @@
-"""All that `gamepad` decides about the holder of the robot and the command.
+"""Decides whether the pad or move_to_goal may drive the robot, and computes the pad's command.
 
-The package :mod:`tb3_labs.nodes` says how a core is used. No press of a button is lost, even if
-several messages arrive together. Button B always sends False, whoever holds the robot. Button A
-sends True, and Y asks for a reset, unless the press may be old.
+The package :mod:`tb3_labs.nodes` describes how a core is used. No press of a button is lost, even
+if several messages arrive together. Button B always sends False, even if the pad drives already.
+Button A sends True, and button Y requests a reset. Old presses of A and Y are refused.
 
-A silent pad is lost if a stick is off its middle, or if move_to_goal drives by the pad's
-permission. If joy_node does not repeat its messages (autorepeat_rate), a stick at a constant
-position looks like a lost pad.
+A silent pad is treated as lost if a stick is pushed, or if move_to_goal drives by the pad's
+permission. Without the autorepeat_rate of joy_node, a motionless stick looks like a lost pad.
 
-Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
+The clock of `now` [s] never stands still and never goes back. Speeds are in m/s and rad/s.
 """
 import math
 from dataclasses import dataclass
@@ -30,18 +29,17 @@ STICK_WARNING_TIME = 3.0
 class PadOutput(Output):
     """The decision of a GamepadCore."""
 
-    #: The holder of the robot.
     holder: ControlHolder = ControlHolder.NOBODY
-    #: The messages for `ctrl_relinq`, in this order.
+    #: The messages to publish on `ctrl_relinq`, in order.
     control_messages: Sequence[bool] = ()
-    #: Must another True follow as a renewal?
+    #: Must another True be published to renew the permission?
     renewal_is_due: bool = False
     #: Was the reset button pressed?
     reset_requested: bool = False
 
 
 class GamepadCore:
-    """Drives one robot by one pad, and gives and takes the permission of move_to_goal."""
+    """Drives a robot by a pad. Gives permission to move_to_goal, and takes permission back."""
 
     def __init__(self, config: PadConfig, model: RobotModel) -> None:
         self.holder = ControlHolder.NOBODY
@@ -50,10 +48,11 @@ class GamepadCore:
         self.pad = PadListener()
         self.messages = ControlMessages()
         self._sleep = SleepMonitor()
-        self._zero_until = 0.0    # until this time [s] the pad commands zero
+        self._zero_until = 0.0    # the pad's command is zero until this time [s]
         self._command_is_due = False
-        self._reset_requested = False    # was Y pressed since the last tick?
-        # Time [s] of the warning about a pushed stick. None: no stick is pushed; infinite: logged.
+        self._reset_requested = False    # was Y pressed after the last tick?
+        # Time [s] at which a warning about a pushed stick is due; None if no stick is pushed, and
+        # infinite if the warning was logged.
         self._stick_warning_at: Optional[float] = None
         self._log = LogQueue()
 
@@ -63,7 +62,7 @@ class GamepadCore:
         now = joy.arrived_at
         state = joy.content
         self._check_clock(now)
-        self.pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
+        self.pad.on_message(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
         presses = self.pad.presses
         sent_at = now - self.pad.lateness
         self._command_is_due = True
@@ -76,7 +75,7 @@ class GamepadCore:
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
-            self._change_holder(ControlEvent.LOST, now)    # this message shows the loss
+            self._change_holder(ControlEvent.LOST, now)    # the pad was silent before this message
         elif self._drives() and sent_at < self.messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if presses.reset and self._is_accepted('Y', MAX_RESET_AGE, now):
@@ -91,13 +90,13 @@ class GamepadCore:
         """Take in whether move_to_goal has control."""
         now = has_control.arrived_at
         if has_control.content:
-            self.messages.granted_at = -math.inf    # this is the answer to the last True
+            self.messages.granted_at = -math.inf    # move_to_goal has answered the last True
             self._change_holder(ControlEvent.GRANTED, now)
         elif now - self.messages.granted_at >= CROSSING_TIME:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a True or False of another node. A False also stops the driving by this pad."""
+        """Take in a True or False of another node. A False also stops this pad's driving."""
         if not message.content:
             self._on_control_taken(message.arrived_at)
 
@@ -131,7 +130,7 @@ class GamepadCore:
         return output
 
     def _check_rest(self, now: float) -> None:
-        """Find whether the pad is ready. If a stick is pushed too long, log a warning."""
+        """Let the pad drive if its sticks rest. If a stick is pushed too long, log a warning."""
         state = self.pad.state
         waits_for_rest = self.holder is ControlHolder.NOBODY and not self._config.has_hold
         if state is None or not waits_for_rest:
@@ -169,8 +168,8 @@ class GamepadCore:
         return is_held and not state.at_rest
 
     def _check_clock(self, now: float) -> None:
-        """Find a sleep. After a sleep the pad must become ready again. A long sleep also ends the
-        permission that the pad gave."""
+        """Find whether this process slept. After a sleep the pad must become ready again. A long
+        sleep also ends the permission that the pad gave."""
         self._sleep.update(now)
         if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
@@ -183,7 +182,7 @@ class GamepadCore:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
-        """Is a press accepted, up to `max_lateness` [s] after it? Otherwise log the reason."""
+        """Is a press accepted if its age is at most `max_lateness` [s]? If not, log the reason."""
         lateness = self.pad.lateness
         was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:

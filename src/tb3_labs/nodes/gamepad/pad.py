@@ -1,7 +1,7 @@
-"""The settings and the messages of one pad. The defaults are for the pad of the course's lab.
+"""The settings and the messages of one pad. The default settings fit the pad of the course's lab.
 
-Units: axes from -1 to 1, forward and left positive, as in joy_node; seconds on a clock that never
-stands still and never goes back (`now`). `stamp` is on the sender's clock.
+The values of axes are from -1 to 1, forward and left positive, as in joy_node. The clock of `now`
+[s] never stands still and never goes back. The time `stamp` [s] is by the sender's clock.
 """
 import math
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_ANGULAR_SPEED)
 from tb3_labs.supervision.timeouts import CROSSING_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
-#: The highest index of an axis or button that a parameter may have.
+#: A parameter may name an axis or button up to this index.
 MAX_INDEX = 31
 
 
 @dataclass(frozen=True)
 class PadConfig(Config):
-    """The functions of axes and buttons. Indices begin at 0, as in sensor_msgs/Joy."""
+    """The settings of a pad. The indices of axes and buttons begin at 0, as in sensor_msgs/Joy."""
 
     linear_axis: int = setting(LINEAR_AXIS, 'axis that drives, forward positive', '', 0, MAX_INDEX)
     angular_axis: int = setting(ANGULAR_AXIS, 'axis that turns, left positive', '', 0, MAX_INDEX)
@@ -39,7 +39,7 @@ class PadConfig(Config):
 
 
 class PadState(NamedTuple):
-    """The sticks and buttons of a pad at one moment. A stick in its dead zone is 0."""
+    """The sticks and buttons of a pad at one moment. The value of a stick in its dead zone is 0."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -55,7 +55,7 @@ class PadState(NamedTuple):
         return self.forward == 0.0 and self.left == 0.0
 
     def presses_since(self, earlier: 'PadState') -> 'PadState':
-        """Returns this state with only the buttons that were pressed after the state `earlier`."""
+        """Returns this state without the buttons that were pressed in `earlier`, too."""
         return self._replace(
             relinquish=self.relinquish and not earlier.relinquish,
             regain=self.regain and not earlier.regain,
@@ -65,38 +65,38 @@ class PadState(NamedTuple):
 class PadListener:
     """Takes in the messages of one pad, and finds whether the last message is current.
 
-    A pad may be silent if it has never repeated a state, since joy_node may send only changes.
+    A pad that has never repeated a state need not send, since its joy_node sends only changes.
     """
 
     def __init__(self) -> None:
         self.source = Freshness('joy', INPUT_TIMEOUT)
-        #: The latest state. It is None before the first message, and after a loss.
+        #: The latest state; None before the first message, and after a loss of the pad.
         self.state: Optional[PadState] = None
         self.has_repeated = False    # did the pad ever repeat an unchanged state?
         self.driver_hangs = False    # does the pad's driver hang, and repeat one message?
         self._lateness = Lateness()
-        self._received_since = math.inf    # time [s] from which the usual delay is learned
+        self._received_since = math.inf    # the usual delay is learned from this time [s] on
         self._last: Optional[PadState] = None
         self._newest_stamp = -math.inf
         self.presses = PadState()       # the buttons that the last message shows as just pressed
         self.lateness = 0.0             # delay [s] of the last message
         self.came_after_loss = False    # did the last message come after a loss of the pad?
 
-    def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
-        """Take in a message. `stamp` is the time of sending, or 0. `hangs`: does the driver repeat
-        one message? In the first message only the stop button can be just pressed."""
+    def on_message(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
+        """Take in a message. `stamp` is the time [s] of sending, or 0. `hangs` is True if the
+        driver repeats one message. In the first message only the stop button counts as pressed."""
         if self._last is not None and state.sent == self._last.sent:
             self.has_repeated = True
         self._last = state
-        self.lateness = self._lateness.received(stamp, now)
+        self.lateness = self._lateness.on_message(stamp, now)
         self.driver_hangs = hangs
-        # a driver that hangs may repeat several messages
+        # a driver that hangs may repeat several old messages in turn
         is_old = stamp <= self._newest_stamp and self.lateness > INPUT_TIMEOUT
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = False
         if not hangs and not is_old:
             self.came_after_loss = self.has_repeated and not self.source.is_fresh(now)
-            self.source.received(now)
+            self.source.on_message(now)
         learns_anew = self.came_after_loss and stamp <= 0.0
         if math.isinf(self._received_since) or learns_anew:
             self._received_since = now
@@ -107,9 +107,9 @@ class PadListener:
         self.state = state
 
     def knows_lateness(self, now: float) -> bool:
-        """Is the usual delay known? If not, `lateness` may be wrong."""
+        """Is the usual delay of messages known? If not, `lateness` may be wrong."""
         if self.driver_hangs and not self.source.is_fresh(now):
-            return False    # two messages may have the same stamp
+            return False
         return now - self._received_since >= CROSSING_TIME
 
     def is_current(self, now: float) -> bool:
@@ -118,7 +118,7 @@ class PadListener:
 
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:
-    """Returns the PadState of a message's axes and buttons. ``ValueError`` for another pad."""
+    """Returns the PadState for axes and buttons. Raises ``ValueError`` for another kind of pad."""
     needed_axes = 1 + max(config.linear_axis, config.angular_axis)
     needed_buttons = 1 + max(config.relinquish_button, config.regain_button, config.reset_button,
                              config.hold_button)
@@ -137,7 +137,7 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
 
 
 def _stick_speed(dead_zone: float, position: float) -> float:
-    """Returns 0 inside the dead zone. Outside, the speed grows linearly to 1 at the full stick."""
+    """Returns a speed that is 0 in the dead zone, and grows linearly to 1 at the full stick."""
     size = min(abs(position), 1.0)
     if size <= dead_zone:
         return 0.0

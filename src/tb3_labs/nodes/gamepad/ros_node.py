@@ -1,4 +1,4 @@
-"""Connects ROS and the GamepadCore."""
+"""Connects the GamepadCore to ROS."""
 import threading
 
 import rospy
@@ -17,7 +17,7 @@ from tb3_labs.ros.topics import RENEWAL_HEADER, log_missing_topics, subscribe_ev
 
 
 class GamepadNode:
-    """Drives by the messages of a pad, and gives and takes the control of move_to_goal."""
+    """Drives a robot by a pad. Gives control to move_to_goal, and takes control back."""
 
     def __init__(self):
         model = read_model()
@@ -30,7 +30,7 @@ class GamepadNode:
         self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
         rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
         self._runner.check()
-        # read every message: if many messages arrive at once, one may have a press
+        # Read every message, since one of several waiting messages may have a press.
         subscribe_events(
             'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
@@ -46,7 +46,7 @@ class GamepadNode:
             self._runner.handle(self._core.on_ctrl_relinq, event)
 
     def _publish_output(self, output):
-        """Publish a stop twice, since a node may treat a connection's first message as latched."""
+        """Publish a stop twice, since a node may treat the first message of a connection as old."""
         for granted in output.control_messages:
             times = 1 if granted else 2
             for _ in range(times):

@@ -1,11 +1,11 @@
-"""All that `move_to_goal` decides about pose, permission and command.
+"""Decides whether `move_to_goal` may drive, and with which command.
 
-The package :mod:`tb3_labs.nodes` says how a core is used. The robot moves only while this node has
-control, both sensors are fresh, gyro and wheels agree, the pose is known, and the goal is not
-reached. A grant or a goal is void if the sensors stay silent.
+The package :mod:`tb3_labs.nodes` describes how a core is used. This node moves the robot only while
+the node has control, IMU and odometry are fresh, gyro and wheels agree, the pose is known, and the
+goal is not reached. If the sensors stay silent, a new grant is void, and a drive is given up.
 
-Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
-back (`steady_now`); metres, radians. Poses are in the local frame.
+The time `now` [s] is on the receiver's clock. The time `steady_now` [s] is on a clock that never
+stands still and never goes back. Poses are in the local frame, in metres and radians.
 """
 import math
 from typing import Dict, Optional
@@ -33,12 +33,12 @@ RIVAL_TIME = 0.3
 
 
 class MoveToGoalCore:
-    """Localizer, goal machine and permission of one robot."""
+    """Joins the localizer, the goal machine and the permission of one robot."""
 
     def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[MotorResponse] = None,
                  gyro: Optional[GyroMonitor] = None) -> None:
-        """`response` has the delays of this robot, which `law` and this node improve."""
+        """`response` has the delays of this robot, which `law` measures."""
         self._response = response or MotorResponse()
         self._timing = SampleTiming()
         self.sensors = DriveSensors()
@@ -47,12 +47,12 @@ class MoveToGoalCore:
         self._log = LogQueue()
         self._permission = Permission(has_control, self._log)
         self._requests = GoalRequests(self._permission.sleep)
-        #: May this node drive? The value at the last tick.
+        #: Was this node allowed to drive at the last tick?
         self.may_drive = has_control
         self._pace = Pace(law.period)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
-        #: {another node that commands motions: the time of its first command [s]}
+        #: {another node that commands motions: time [s] of its first command}
         self._rivals_since: Dict[str, float] = {}
         self._announcer = Announcer(self._log)
 
@@ -60,26 +60,26 @@ class MoveToGoalCore:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.sensors.imu.received(now, sample.yaw)
+        self.sensors.imu.on_message(now, sample.yaw)
         self._gyro.on_imu(timed, sends_wheels)
         self._localizer.on_imu(timed)
         self._check_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         timed = self._timing.on_odometry(sample, now)
-        self.sensors.odometry.received(now, sample[1:])
+        self.sensors.odometry.on_message(now, sample[1:])
         self._encoders.on_odometry(sample)
         self._localizer.on_odometry(timed)
         self._check_localizer()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels. Only the checks of gyro and odometry use this sample."""
+        """Take in a sample of the wheels, which only the checks of gyro and odometry use."""
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
     def on_command(self, command: Twist2, now: float, rival: str = '') -> None:
-        """Take in a command, which may move the robot. `rival` is the other node that sent the
-        command. If both nodes drive, a warning names the other node after `RIVAL_TIME`."""
+        """Take in a command, which may move the robot. `rival` is another node that sent the
+        command. If `rival` and this node both drive for RIVAL_TIME, log a warning."""
         if command == Twist2():
             return
         self._localizer.on_command(now)
@@ -93,7 +93,7 @@ class MoveToGoalCore:
                               'ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: DriveLaw) -> None:
-        """Use another law from now on. A present drive begins again."""
+        """Use another control law from now on. A drive to a goal begins again."""
         self._machine.law = law
         self._pace = Pace(law.period)
         if self._machine.active:
@@ -104,7 +104,7 @@ class MoveToGoalCore:
         self._restart()
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
-        """Drive to a goal, unless the goal is refused, or only repeats the present goal."""
+        """Drive to a goal. A refused goal, or a repetition of the present goal, changes nothing."""
         sender_goal = self.register_goal(request, steady_now)
         requests = self._requests
         machine = self._machine
@@ -119,21 +119,22 @@ class MoveToGoalCore:
         requests.accept(request)
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
-        """Remember a goal that arrives. For a goal with a known GoalID, nothing else happens."""
-        self._update_control(steady_now)    # the goal may be older than a sleep
+        """Remember that a goal arrived. A goal with a known GoalID has no other effect."""
+        self._update_control(steady_now)    # first look for a sleep that delayed the goal
         self._check_end()
-        return self._requests.receive(request, steady_now)
+        return self._requests.on_goal(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
-        """Cancel the goals that GoalRequest.is_named_by() finds."""
-        self._update_control(steady_now)    # finds a sleep, which is not a pause of a sender
+        """Cancel the goals for which GoalRequest.is_named_by() is true."""
+        # first look for a sleep, which must not look like a pause of a sender
+        self._update_control(steady_now)
         if self._requests.cancel(name, stamp):
             self._machine.cancel()
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested` now. The request is refused if it may be
-        older than a sleep. `reset.is_over` becomes True when the reset has ended."""
+        """Declare that the robot is at `reset.requested` now. The reset is refused if the request
+        may be older than a sleep of this process. After the reset, `reset.is_over` is True."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
         problem = self.sensors.problem_text(now, with_age=True)
@@ -154,7 +155,7 @@ class MoveToGoalCore:
         was_allowed = self.may_drive
         self.may_drive = permission.grant_holds
         if permission.pop_new_grant() and (machine.failure or not was_allowed):
-            # the robot may have been driven elsewhere meanwhile
+            # another node may have moved the robot before this grant
             if machine.failure or machine.active:
                 machine.restart()
             self._restart()
@@ -167,7 +168,7 @@ class MoveToGoalCore:
 
     def tick(self, now: float, steady_now: float) -> DriveOutput:
         self._update_control(steady_now)
-        # a command is due at the rate of the law, and also if a sensor is lost
+        # a command is due after each period of the law, and also if a sensor is lost
         is_due = self._pace.due(now) or not self.sensors.are_fresh(now)
         command = self._command(now) if is_due else None
         self._check_end()
@@ -196,7 +197,7 @@ class MoveToGoalCore:
         return None
 
     def _step(self, motion: Motion, now: float) -> Optional[Twist2]:
-        """Take a step of the drive. Returns its command."""
+        """Do one step of the drive. Returns None if the drive was given up."""
         dt = self._pace.step(now)
         self._check_readings(now)
         command = self._machine.step(motion, dt)
@@ -206,7 +207,7 @@ class MoveToGoalCore:
         return command
 
     def _check_end(self) -> None:
-        """Answer the client of a drive that has ended. Later calls have no effect."""
+        """If the drive has ended, answer the client of its goal. A second call has no effect."""
         machine = self._machine
         if machine.goal is None or machine.active:
             return
@@ -232,7 +233,7 @@ class MoveToGoalCore:
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
-        """The pose of ``local`` in the odometry's frame. It is None before the first Fix."""
+        """The pose of the frame ``local`` in the odometry's frame; None before the first Fix."""
         return self._localizer.odom_T_local
 
     def status(self, now: float) -> DriveStatus:
@@ -268,7 +269,7 @@ class MoveToGoalCore:
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
     def _check_readings(self, now: float) -> None:
-        """Give up if a sensor repeats a reading that the last command must have changed."""
+        """Give up if a reading is the same, although the last command should have changed it."""
         odometry = self._timing.odometry
         assert odometry is not None
         previous = odometry.previous_sample
@@ -284,12 +285,11 @@ class MoveToGoalCore:
         self.sensors.forget_silences()
 
     def _restart(self) -> None:
-        """Start a requested motion of a robot at rest."""
         self._pace.restart()
         self.sensors.request_motion()
 
     def _check_localizer(self) -> None:
-        """Give up the drive after a jump of a sensor. Start the drive again after a reset."""
+        """Give up the drive if a reading has jumped. Start the drive again after a reset."""
         for jump in self._localizer.jumps.pop_all():
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]

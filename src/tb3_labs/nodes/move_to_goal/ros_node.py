@@ -1,4 +1,4 @@
-"""The ROS side of move_to_goal, by the interface in scripts/move2goal_tf.py."""
+"""Connects the MoveToGoalCore to ROS. The file scripts/move2goal_tf.py describes the interface."""
 import math
 import sys
 from collections import deque
@@ -33,11 +33,11 @@ from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
 #: The path gets a new point after this distance [m].
 PATH_STEP = 0.02
-#: The path also gets a new point after this turn [rad].
+#: The path also gets a new point after a turn by this angle [rad].
 PATH_TURN = math.radians(10.0)
-#: The path keeps at most this many points, the latest ones.
+#: The path has at most this many points. Older points are removed.
 PATH_POINTS = 1000
-#: Time [s] between two transforms of the same frame.
+#: Time [s] between two transforms, if the frame does not change.
 DISPLAY_PERIOD = 0.1
 #: Time [s] between two messages of the path.
 PATH_PERIOD = 0.2
@@ -52,8 +52,8 @@ _typed = {'has_control': False}    # the value of _has_control:= on the command 
 
 
 def pop_permission():
-    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). rospy
-    would set a parameter, which would outlive the launch and let a later start drive."""
+    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). From
+    this argument rospy would set a parameter, which would let a later start drive, too."""
     values = {'true': True, 'false': False}
     for word in list(sys.argv):
         name, _, value = word.partition(':=')
@@ -64,9 +64,9 @@ def pop_permission():
 
 
 def _permission():
-    """Returns the permission of this start. A node that roslaunch restarts has no permission."""
+    """Returns the permission at the start. The permission is False after a restart by roslaunch."""
     launch = roslaunch_of_this()
-    given_by = rospy.get_name() + '_given_by'    # a parameter: the launch that gave control last
+    given_by = rospy.get_name() + '_given_by'    # parameter with the last launch that gave control
     if launch and _typed['has_control'] is True:
         if rospy.get_param(given_by, 0) == launch:
             rospy.logwarn('This launch gave control before: False, then True, gives it again')
@@ -76,13 +76,13 @@ def _permission():
 
 
 class MoveToGoalNode:
-    """Drives the robot by samples, goals, resets and permissions."""
+    """Gives all messages for move_to_goal to a MoveToGoalCore, and publishes the core's Outputs."""
 
     def __init__(self):
         typed = {'has_control': _permission()}
         start, drive = read_config(MoveToGoalConfig, DriveConfig, typed=typed)
         self._model = read_model()
-        self._response = MotorResponse()    # of this robot, learned while it moves
+        self._response = MotorResponse()
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
         core = MoveToGoalCore(self._law(drive), start.has_control, self._response, gyro)
         core.set_goal(start.goal)
@@ -102,12 +102,12 @@ class MoveToGoalNode:
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # Read every message, since the firmware may reverse the displacement of any message. The
-        # core decides at the next sample of the IMU, which is fresher.
+        # Read every message, since the firmware may reverse the displacement of one message. The
+        # core does not decide now, but at the next sample of the IMU, which will be newer.
         subscribe('odom', Odometry,
                   lambda sample: runner.call(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
-        runner.check()    # the first look at the clock, since a slow start is not a sleep
+        runner.check()    # look for sleeps from now on, since a slow start is not a sleep
         Diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
@@ -149,7 +149,7 @@ class MoveToGoalNode:
 
 
 class LocalPath:
-    """The path in local. A new frame starts a new path."""
+    """Publishes the path of the robot in the frame ``local``. A new frame starts a new path."""
 
     def __init__(self, frame_id):
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
@@ -161,7 +161,7 @@ class LocalPath:
         self._has_new_points = False   # since the last message
 
     def show(self, fix):
-        """Add a localizer.Fix. Publish the path once in PATH_PERIOD."""
+        """Add a localizer.Fix to the path. Publish the path at most once in PATH_PERIOD."""
         if fix.frame_number != self._frame_number:
             self._frame_number = fix.frame_number
             self._points.clear()
@@ -184,10 +184,11 @@ def _is_farther(last, here):
 
 
 class Display:
-    """Publishes each Fix in the IMU's thread, and each new status in the CoreRunner's thread.
+    """Publishes each Fix and each new DriveStatus for people to see.
 
-    Making a message costs more time than a step of a control law. So a message without a subscriber
-    is not made. Displays get messages only as often as the eye needs.
+    The thread of the IMU calls `show`, and the thread of the CoreRunner calls `show_status`. Making
+    a message costs more time than a step of a control law. So `show` makes poses and transforms
+    only for subscribers, and makes transforms, path and markers less often than poses.
     """
 
     def __init__(self):
@@ -199,12 +200,12 @@ class Display:
         self._marker = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
         self._markers = MarkerArray()
         self._transform_sent_at = -math.inf      # stamp
-        self._sent_odom_T_local = None           # the last transform
+        self._sent_odom_T_local = None
         self._markers_sent_at = -math.inf        # stamp
         self._path = LocalPath(self._local)
 
     def show(self, fix, odom_T_local):
-        """Publish a localizer.Fix as pose, path and frame."""
+        """Publish a localizer.Fix as a pose, a transform and a point of the path."""
         if self._pose.get_num_connections():
             self._pose.publish(to_pose_stamped(fix.local_T_base, self._local, fix.stamp))
         is_early = abs(fix.stamp - self._transform_sent_at) < DISPLAY_PERIOD
@@ -215,13 +216,13 @@ class Display:
         if self._tf.pub_tf.get_num_connections():
             self._tf.sendTransform(to_transform(odom_T_local, self._odom, self._local, fix.stamp))
         if abs(fix.stamp - self._markers_sent_at) >= REPEAT_PERIOD:
-            # RViz drops a marker if it does not know the frame yet
+            # markers are repeated, since RViz drops a marker whose frame is not known yet
             self._markers_sent_at = fix.stamp
             self._marker.publish(self._markers)
         self._path.show(fix)
 
     def show_status(self, status):
-        """Publish a DriveStatus as text and goal, and as markers for RViz."""
+        """Publish the text and the goal of a DriveStatus, and markers for RViz."""
         goal = status.goal
         self._state.publish(status.text)
         self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))
@@ -234,7 +235,7 @@ class Display:
         text = _marker(Pose2(), frame('base_footprint'), ns='words', id=2, color=WHITE,
                        type=Marker.TEXT_VIEW_FACING, scale=Vector3(0.0, 0.0, 0.1))
         text.pose.position.z = 0.3
-        text.text = status.text + '\n\n\n\n'    # empty lines lift the centred text off the robot
+        text.text = status.text + '\n\n\n\n'    # empty lines lift the text above the robot
         self._markers = MarkerArray(markers=[arrow, disc, text])
         self._marker.publish(self._markers)
 

@@ -1,8 +1,8 @@
-"""Takes goals and resets for move_to_goal. A reset declares the present pose of the robot.
+"""Receives goals and resets for move_to_goal. A reset declares the present pose of the robot.
 
-Goals come by the `move2goal` action. A goal on `move_base_simple/goal` becomes a goal of this
-action, as in move_base. Resets come by the services `reset_pose` and `set_pose`, and by the topic
-`initialpose`, RViz's 2D Pose Estimate. :mod:`tb3_labs.ros.reset_client` requests a reset.
+Goals arrive by the action `move2goal`. A goal on `move_base_simple/goal` becomes a goal of this
+action, as in move_base. Resets arrive by the services `reset_pose` and `set_pose`, and by the topic
+`initialpose`. In RViz, the tool 2D Pose Estimate publishes `initialpose`.
 """
 import math
 
@@ -26,14 +26,14 @@ from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, Request
 
 #: The node answers a reset within this time [s].
 ANSWER_WITHIN = 0.85
-#: A service checks with this period [s] whether its reset is over.
+#: Time [s] between two checks whether a reset is over.
 ANSWER_POLL = 0.005
 #: Time [s] between two messages of the action's status.
 STATUS_PERIOD = 0.5
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
-#: {outcome of a goal that ends: the method of actionlib that answers the client}
+#: {outcome of a goal: the method of actionlib that reports the outcome to the client}
 END_METHODS = {GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
                GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
                GoalOutcome.GIVEN_UP: ServerGoalHandle.set_aborted,
@@ -43,13 +43,13 @@ END_METHODS = {GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
 class GoalServer(ActionServer):
     """Receives the goals of the action `move2goal` for a MoveToGoalCore.
 
-    actionlib's lock is held while a goal or cancel is handed to the core. So actionlib and the core
-    receive goals and cancels in the same order. :meth:`answer` sends the core's answers, and does
-    not need the lock of the core.
+    This class holds actionlib's lock while it hands a goal or a cancel to the core. So actionlib
+    and the core receive goals and cancels in the same order.
 
-    This class sees each message before actionlib (test/ros/stops.test). actionlib (1.14.0) takes a
-    goal with a known GoalID for a new goal after 5 s, and a repeated latched goal at once. It
-    ignores the cancel of an ended goal, although a reset may start the drive to this goal again.
+    This class reads each message before actionlib does (test/ros/stops.test). The library actionlib
+    (1.14.0) treats a goal with a known GoalID as a new goal after 5 s, and treats a repeated
+    latched goal as a new goal at once. A cancel of an ended goal is ignored by actionlib, although
+    a reset may start the drive to this goal again.
     """
 
     def __init__(self, runner, core):
@@ -61,15 +61,15 @@ class GoalServer(ActionServer):
         self._goal_callback = guarded(only_new('move2goal/goal', self._on_goal))
 
     def offer(self):
-        """Take goals from now on."""
+        """Receive goals from now on."""
         subscribe('move_base_simple/goal', PoseStamped,
                   only_new('move_base_simple/goal', self._on_simple_goal))
-        # without this, actionlib's status thread may publish while the topics are closed
+        # without stop(), actionlib's status thread may publish while the topics are closed
         rospy.on_shutdown(self.stop)
         self.start()
 
     def answer(self, answers):
-        """Send GoalAnswers to their clients, without the lock of the core."""
+        """Send each GoalAnswer to its client. The caller does not hold the lock of the core."""
         for request, outcome, text in answers:
             if outcome is GoalOutcome.ACCEPTED:
                 self._present = request.client
@@ -82,14 +82,14 @@ class GoalServer(ActionServer):
             END_METHODS[outcome](request.client, MoveBaseResult(), text)
 
     def feedback(self, fix):
-        """Send a localizer.Fix to the client of the present goal, if a goal is present."""
+        """If there is a goal, send a localizer.Fix to the client of the goal."""
         handle = self._present
         if handle is not None and self.feedback_pub.get_num_connections():
             handle.publish_feedback(MoveBaseFeedback(base_position=to_pose_stamped(
                 fix.local_T_base, frame('local'), fix.stamp)))
 
     def initialize(self):
-        """Replace actionlib's status timer, which would die if the clock jumps back."""
+        """Replace actionlib's status timer, which would end if the clock jumps back."""
         super().initialize()
         self.status_timer.shutdown()
         self.status_timer = rospy.Timer(rospy.Duration(STATUS_PERIOD), self.publish_status_async,
@@ -100,7 +100,7 @@ class GoalServer(ActionServer):
         self._goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id):
-        """Obey a cancel, however old it is. actionlib's own subscriber calls this method."""
+        """Obey a cancel, even an old one. actionlib's own subscriber calls this method."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):
@@ -115,9 +115,10 @@ class GoalServer(ActionServer):
         with self.lock:
             self.register_goal_callback(handles.append)
             super().internal_goal_callback(goal)
-            # actionlib makes no handle for a known goal, or a goal that was canceled before
+            # actionlib makes no handle for a goal that it knows, or that was canceled before
             handle = handles[0] if handles else None
-            goal_id = handle.get_goal_id() if handle else goal.goal_id    # actionlib may make an id
+            # actionlib makes an id for a goal that has none
+            goal_id = handle.get_goal_id() if handle else goal.goal_id
             request = GoalRequest(None, sender_of(connection_of(message)), goal_id.id,
                                   goal_id.stamp.to_nsec(), handle)
             try:
@@ -138,7 +139,7 @@ class GoalServer(ActionServer):
 
 class Resets:
     """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset when
-    both sensors have sent a sample after the request."""
+    IMU and odometry have sent a sample after the request."""
 
     def __init__(self, runner, core):
         self._runner, self._core = runner, core
@@ -171,7 +172,7 @@ class Resets:
         return SetInitialPoseResponse()
 
     def _on_initialpose(self, stamped):
-        """Returns the reason of a refusal, or None."""
+        """Returns the reason if the reset is refused, else None."""
         try:
             self._reset(to_requested_pose(stamped.header, stamped.pose.pose))
         except ValueError as problem:
@@ -196,13 +197,13 @@ class Resets:
 
 
 def _in_degrees(pose):
-    """Returns [x [m], y [m], yaw [deg]], rounded for people to read."""
+    """Returns the list of x [m], y [m] and yaw [deg], rounded for people to read."""
     return [round(value, 6) for value in (pose.x, pose.y, math.degrees(pose.yaw))]
 
 
 def only_new(topic, callback):
-    """Returns a function that passes messages of `topic` to `callback`. The function drops a
-    latched message that may be old, and logs a warning."""
+    """Returns a function that passes messages of `topic` to `callback`. The function does not pass
+    a latched message that may be old, and logs a warning."""
     to_age = age_reader(topic)
 
     def on_message(message):
@@ -217,8 +218,8 @@ def only_new(topic, callback):
 
 
 def to_requested_pose(header, pose):
-    """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The frame's name
-    may begin with this node's namespace. Raises ``ValueError`` for other frames."""
+    """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The name of the
+    frame may begin with this node's namespace. Other frames raise ``ValueError``."""
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):

@@ -1,4 +1,4 @@
-"""The settings with which move_to_goal starts, the status of its drive, and lines about changes."""
+"""The start settings of move_to_goal, the status of a drive, and the log lines about a drive."""
 import math
 from dataclasses import dataclass
 from typing import Callable, NamedTuple, Optional, Sequence, Tuple
@@ -30,7 +30,7 @@ class MoveToGoalConfig(Config):
 
     @property
     def goal(self) -> Pose2:
-        """The first goal as a Pose2 in local."""
+        """The first goal, a Pose2 in the frame ``local``."""
         return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
 
 
@@ -42,21 +42,21 @@ class DriveStatus(NamedTuple):
     tolerance: float              # the goal is reached within this distance [m]
     attempt: int                  # number of the drive; each goal and restart begins a new drive
     begun: bool                   # was a motion commanded in this drive?
-    active: bool                  # does the drive still go on?
+    active: bool                  # is the goal neither reached nor given up?
     failure: str                  # the reason why the drive was given up, or ''
-    hold_reason: str              # why the robot must wait during the drive, or ''
+    hold_reason: str              # the reason why the robot must wait during the drive, or ''
     may_drive: bool               # may the node drive?
-    sensor_problem: str           # a text about lost or contradicting sensors, or ''
+    sensor_problem: str           # a text about lost sensors or contradicting readings, or ''
 
     def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:
-        """Returns the distance [m] and the angle [deg, not negative] from the robot to the goal."""
+        """Returns the distance [m] to the goal, and the angle [deg, >= 0] to the goal's heading."""
         assert self.goal is not None and motion is not None
         turn = difference(self.goal.yaw, motion.pose.yaw)
         return motion.pose.distance_to(self.goal), abs(math.degrees(turn))
 
     @property
     def text(self) -> str:
-        """The text on `goal_state`. It is '' until the drive begins."""
+        """The text on `goal_state`. The text is '' while the drive is about to begin."""
         if self.failure:
             return f'{GAVE_UP}: {self.failure}'
         if not self.active:
@@ -72,15 +72,15 @@ class DriveStatus(NamedTuple):
 class DriveOutput(Output):
     """The decision of a MoveToGoalCore."""
 
-    #: Was control given, and not taken back? This stays true if the sender is silent for a moment.
+    #: Was control given, and not taken back? A short silence of the sender does not end control.
     has_control: bool = False
-    #: The answers to clients of goals, in order.
+    #: The answers to the clients that sent goals, in order.
     answers: Sequence[GoalAnswer] = ()
     #: The status of the drive, if it is new.
     status: Optional[DriveStatus] = None
     #: A new Fix, or None.
     fix: Optional[Fix] = None
-    #: The pose of ``local`` in the odometry's frame. It is None before the first Fix.
+    #: The pose of the frame ``local`` in the odometry's frame; None before the first Fix.
     odom_T_local: Optional[Pose2] = None
 
     @property
@@ -89,18 +89,17 @@ class DriveOutput(Output):
 
 
 class Announcer:
-    """Finds changes of the status of a drive, and logs them for the user."""
+    """Logs each change in the status of a drive for the user."""
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
         self._logged: Tuple = ()     # attempt, goal and text of the last log line
-        self._begun_attempt = 0      # number of the drive that started last
-        self._begun_at = 0.0         # time [s] at which this drive began
+        self._begun_attempt = 0      # number of the latest drive that began
+        self._begun_at = 0.0         # time [s] at which the latest drive began
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
-        """Log a new status. Returns True if the status is new. `motion()` returns the robot's
-        present Motion."""
+        """Log `status` and return True, if `status` is new. `motion()` returns a Motion."""
         key = (status.attempt, status.goal, status.text)
         if not status.text or key == self._logged:
             return False
