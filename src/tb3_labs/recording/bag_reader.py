@@ -32,7 +32,6 @@ MAX_OUTAGE = 3600.0
 #: This is the `problem` of a bag in which the recorder's clock jumped. The bag is read until the
 #: jump, since all times after the jump are wrong.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
-#: A bag begins with these bytes.
 BAG_VERSION = b'#ROSBAG V2.0\n'
 #: The value of the header field `op` for each kind of record.
 MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'

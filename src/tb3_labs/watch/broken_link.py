@@ -40,7 +40,8 @@ class NodeRun:
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         """`run` is a RunData. `node` is the node's name, by default the name of the node with the
         most readings. A command of an unknown sender counts as a command of the node."""
-        self.run, self.variables = run, variables_of(run, node)
+        self.run = run
+        self.variables = variables_of(run, node)
         self.commands = run.commands
         if node is not None:
             self.commands = run.commands.take(np.isin(run.commands.sender, ['', node]))

@@ -111,7 +111,7 @@ def remarks(run: Any, lab: str) -> List[str]:
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, Link, BrokenLink) for each node of a known lab with a broken link."""
+    """Returns (node, Link, BrokenLink) for each node that has a broken link and a known lab."""
     rows = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)

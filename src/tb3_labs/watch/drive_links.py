@@ -85,9 +85,10 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
     if part.state != ROTATE_TO_GOAL:
         targets.reverse()
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
-    yaw, imu = part.pose.yaw, node_run.run.imu
+    imu = node_run.run.imu
     latest = last_before(imu.arrival, part.commands.arrival).clip(0)
-    yaws = [('local_yaw', yaw), ('the yaw of the IMU', imu.yaw[latest]), ('0', np.zeros_like(yaw))]
+    yaws = [('local_yaw', part.pose.yaw), ('the yaw of the IMU', imu.yaw[latest]),
+            ('0', np.zeros(len(latest)))]
     for (target, angle), (heading, turned) in product(targets, yaws):
         yield f'{target} - {heading}', wrap_all(angle - turned)
         yield f'{target} - {heading}, not normalized', angle - turned
@@ -115,7 +116,7 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
             continue
         if has_handouts_gain:
             return formula, gain
-        # a constant command fits any constant angle with some gain
+        # some gain makes any constant angle a constant command
         if not another[0] and np.ptp(command) >= 0.1:
             another = formula, gain
     return another
@@ -197,7 +198,8 @@ def missing_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     """Checks that the node leaves a state within a second when it is at the goal of the state."""
     times = node_run.reading_times
     times = times[(times >= part.begin) & (times <= part.end)]
-    error, tolerance = own_pose(node_run, times).error(part.state), TOLERANCES[part.state]
+    error = own_pose(node_run, times).error(part.state)
+    tolerance = TOLERANCES[part.state]
     near = np.flatnonzero(error < tolerance)
     if not len(near) or part.end - times[near[0]] <= 1.0:
         return

@@ -39,7 +39,8 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that each letter sets goal_yaw to curr_yaw plus or minus 90 degrees."""
-    series, heading = node_run.variable('curr_yaw'), own_heading(node_run)
+    series = node_run.variable('curr_yaw')
+    heading = own_heading(node_run)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
     if series is None or heading is None or goal is None:
         return
@@ -201,11 +202,11 @@ def own_tolerance_text(node_run: NodeRun) -> str:
 
 def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the variable `turning` is False when the next letter is typed."""
-    turning, turns = node_run.boolean_variable('turning'), node_run.cached(letter_turns)
+    turning = node_run.boolean_variable('turning')
     if turning is None or not len(node_run.run.letters):
         return
     was_cut = False
-    for turn in turns:
+    for turn in node_run.cached(letter_turns):
         if turning.at(turn.begin - READING_PERIOD) == 1.0 and not was_cut:
             yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
                              'not become False at the goal before', turn.begin, turning.name)

@@ -26,7 +26,7 @@ class NodeTurn:
     """The turn after a typed letter, until the next letter. `letter` is l, r or UNKNOWN_LETTER. A
     turn `is_cut` if the mouse was moved, or the node ended, before the next letter was typed.
 
-    Angles are in the node's own unit. `begin_yaw` is the curr_yaw at which the letter was typed.
+    Angles are in the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
     letter; both are '' if the node has no goal_yaw. The arrays have a value for each command of the
     turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is

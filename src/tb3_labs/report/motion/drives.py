@@ -26,7 +26,6 @@ STRAIGHT_AFTER = 0.3
 RESET_DELAY = 0.1
 #: An unknown (distance, angle) has this value.
 UNKNOWN = math.nan, math.nan
-#: The states of a drive.
 TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
 
 

@@ -99,7 +99,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     The path after a reset and the axes of the other frame have one colour."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
-    frames, local = frame_intervals(run), run.local_pose
+    frames = frame_intervals(run)
     for number, interval in enumerate(frames):
         colour, _ = STYLES[number % len(STYLES)]
         # after the last colour the first colour follows again, with another line style
@@ -108,7 +108,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
         name = f'path after reset {number}' if number else 'path'
         path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
         draw_path(in_odom, run.odometry.between(interval.begin, interval.end), **path_style)
-        draw_path(in_local, local.between(interval.begin, interval.end), **path_style)
+        draw_path(in_local, run.local_pose.between(interval.begin, interval.end), **path_style)
         _draw_axes(in_odom, interval.odom_T_local, colour)
         _draw_axes(in_local, interval.odom_T_local.inverse(), colour)
         if interval.local_T_world is not None:
@@ -120,7 +120,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
             draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **truth_style)
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
-    _draw_ends(in_local, local, [goal for _, goal in goals])
+    _draw_ends(in_local, run.local_pose, [goal for _, goal in goals])
     for panel, title in ((in_odom, 'global frame odom (black axes)'),
                          (in_local, 'local frame (black axes)')):
         _draw_axes(panel, Pose2(), 'black')

@@ -28,7 +28,6 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A path shorter than this [m] is not drawn.
 MIN_PATH_LENGTH = 0.05
-#: {name of a figure: its caption}.
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Remaining angle, and rate of turn, from the first command on.'}
@@ -81,7 +80,6 @@ DRIVE_COLUMNS = (
     Column('true_angle_error_deg', 'truly off [deg]',
            lambda drive: math.degrees(drive.true_error[1]), '{:+.2f}'),
     Column('drift_deg', 'heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'))
-#: The note below the table of drives.
 DRIFT_NOTE = (f'Drift: the heading by the IMU at the end of MOVE_FORWARD, minus the heading '
               f'{STRAIGHT_AFTER} s after its start.')
 

@@ -60,7 +60,7 @@ def leave_the_path():
 # -- the node's script and its objects
 
 def script_frames():
-    """Returns the stack frames of the node's script, the main program first; [] before it runs."""
+    """Returns the stack frames of the node's script, outermost first; [] before the script runs."""
     frames = []
     frame = sys._current_frames().get(threading.main_thread().ident)
     while frame is not None:
