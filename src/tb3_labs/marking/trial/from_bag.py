@@ -39,8 +39,8 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
     recording = read_run(str(path))
     if any(CLOCK_JUMPED in note for note in recording.notes):
         raise ValueError(f'{CLOCK_JUMPED}; type the same command again')
-    log_texts = np.array(list(map(cleaned, recording.log.texts)), dtype=object)
-    recording = replace(recording, log=replace(recording.log, texts=log_texts))
+    log_texts = np.array(list(map(cleaned, recording.log.text)), dtype=object)
+    recording = replace(recording, log=replace(recording.log, text=log_texts))
     observation = Observation('', '', recording)
     printed = [(at, {'kind': 'output', 'text': text})
                for at, text in zip(recording.printed.arrival, recording.printed.text)]
