@@ -6,8 +6,8 @@ node, because with rospy alone the robot would continue with the last command.
 
 The signal handlers of rospy hang if the main thread holds a lock of rospy. In a node of this
 package a signal raises an exception in the main thread. The exception first ends all calls, so
-that their locks are released. Only then the node shuts down, and :mod:`tb3_labs.ros.cmd_vel` stops
-the robot. Ctrl+Z also ends a node, since a suspended process could not stop the robot.
+that their locks are released, and then shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the
+robot. Ctrl+Z also ends a node, since a suspended process could not stop the robot.
 """
 import os
 import signal
