@@ -23,7 +23,7 @@ from rospy.impl.tcpros_base import TCPROSTransport, TCPServer
 from rospy.impl.tcpros_pubsub import TCPROSPub
 from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.node import Interrupted, catch_signals, end_roslaunch, pause
+from tb3_labs.ros.node import Interrupted, catch_signals, end_roslaunch, exit_process, pause
 from tb3_labs.ros.rospy_internals import (
     find_late_publishers, serve_connections_in_threads, write_at_once)
 
@@ -77,6 +77,17 @@ def test_a_signal_ends_a_wait(number, before_it):
     child = Child(wait, before_it)
     os.kill(child.pid, number)
     assert child.words() == ['interrupted']
+
+
+def test_a_process_exits_with_its_status_or_with_1_after_a_failure(monkeypatch):
+    """check_lab.py gives the status of its test."""
+    statuses = []
+    monkeypatch.setattr('tb3_labs.ros.node.rospy.is_shutdown', lambda: True)
+    monkeypatch.setattr(os, '_exit', statuses.append)
+    exit_process(3)
+    monkeypatch.setattr('tb3_labs.ros.node._failures', ['a callback failed'])
+    exit_process()
+    assert statuses == [3, 1]
 
 
 def test_nohup_is_respected():
