@@ -2,8 +2,8 @@
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
 package begins with a parameter whose value is the output of ``python3 PATH/run.py launch
-FILE.launch``. This program reads the arguments of the roslaunch. If an argument is unknown or
-missing, the program prints one line and fails, and roslaunch does not start a node. Any Python can
+FILE.launch``. ``run.py`` reads the arguments of the roslaunch. If an argument is unknown or
+missing, ``run.py`` prints one line and fails, and roslaunch does not start a node. Any Python can
 run this module, which imports only the standard library.
 """
 import difflib
@@ -43,6 +43,7 @@ def problem_of(argv, path):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
+    # roslaunch itself uses a word such as __name:=value
     given = dict(word.split(':=', 1) for word in argv if re.match(r'(?!__)\w+:=', word))
     for name, value in given.items():
         if name not in arguments:

@@ -115,8 +115,8 @@ class GamepadCore:
         self._check_rest(now)
         self._check_loss(now)
         command = self._command(now) if self._command_is_due else None
-        waits_for_rest = self.pad.state is not None and self.holder is ControlHolder.NOBODY
-        watched = self.messages.must_renew or self._drives() or waits_for_rest
+        waits_for_ready = self.pad.state is not None and self.holder is ControlHolder.NOBODY
+        watched = self.messages.must_renew or self._drives() or waits_for_ready
         output = PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=self.holder,
             reset_requested=self._reset_requested,
