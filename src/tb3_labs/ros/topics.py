@@ -39,8 +39,7 @@ class WarningThrottle:
             rospy.logwarn(text, *arguments)
 
 
-def subscribe(topic, message_type, callback, read=lambda message: message, queue_size=1,
-              idle_for=None):
+def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=None):
     """Returns a subscriber. If several messages arrive at once, the subscriber reads only the
     latest `queue_size` messages, or all messages if `queue_size` is None.
 
@@ -55,7 +54,7 @@ def subscribe(topic, message_type, callback, read=lambda message: message, queue
 
     def handle(message):
         try:
-            value = read(message)
+            value = message if read is None else read(message)
         except ValueError as problem:
             warnings.warn('invalid message on %s dropped: %s', topic, problem)
             INVALID_COUNTS[topic] += 1
