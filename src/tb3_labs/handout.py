@@ -36,7 +36,6 @@ DRIVE_SPEED = 0.15          # the speed in MOVE_FORWARD [m/s]
 MAX_LINEAR_SPEED = 0.22     # [m/s]
 MAX_ANGULAR_SPEED = 2.84    # [rad/s]
 PAD_AXES, PAD_BUTTONS = 8, 11   # numbers of axes and buttons of the most common pad
-#: The indices of the pad's axes and buttons, counted from 0.
 LINEAR_AXIS, ANGULAR_AXIS = 1, 3
 BUTTON_A, BUTTON_B, BUTTON_Y = 0, 1, 2
 #: A printed line begins with one of these words.

@@ -1,4 +1,4 @@
-"""What does each node decide? A node of `scripts/` that decides something has a folder here. The
+"""What does each node decide? A node that decides something has a folder in this package. The
 folder has the node's core, without ROS and clocks, and the files `ros_*.py`, which use both.
 
 The class :class:`tb3_labs.ros.core_runner.CoreRunner` calls the methods of every core. A core takes

@@ -20,7 +20,7 @@ from dynamic_reconfigure.srv import Reconfigure
 from tb3_labs.config import bounds_text, hint_for
 from tb3_labs.ros.node import guarded
 
-#: {type: its name in dynamic_reconfigure}
+#: {type of a setting: name of the type in dynamic_reconfigure}
 _TYPES = {bool: 'bool', float: 'double'}
 #: The name of the group that has all settings.
 _GROUP = 'Default'
