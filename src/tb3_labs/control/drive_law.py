@@ -56,13 +56,13 @@ class DriveLaw:
     period = PreciseTurn.period
     #: The robot starts to drive when its heading is within this angle [rad] of the line.
     FACING_ANGLE = 0.1
-    #: The robot has arrived if a stop now would end at most this distance [m] before the goal.
+    #: The robot has arrived if it would stop at most this distance [m] before the goal.
     STOP_AHEAD = 0.0005
     #: The robot steers towards a point on the line, which is this distance [m] ahead of the robot.
     #: A larger distance calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD = 0.20
-    #: A moving robot has arrived only if a stop now would end at most this share of the tolerance
-    #: beyond the goal.
+    #: A moving robot has not arrived if it would stop farther beyond the goal than this share of
+    #: the tolerance.
     OVERSHOOT_SHARE = 0.3
 
     def __init__(self, config: DriveConfig, model: RobotModel,
@@ -103,7 +103,8 @@ class DriveLaw:
                           finished=abs(turn.remaining) < self.FACING_ANGLE)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Drive along the line. The state is finished when a stop now would end at the goal.
+        """Drive along the line. The state is finished when a command to stop would bring the robot
+        to rest at the goal.
 
         If a command is delayed, the robot may drive past the goal. A robot past the goal comes to
         rest, and backs up straight if it is outside the tolerance.
@@ -135,11 +136,11 @@ class DriveLaw:
                 f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
     def _has_arrived(self, linear: float) -> bool:
-        way = self._driving.way_after_stop.value
+        remaining = self._driving.predicted_remaining.value
         farthest = self._backup_distance
         if abs(linear) > REST_LINEAR:    # a moving robot may stop later than predicted
             farthest = self.OVERSHOOT_SHARE * self.distance_tolerance
-        return -farthest <= way <= self.STOP_AHEAD
+        return -farthest <= remaining <= self.STOP_AHEAD
 
     def _heading_along(self, direction: float) -> float:
         return wrap(direction + math.pi) if self._reverse else direction

@@ -104,12 +104,12 @@ class PreciseTurn:
         rests = is_at_rest(0.0, rate) and self._approach.only_stops_obeyed(age)
         self._settling.update(rests, self._time - age)
         if rests:
-            self.remaining = self._approach.way_after_stop.value
+            self.remaining = self._approach.predicted_remaining.value
         return LawStep(Twist2(0.0, command), self.remaining,
                        finished=self._settling.rests and self._is_inside_tolerance())
 
     def _is_inside_tolerance(self) -> bool:
-        uncertainty = self._approach.way_after_stop.uncertainty
+        uncertainty = self._approach.predicted_remaining.uncertainty
         if uncertainty <= self.KNOWN_WELL_SHARE * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.MAX_WAIT_AT_REST
