@@ -1,9 +1,9 @@
 """Computes the robot's pose in a local frame, which a reset may declare again at any moment.
 
-Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
-the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits
-until both sensors have sent samples after the request. The samples of both sensors are interpolated
-to the moment of the request. A reset corrects any error of the old frame.
+Samples of IMU and odometry arrive in any order, at different rates. A `StampedPose` has the
+odometry's place at its stamp, and the IMU's yaw interpolated to this stamp. A *reset* waits until
+both sensors have sent samples after the request. The samples of both sensors are interpolated to
+the moment of the request. A reset corrects any error of the old frame.
 
 If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
@@ -33,7 +33,7 @@ MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
 @dataclass(frozen=True)
-class Fix:
+class StampedPose:
     """The robot's pose at the `stamp` [s, sender's clock] of one odometry message."""
 
     stamp: float
@@ -119,10 +119,10 @@ class Localizer:
         self._odometry = timed
         self._carry_out_resets()
 
-    def pop_fix(self) -> Optional[Fix]:
-        """Returns the latest Fix, or None if there is no new Fix, or if the pose is lost. While a
-        reset waits, samples after the request give no Fix, since this Fix would be in the old
-        frame. If no reset has declared a frame before, the first Fix declares the frame."""
+    def pop_pose(self) -> Optional[StampedPose]:
+        """Returns the latest new StampedPose; None if no pose is new, or if the pose is lost. While
+        a reset waits, samples after the request give no pose, since this pose would be in the old
+        frame. If no reset has declared a frame before, the first pose declares the frame."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None
@@ -131,11 +131,12 @@ class Localizer:
             return None
         if self.frame is None:
             self.frame = LocalFrame.declare(Pose2(), odometry.pose, imu_yaw)
-        return Fix(odometry.stamp, self.frame.pose(odometry.pose, imu_yaw), self._frame_number)
+        pose = self.frame.pose(odometry.pose, imu_yaw)
+        return StampedPose(odometry.stamp, pose, self._frame_number)
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
-        """The pose of ``local`` in ``odom``; None before the first fix."""
+        """The pose of ``local`` in ``odom``; None before the first `StampedPose`."""
         return None if self.frame is None else self.frame.odom_T_local
 
     def pop_resets(self) -> List[Reset]:
