@@ -25,7 +25,7 @@ from tb3_labs.geometry.angles import clamp
 
 #: Two times of samples are equal if they differ by less than this [s], since times are rounded.
 SAME_SAMPLE_TIME = 1e-6
-#: The divisor of a nudge's gain is larger by this, since a nudge may last two periods.
+#: For a nudge, this is added to the divisor of the gain, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 
 
@@ -91,12 +91,12 @@ class Approach:
         self._reversals = 0          # number of reversals so far
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)    # the first step calls _begin again, with its sample
+        self._begin(math.nan, 0.0)    # replaced by the first step
 
-    def move_goal(self, by: float) -> None:
-        """Make the remaining way longer by `by`, which may be negative."""
-        self._start_remaining += by
-        self.predicted_remaining.shift(by, 0.0)
+    def move_goal(self, change: float) -> None:
+        """Add `change`, which may be negative, to the remaining way."""
+        self._start_remaining += change
+        self.predicted_remaining.shift(change)
 
     def only_stops_obeyed(self, age: float) -> bool:
         """In the last `age` [s], did the robot obey only commands to stop?"""
@@ -114,7 +114,7 @@ class Approach:
         self._now += dt
         if self._direction:
             self._advance(speed, dt)
-        else:    # before the first command to move
+        else:    # no motion was commanded yet
             dt = self._config.period
             self._begin(remaining, speed)
         self._identification.update(
@@ -146,9 +146,9 @@ class Approach:
         before = history.commanded_travel(history.period_start)
         history.advance(dt)
         travel = history.commanded_travel(history.period_start) - before
-        faster = max(abs(speed), abs(history.command))
+        fastest = max(abs(speed), abs(history.command))
         self.predicted_remaining.shift(-self._identification.estimate.gain * travel,
-                                       TIME_DEVIATION * faster)
+                                       TIME_DEVIATION * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
         if self._config.speed_is_prompt:
@@ -171,8 +171,9 @@ class Approach:
             dead_band = max(dead_band, config.nudge_dead_band)
             gain_divisor += NUDGE_GAIN_DIVISOR
         near = self.predicted_remaining.uncertainty + dead_band
-        is_far = distance > near or distance < -max(near, config.backwards_from)
-        if not is_far:
+        is_before_goal = distance > near
+        is_beyond_goal = distance < -max(near, config.backwards_from)
+        if not is_before_goal and not is_beyond_goal:
             return 0.0
         speed = braking_speed(abs(distance), config.braking, config.gain / gain_divisor)
         speed = clamp(speed, min(config.slowest, fastest), fastest)

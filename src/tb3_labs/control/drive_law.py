@@ -40,9 +40,9 @@ class DriveConfig(Config):
                                           unit='rad/s^2', low=1.0, high=80.0)
 
 
-def sum_of_turns(start: float, face: float, end: float) -> float:
-    """Returns the sum [rad] of two turns: from yaw `start` to `face`, and from `face` to `end`."""
-    return abs(difference(face, start)) + abs(difference(end, face))
+def sum_of_turns(start: float, line: float, end: float) -> float:
+    """Returns the sum [rad] of two turns: from yaw `start` to `line`, and from `line` to `end`."""
+    return abs(difference(line, start)) + abs(difference(end, line))
 
 
 class DriveLaw:
@@ -149,7 +149,7 @@ class DriveLaw:
         self._turning.start(pose.yaw, difference(goal_yaw, pose.yaw))
 
     def _turn(self, motion: Motion, dt: float) -> LawStep:
-        measured = motion.pose.yaw - motion.extrapolated
+        measured = motion.pose.yaw - motion.extrapolated_turn
         return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 
     def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool) -> LawStep:

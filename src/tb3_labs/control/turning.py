@@ -15,7 +15,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-#: The least time [s] from the first to the latest sample at rest, nearly one control period.
+#: A robot has settled if its samples at rest span this time [s], nearly one control period.
 SETTLING_TIME = 0.03
 
 
@@ -80,11 +80,11 @@ class PreciseTurn:
         self._settling = Settling()
         self._approach.start()
 
-    def move_goal(self, by: float) -> None:
-        """Move the goal of the turn by an angle [rad]."""
-        self._goal_yaw += by
-        self.remaining += by
-        self._approach.move_goal(by)
+    def move_goal(self, angle: float) -> None:
+        """Move the goal of the turn by `angle` [rad]."""
+        self._goal_yaw += angle
+        self.remaining += angle
+        self._approach.move_goal(angle)
 
     def aim(self, goal_yaw: float) -> None:
         """From now on, turn to the heading `goal_yaw` [rad] the short way round."""

@@ -3,8 +3,8 @@
 If a board calibrates its gyro while the robot turns, the rate of this turn becomes the zero of the
 gyro. A gyro with a wrong zero shows a wrong rate even at rest. Each rate of the gyro is compared
 with the rates that the wheels had a little earlier, at the same time, and a little later. Delay,
-slip and uneven wheels explain a part of the difference. Unexplained differences are added up. If a
-person carries the robot, the gyro contradicts the wheels, too.
+slip and uneven wheels explain a part of the difference between gyro and wheels. Unexplained
+differences are added up. If a person carries the robot, the gyro contradicts the wheels, too.
 
 Only stamps are compared, so delays of the network do not matter. Cases:
 
@@ -128,8 +128,8 @@ class GyroMonitor:
             self._comparison = _Comparison()
         readings = self._comparison.readings
         if 0.0 < timed.stamp_interval <= GYRO_GAP:
-            readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
-                                      sample[1:] == last[1:]))
+            is_repeated = sample._replace(stamp=last.stamp) == last
+            readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate, is_repeated))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
             readings.popleft()    # no samples of the wheels arrive, so nothing is compared
 

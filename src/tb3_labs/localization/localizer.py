@@ -168,16 +168,16 @@ class Localizer:
         lost. The caller must check that the samples are fresh."""
         if self.frame is None or self._timing.imu is None or self._odometry is None:
             return None
-        imu, imu_age = self._timing.imu.sample, self._timing.imu.age(now)
-        odometry, odometry_age = self._odometry.sample, self._odometry.age(now)
-        extrapolated = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
-        heading = self.frame.heading(imu.yaw + extrapolated)
+        imu, odometry = self._timing.imu.sample, self._odometry.sample
+        imu_age, odometry_age = self._timing.imu.age(now), self._odometry.age(now)
+        turn = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
+        heading = self.frame.heading(imu.yaw + turn)
         place = self.frame.pose(odometry.pose, imu.yaw)
         driven = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION)
         pose = Pose2(place.x + driven * math.cos(heading), place.y + driven * math.sin(heading),
                      heading)
         return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
-                      yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
+                      yaw_noise=self._yaw_noise.deviation, extrapolated_turn=turn)
 
     def _awaits_reset(self, stamp: float) -> bool:
         """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""

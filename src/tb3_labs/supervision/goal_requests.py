@@ -104,8 +104,8 @@ class GoalRequests:
     """The present goal, and the latest goal of each sender."""
 
     def __init__(self, sleep: SleepMonitor) -> None:
-        #: The latest request that was accepted. The goal at the start of the node was not
-        #: requested, but a cancel with a stamp ends this goal, too.
+        #: The latest request that was accepted. The first goal comes from the node's parameters,
+        #: and a cancel with a stamp ends this goal, too.
         self.present = GoalRequest(None, stamp=EARLIEST_STAMP)
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         #: The answers to the clients of goals, in order.
