@@ -103,8 +103,7 @@ class DriveLaw:
                           finished=abs(turn.remaining) < self.FACING_ANGLE)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Drive along the line. The state is finished when a command to stop would bring the robot
-        to rest at the goal.
+        """Drive along the line, until a command to stop would bring the robot to rest at the goal.
 
         If a command is delayed, the robot may drive past the goal. A robot past the goal comes to
         rest, and backs up straight if it is outside the tolerance.

@@ -9,8 +9,7 @@ differences are added up. If a person carries the robot, the gyro contradicts th
 Only stamps are compared, so delays of the network do not matter. Cases:
 
 1. Without stamps, or without samples of the wheels, a contradiction is not found.
-2. After a silence the comparison starts again. A contradiction is over when the wheels have rested
-   and the gyro has agreed for `AGREEMENT_TIME`.
+2. After a silence the comparison starts again.
 3. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. A motion waits
    again after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its
    gyro. If the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.

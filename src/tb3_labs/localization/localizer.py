@@ -80,7 +80,7 @@ class Localizer:
     """Computes poses in the local frame from samples."""
 
     def __init__(self, timing: SampleTiming) -> None:
-        self._timing, self._clock = timing, timing.clock
+        self._timing = timing
         #: The present LocalFrame; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
@@ -200,14 +200,14 @@ class Localizer:
                                     wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
     def _convert_request(self, reset: Reset) -> None:
-        reset.stamp = self._clock.stamp_of(reset.requested_at)
-        reset.epoch = self._clock.epoch
+        reset.stamp = self._timing.clock.stamp_of(reset.requested_at)
+        reset.epoch = self._timing.clock.epoch
 
     def _carry_out_resets(self) -> None:
         for reset in self._waiting:
             if reset.stamp is None:
                 self._convert_request(reset)
-            if reset.epoch != self._clock.epoch:    # the samples for the reset are lost
+            if reset.epoch != self._timing.clock.epoch:    # the samples for the reset are lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
             if reset.stamp is None:

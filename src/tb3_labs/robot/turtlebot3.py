@@ -2,8 +2,7 @@
 
 Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and its
 motor driver), the Dynamixel XL430/XM430 manuals. The data sheet rounds the Burger's speeds up to
-0.22 m/s and 2.84 rad/s. By the manuals, a Burger's wheel turns at 61 rpm at most. The firmware's
-limit, `motor_steps`, is 60.7 rpm.
+0.22 m/s and 2.84 rad/s.
 """
 import math
 from dataclasses import dataclass, replace
