@@ -56,7 +56,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
             file.write(content)
         os.replace(str(part), str(path))
     finally:
-        part.unlink(missing_ok=True)    # after a failure `part` was not renamed
+        part.unlink(missing_ok=True)    # after a failure the file `part` still exists
 
 
 def failure_text(problem: BaseException) -> str:

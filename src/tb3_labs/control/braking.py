@@ -25,7 +25,7 @@ from tb3_labs.geometry.angles import clamp
 
 #: Two times of samples are equal if they differ by less than this [s], since times are rounded.
 SAME_SAMPLE_TIME = 1e-6
-#: For a nudge, this is added to the divisor of the gain, since a nudge may last two periods.
+#: For a nudge, this number is added to the divisor of the gain, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 
 
@@ -91,7 +91,7 @@ class Approach:
         self._reversals = 0          # number of reversals so far
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)    # replaced by the first step
+        self._begin(math.nan, 0.0)    # the first step replaces these values
 
     def move_goal(self, change: float) -> None:
         """Add `change`, which may be negative, to the remaining way."""

@@ -130,7 +130,7 @@ class CommandHistory:
         return sent.travel + sent.command * (until - sent.start)
 
     def travel_under_way(self, delay: float) -> float:
-        """Returns the travel of the commands that need `delay` [s], and are still under way."""
+        """Returns the travel of the commands that were sent less than `delay` [s] ago."""
         since = min(self.now - delay, self.period_start)
         return self.commanded_travel(self.period_start) - self.commanded_travel(since)
 

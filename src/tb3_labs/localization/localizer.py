@@ -1,9 +1,9 @@
 """Computes the robot's pose in a local frame, which a reset may declare again at any moment.
 
-Samples of IMU and odometry arrive in any order, at different rates. A `StampedPose` has the
-odometry's place at its stamp, and the IMU's yaw interpolated to this stamp. A *reset* waits until
-both sensors have sent samples after the request. The samples of both sensors are interpolated to
-the moment of the request. A reset corrects any error of the old frame.
+Samples of IMU and odometry arrive in any order, at different rates. A `StampedPose` has the place
+and the stamp of an odometry message, and the IMU's yaw interpolated to this stamp. A *reset* waits
+until both sensors have sent samples after the request. The samples of both sensors are interpolated
+to the moment of the request. A reset corrects any error of the old frame.
 
 If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is

@@ -33,9 +33,9 @@ from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 SPEED_BOUND = 0.5
 #: No TurtleBot3 turns faster than this [rad/s].
 MAX_TURN_RATE = 4.0
-#: The longest possible step is longer by this distance [m], since messages arrive unevenly.
+#: This distance [m] is added to the longest possible step, since messages arrive unevenly.
 STEP_SLACK = 0.05
-#: The largest possible turn is larger by this angle [rad], since messages arrive unevenly.
+#: This angle [rad] is added to the largest possible turn, since messages arrive unevenly.
 TURN_SLACK = 0.3
 #: A rate of turn [rad/s] above this is a spike, which the firmware sends by mistake.
 SPIKE_RATE = 10.0
@@ -43,7 +43,7 @@ SPIKE_RATE = 10.0
 ZERO_PLACE = 0.001
 #: The first place after a reset is within this distance [m] of zero, since the robot may move.
 NEAR_ZERO_PLACE = 0.03
-#: The first yaw after a reset is within this angle [rad] of zero, or of the turn of the IMU.
+#: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1
 #: The yaw of a robot at rest changes by at most this angle [rad] between two messages.
 RESTING_TURN = 0.1
@@ -64,7 +64,7 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 class Jump(NamedTuple):
     """A step of a sensor that is not a motion of the robot."""
 
-    text: str                 # describes the step for the user; '' if the user sees no text
+    text: str                 # text for the user about the step, or ''
     outcome: str = ''         # POSE_KEPT, POSE_LOST or ''
     shift: Pose2 = Pose2()    # pose of the old ``odom`` in the new ``odom``
     imu_turn: float = 0.0     # turn [rad] of the IMU that the robot did not make
@@ -79,7 +79,6 @@ class _OdometryMessage(NamedTuple):
 
     @property
     def rests(self) -> bool:
-        """Do the wheels and the gyro show a robot at rest?"""
         return is_at_rest(self.sample.linear, self.imu.yaw_rate)
 
     def shortest_gap(self, earlier: '_OdometryMessage') -> float:

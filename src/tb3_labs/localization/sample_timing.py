@@ -49,13 +49,13 @@ class TimedSample(NamedTuple):
     """A sample and its times."""
 
     sample: Any             # an ImuSample or OdometrySample
-    previous_sample: Any    # the same sensor's sample before `sample`, or None
+    previous_sample: Any    # the previous sample of the same sensor, or None
     arrival: float          # time of arrival [s, receiver's clock]
     time: float             # time of measurement [s, sender's clock]; without stamps `arrival`
     epoch: int              # epoch of the sender's clock
     measured_at: float      # time of measurement [s, receiver's clock]; see SenderClock.measured_at
-    silence: float          # silence [s] of this sensor before the sample; infinite at first
-    all_silent: float       # silence [s] of both sensors before the sample; infinite at first
+    silence: float          # time [s] since this sensor's previous sample; infinite without one
+    all_silent: float       # time [s] since the latest sample of any sensor; infinite without one
     stamp_interval: float   # time [s] from the previous stamp; 0 for the first sample
 
     def age(self, now: float) -> float:
@@ -109,7 +109,7 @@ class _Stamp(NamedTuple):
     stamp: float = math.nan
     time: float = -math.inf        # the latest stamp that the source has sent
     repeats: int = 0               # number of messages that repeated the stamp
-    off_since: float = math.inf    # since this arrival, all stamps are wrong by CLOCK_STEP
+    off_since: float = math.inf    # from this arrival on, all stamps are wrong by CLOCK_STEP
 
 
 class SenderClock:
@@ -156,7 +156,6 @@ class SenderClock:
         return min(arrival, time + self._least.value)
 
     def _is_off(self, stamp: float, arrival: float) -> bool:
-        """Does the delay of a message differ by CLOCK_STEP or more from the least delay?"""
         least = self._least.value
         return least is not None and abs(arrival - stamp - least) >= CLOCK_STEP
 

@@ -62,7 +62,7 @@ class Motion(NamedTuple):
     imu_age: float = 0.0        # time [s] since the latest sample of the IMU was measured
     odometry_age: float = 0.0   # time [s] since the latest odometry was measured
     yaw_noise: float = 0.0      # standard deviation [rad] of a sample's yaw
-    extrapolated_turn: float = 0.0    # part [rad] of the pose's yaw
+    extrapolated_turn: float = 0.0    # part [rad] of the pose's yaw that is extrapolated
 
 
 #: A sample of the IMU or of the odometry.

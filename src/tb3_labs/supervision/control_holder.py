@@ -69,8 +69,8 @@ class ControlMessages:
         return True
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True for a button press that was delayed by `lateness` [s]. Each queued
-        renewal shows move_to_goal one `RENEWAL_PERIOD` of this delay."""
+        """Queue a True for a button press that was delayed by `lateness` [s]. Also queue one
+        renewal for each `RENEWAL_PERIOD` of the delay, so that move_to_goal knows the delay."""
         self.must_renew = True
         self.granted_at = now
         self._sent_at = now

@@ -2,9 +2,9 @@
 
 An Event is a message that a person may have caused, such as a request for a turn. An Event is
 doubtful if it may have been sent before this node started, or before its connection was made. Only
-the first message on a connection can be older than the connection. The sender of this message
-existed before this node, or had an earlier connection. A first message that is not latched is
-doubtful only if it arrives within `SENDER_PAUSE` after the connection was made.
+the first message on a connection can be older than the connection. A message can be older only if
+its sender existed before this node, or had an earlier connection. A first message that is not
+latched is doubtful only if it arrives within `SENDER_PAUSE` after the connection was made.
 
 A sender *repeats* a goal or a turn if it sends the same content again within `SENDER_PAUSE`. A
 repeated request that was ended stays ended until the sender changes the content, or pauses. If a
@@ -66,7 +66,7 @@ class MessageAges:
     """Finds the Age of each message of one topic by the connection on which it arrived."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
-        """This node begins to listen at `now`. The senders in `present` exist at this time."""
+        """This node begins to listen at `now`. The senders in `present` existed before that."""
         self._present = frozenset(present)
         self._begun_at = now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names

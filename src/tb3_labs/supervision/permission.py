@@ -65,7 +65,6 @@ class _Grant:
         return self._renewals.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
-        """Is the grant valid now, because it was renewed or needs no renewal?"""
         is_confirmed = self._renewed_for >= CONFIRMED_AFTER
         return not self._renews or (is_confirmed and self._renewals.is_fresh(now))
 

@@ -115,7 +115,7 @@ class SensorMonitor:
             self._silent_since = now
         silent_for = now - self._silent_since
         is_late = silent_for > self._longest_wait
-        if may_move or became_ready:    # the next silence begins with the latest messages
+        if may_move or became_ready:    # the next silence is counted from the latest messages
             self._silent_since = now - max([sensor.age(now) for sensor in self._sensors])
             self._longest_wait = RESUME_TIME
         if may_move:

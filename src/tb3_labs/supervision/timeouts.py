@@ -32,7 +32,7 @@ RESET_SILENCE = 1.0
 INPUT_TIMEOUT = 0.25
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
-#: After a longer silence the odometry may step farther, up to a silence of this length.
+#: The allowed step of the odometry grows with its silence, up to a silence of this length.
 LONGEST_COUNTED_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
