@@ -44,7 +44,7 @@ class Settling:
         return self._last - self.rest_began_at
 
     @property
-    def rests(self) -> bool:
+    def has_settled(self) -> bool:
         return self.rested_for >= SETTLING_TIME
 
 
@@ -106,7 +106,7 @@ class PreciseTurn:
         if rests:
             self.remaining = self._approach.predicted_remaining.value
         return LawStep(Twist2(0.0, command), self.remaining,
-                       finished=self._settling.rests and self._is_inside_tolerance())
+                       finished=self._settling.has_settled and self._is_inside_tolerance())
 
     def _is_inside_tolerance(self) -> bool:
         uncertainty = self._approach.predicted_remaining.uncertainty

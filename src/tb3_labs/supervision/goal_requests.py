@@ -73,7 +73,7 @@ class GoalRequest(NamedTuple):
     stamp: int = 0        # stamp in the GoalID [ns, sender's clock], or 0
     client: Any = None    # receives the GoalAnswers
 
-    def is_named_by(self, name: str, stamp: int) -> bool:
+    def is_canceled_by(self, name: str, stamp: int) -> bool:
         """Does a cancel with this `name` and `stamp` [ns] end this goal?"""
         if 0 < self.stamp <= stamp:
             return True
@@ -156,8 +156,8 @@ class GoalRequests:
 
     def cancel(self, name: str = '', stamp: int = 0) -> bool:
         """Take in a cancel. Returns True if the cancel ends the present goal."""
-        self._sender_goals.end_repetitions(lambda goal: goal.message.is_named_by(name, stamp))
-        if not self.present.is_named_by(name, stamp):
+        self._sender_goals.end_repetitions(lambda goal: goal.message.is_canceled_by(name, stamp))
+        if not self.present.is_canceled_by(name, stamp):
             return False
         self.give_up()
         return True

@@ -125,7 +125,7 @@ class MoveToGoalCore:
         return self._requests.on_goal(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
-        """Cancel the goals for which GoalRequest.is_named_by() is true."""
+        """Cancel the goals for which GoalRequest.is_canceled_by() is true."""
         # first look for a sleep, which must not look like a pause of a sender
         self._update_control(steady_now)
         if self._requests.cancel(name, stamp):
