@@ -2,27 +2,27 @@
 
 A configuration is a frozen dataclass, and :func:`setting` makes its fields. Default, unit, bounds
 and meaning of a field are in one place. The dataclass refuses an invalid value with one sentence.
-The room `ros` reads, documents and changes ROS parameters by the same fields.
+The folder `ros` uses the fields to read, document and change ROS parameters.
 """
 import difflib
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, Iterable, Mapping, Optional, Sequence, Type, TypeVar
 
-#: The value of a parameter that was not given.
+#: A parameter that was not given has this value.
 NOT_GIVEN = 'default'
 ConfigType = TypeVar('ConfigType', bound='Config')
 
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """Returns a dataclass field with a meaning and a unit. Each number has closed bounds."""
+    """Returns a dataclass field. A number needs `low` and `high`, which are valid values, too."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 
 
 @dataclass(frozen=True)
 class Config:
-    """Base of all configurations. It checks every field that :func:`setting` made."""
+    """The base of all configurations, which checks each field that :func:`setting` made."""
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -47,9 +47,9 @@ def hint_for(name: str, known: Iterable[str]) -> str:
 
 
 def _checked(item: Field, value: Any) -> Any:
-    """Returns `value` in the field's type. ``ValueError`` if it is not valid."""
+    """Returns `value` in the field's type. Raises ``ValueError`` if `value` is not valid."""
     wanted, rule = type(item.default), item.metadata
-    # In Python a bool is an int. But "has_control: 2" and "rate: true" are mistakes.
+    # Python treats a bool as an int, but "has_control: 2" and "rate: true" are mistakes.
     if wanted is float and type(value) is int:
         value = float(value)
     is_valid = type(value) is wanted

@@ -1,43 +1,43 @@
 """The numbers, names and printed words of the two handouts.
 
 This module has no imports, so every other module may import it. The plain nodes in scripts/ and the
-skeletons are the handouts' own text. They repeat these values, and test_handout.py compares both.
+skeletons repeat numbers of this module, which test_handout.py checks.
 """
 # -- the IMU exercise and the IMU lab
 
 TURN_DEG = 90.0           # the angle of a turn [deg]
-HDG_TOL = 10.0            # the largest error of a turn at its end [deg]
+HDG_TOL = 10.0            # the largest error [deg] at the end of a turn
 #: The keys that turn left and right.
 LEFT_KEY, RIGHT_KEY = 'l', 'r'
-K_HDG = 0.1               # the command for each degree of error [rad/s]
+K_HDG = 0.1               # the command [rad/s] for each degree of error
 MIN_ANG_Z = 0.5           # the slowest turn [rad/s]
 MAX_ANG_Z = 1.5           # the fastest turn [rad/s]
-MOUSE_DEAD_ZONE = 0.25    # up to this position the command is zero; 1 is the edge of the screen
-MOUSE_FULL = 0.5          # the command [m/s] or [rad/s] of the mouse at the edge of the screen
+MOUSE_DEAD_ZONE = 0.25    # the command is zero up to this distance from the middle; 1 is the edge
+MOUSE_FULL = 0.5          # the command [m/s or rad/s] of a mouse at the edge of the screen
 PRINTED_HEADING = 'Current heading is {} degrees'
-#: The last line that each node prints.
+#: Each node prints one of these lines when it exits.
 IMU_GOODBYE = 'Shutting down the IMU subscriber'
 CONTROLLER_GOODBYE = 'Controller exiting. Halting robot.'
 
 # -- the Transformation lab
 
-#: The goal in the local frame, with x, y [m] and heading [deg]. Edit this line for another goal.
+#: The goal in the local frame: x [m], y [m] and heading [deg]. To change the goal, edit this line.
 GOAL_X, GOAL_Y, GOAL_YAW_DEG = -0.61, 0.61, 0.0
 ROTATE_TO_GOAL = 'ROTATE_TO_GOAL'
 MOVE_FORWARD = 'MOVE_FORWARD'
 ROTATE_TO_FINAL = 'ROTATE_TO_FINAL'
 GOAL_REACHED = 'GOAL_REACHED'
 STATES = (ROTATE_TO_GOAL, MOVE_FORWARD, ROTATE_TO_FINAL, GOAL_REACHED)
-ANGLE_TOLERANCE = 0.05      # the largest error of both rotations at the end [rad]
-DISTANCE_TOLERANCE = 0.15   # the largest distance from the goal after MOVE_FORWARD [m]
+ANGLE_TOLERANCE = 0.05      # the largest error [rad] at the end of each rotation
+DISTANCE_TOLERANCE = 0.15   # the largest distance [m] from the goal after MOVE_FORWARD
 GAIN_TO_GOAL = 0.3          # the gain of the first rotation [1/s]
 GAIN_TO_FINAL = 0.5         # the gain of the last rotation [1/s]
 DRIVE_SPEED = 0.15          # the speed in MOVE_FORWARD [m/s]
-#: The limits in the robot's data sheet, which a full stick commands.
+#: A fully pushed stick commands these speeds, which are the limits in the robot's data sheet.
 MAX_LINEAR_SPEED = 0.22     # [m/s]
 MAX_ANGULAR_SPEED = 2.84    # [rad/s]
-PAD_AXES, PAD_BUTTONS = 8, 11   # how many axes and buttons the most common pad has
-#: The indices of the pad's axes and buttons, from 0.
+PAD_AXES, PAD_BUTTONS = 8, 11   # numbers of axes and buttons of the most common pad
+#: The indices of the pad's axes and buttons, counted from 0.
 LINEAR_AXIS, ANGULAR_AXIS = 1, 3
 BUTTON_A, BUTTON_B, BUTTON_Y = 0, 1, 2
 #: A printed line begins with one of these words.

@@ -1,12 +1,12 @@
-"""Prints to a terminal that may be closed, to a disk that may be full, or to a broken pipe."""
+"""Prints without errors, even to a closed terminal, a full disk or a broken pipe."""
 import contextlib
 import sys
 from typing import Any, Callable, List
 
 
 class SafeStream:
-    """A stream for texts. It drops a text if the terminal is closed, the disk is full, or the pipe
-    is broken. An exception could end a node before its last zero is sent, or cost the marks."""
+    """A stream that drops a text if the text cannot be written. An exception could end a node
+    before its last zero command, or cost the marks."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream    # None if Python started without this stream
@@ -25,7 +25,7 @@ class SafeStream:
 
 def run_tool(main: Callable[[List[str]], int]) -> None:
     """Call `main` with the words of the command line, and exit with its status. A character that
-    the terminal cannot show is escaped."""
+    the terminal cannot show is replaced by its code."""
     for name in 'stdout', 'stderr':
         with contextlib.suppress(AttributeError):    # the stream is None
             getattr(sys, name).reconfigure(errors='backslashreplace')

@@ -8,7 +8,7 @@ from tb3_labs.supervision.events import Age, Event, LogQueue
 
 def hear(mouse, active, x, y, now, name='', stamp=0.0):
     """Give a message to `mouse`. Returns the reason of a stop, or an empty text."""
-    return mouse.received(Event(MouseState(active, x, y), now, name, sent_at=stamp))
+    return mouse.on_message(Event(MouseState(active, x, y), now, name, sent_at=stamp))
 
 
 def inactive_mouse(name=''):
@@ -127,7 +127,7 @@ def test_a_delayed_message_only_deactivates_a_mouse():
 def test_a_mouse_is_silent_if_its_driver_repeats_a_stamp(stamp, age, drives):
     mouse = inactive_mouse('laptop')
     for k in range(100):
-        mouse.received(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
-                             age if k else Age.NEW, sent_at=stamp))
+        mouse.on_message(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
+                               age if k else Age.NEW, sent_at=stamp))
     assert (mouse.active and not mouse.check_silence(15.0)) is drives
-    assert mouse.received(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))
+    assert mouse.on_message(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))

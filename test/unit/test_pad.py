@@ -49,7 +49,7 @@ def test_another_pad_and_invalid_sticks_are_refused(values, buttons, reason):
 
 def test_in_the_first_message_only_the_stop_button_is_just_pressed():
     listener = PadListener()
-    listener.receive(read_pad(AXES, [1, 1, 1], CONFIG), 1.0, 0.0)
+    listener.on_message(read_pad(AXES, [1, 1, 1], CONFIG), 1.0, 0.0)
     presses = listener.presses
     assert presses.regain and not presses.relinquish and not presses.reset
     assert listener.state.regain and not listener.came_after_loss
@@ -60,8 +60,8 @@ def test_after_a_loss_lateness_is_known_by_stamps_alone(stamps, lateness):
     """A stamp of 0.0 is no stamp: then a message may have waited during the loss."""
     listener = PadListener()
     for now, stamp in zip((1.0, 1.1), stamps):
-        listener.receive(read_pad(AXES, BUTTONS, CONFIG), now, stamp)
-    listener.receive(read_pad(AXES, BUTTONS, CONFIG), 2.0, stamps[2])
+        listener.on_message(read_pad(AXES, BUTTONS, CONFIG), now, stamp)
+    listener.on_message(read_pad(AXES, BUTTONS, CONFIG), 2.0, stamps[2])
     assert listener.came_after_loss and listener.lateness == pytest.approx(lateness)
     assert listener.knows_lateness(2.0) is (lateness > 0.0)
 

@@ -182,18 +182,18 @@ def test_a_step_or_a_long_silence_begins_an_epoch():
 
 def test_messages_that_were_held_up_are_late():
     lateness = Lateness()
-    lateness.received(49.9, 1001.4)       # the fastest message decides, not the first one
-    lateness.received(50.0, 1000.0)
-    assert [lateness.received(50.1 + k, 1010.0 + 0.001 * k) for k in range(10)] == pytest.approx(
+    lateness.on_message(49.9, 1001.4)       # the fastest message decides, not the first one
+    lateness.on_message(50.0, 1000.0)
+    assert [lateness.on_message(50.1 + k, 1010.0 + 0.001 * k) for k in range(10)] == pytest.approx(
         [9.9 - 0.999 * k for k in range(10)])
-    assert lateness.received(60.1, 1010.1) == pytest.approx(0.0)
+    assert lateness.on_message(60.1, 1010.1) == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize('step', [0.4, 10.0])
 def test_a_clock_that_was_set_back_is_used_after_5_seconds(step):
     lateness = Lateness()
-    lateness.received(50.0, 1000.0)
-    seen = [lateness.received(50.0 - step + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 80)]
+    lateness.on_message(50.0, 1000.0)
+    seen = [lateness.on_message(50.0 - step + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 80)]
     assert seen[:49] == pytest.approx([step] * 49) and seen[51:] == pytest.approx([0.0] * 28)
 
 

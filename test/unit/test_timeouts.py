@@ -7,8 +7,8 @@ from tb3_labs.supervision.timeouts import FROZEN_TIME
 
 def received_at(time, name='imu'):
     source = Sensor(name)
-    source.received(time)
-    source.received(time)    # one message alone is not enough
+    source.on_message(time)
+    source.on_message(time)    # one message alone is not enough
     return source
 
 
@@ -21,9 +21,9 @@ def test_a_sensor_is_fresh_after_two_messages():
     imu = Sensor('imu')
     watch = SensorMonitor(imu)
     assert (watch.status, watch.hold_reason, watch.silent_for) == (SensorStatus.SILENT, '', 0.0)
-    imu.received(10.0)
+    imu.on_message(10.0)
     assert status_at(watch, 10.0) is SensorStatus.SILENT
-    imu.received(12.6)
+    imu.on_message(12.6)
     assert status_at(watch, 12.6) is SensorStatus.FRESH
 
 
@@ -50,7 +50,7 @@ def test_the_length_of_a_silence_does_not_depend_on_updates(
     if looked_at:
         for tick in range(1, round(100 * silence)):
             status_at(watch, 10.0 + 0.01 * tick)
-    imu.received(10.0 + silence)
+    imu.on_message(10.0 + silence)
     assert status_at(watch, 10.0 + silence) is sight
     if sight is not SensorStatus.FRESH:
         assert watch.silent_for == pytest.approx(silence)
@@ -75,6 +75,6 @@ MANY = round(FROZEN_TIME / DT) + 2
 def test_a_sensor_that_repeats_a_reading_is_frozen(reading, must_change, frozen):
     imu = Sensor('imu')
     for k in range(MANY):
-        imu.received(DT * k, reading(k))
+        imu.on_message(DT * k, reading(k))
         imu.check_repetition(must_change, DT * k)
     assert ('imu repeats one reading' in SensorMonitor(imu).frozen_text()) is frozen

@@ -1,7 +1,7 @@
-"""How to move? Speed laws, the braking approach, turns, and drives to a goal in four states.
+"""How does the robot move? This folder has the laws for turns, and for drives to a goal.
 
-A law (turning.PreciseTurn, drive_law.DriveLaw) gives the command for a pose. `supervision`
-decides whether the robot may move. `braking` computes the braking speed, and allows for delays.
-`commands` keeps the commands with their times, and computes the commanded travel that the robot has
-not driven yet. `motor_response` identifies delay, lag and gain of the motors.
+A law, such as turning.PreciseTurn, computes the command from the robot's pose. `supervision`
+decides whether the robot may move. `braking` stops the robot at its goal in spite of delays.
+`commands` remembers the commands, and computes the commanded travel that the robot has not driven
+yet. `motor_response` identifies the motors' delay, lag and gain.
 """

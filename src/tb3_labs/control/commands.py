@@ -1,13 +1,13 @@
-"""The commands of a law: their times, and the commanded travel that the robot has not driven yet.
+"""Finds when a control law must give a command, and remembers the commands.
 
-A step of a law reads the latest samples and gives one command. The robot takes one new command in
-each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period. A `Pace` finds
-when this step is due. A command reaches the robot after the *delay*, and the motors follow with a
-first-order *lag*.
+In one step, a control law reads the latest samples and gives one command. The robot obeys one new
+command in each control period (turtlebot3.CONTROL_RATE), and so a law has one step in each control
+period. A `Pace` finds when the next step is due. A command reaches the robot after the *delay*, and
+the motors follow with a first-order *lag*.
 
-Units: seconds; metres or radians for ways, per second for speeds. Both directions are alike.
-Edge cases of a Pace: A step is due if the clock went back. The first step after the start or a
-pause counts as one period long.
+Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
+Edge cases: A step is due at once if the clock went back. For the first step after a start or a
+pause, `Pace.step` returns one period.
 """
 import math
 from collections import deque
@@ -16,31 +16,31 @@ from typing import NamedTuple, Optional
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Each step but the first is due this time [s] before the end of a period, since the sample of a
-#: step may come 5 ms late. Until the command arrives, the robot obeys the previous command.
+#: All steps after the first are due this time [s] early, since a sample may arrive up to 5 ms late.
+#: Until a new command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
-#: If a node does not drive, it reads the next sample after this time [s], about one period.
+#: A node that does not drive reads a sample after each period of this length [s].
 MAX_IDLE = 0.036
-#: In 95 of 100 cases the estimate is off by less than this number of standard deviations.
+#: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
 STANDARD_ERRORS = 2.0
-#: A sample contradicts the estimate if it is off by more than this number of standard deviations.
+#: A sample contradicts an estimate if they differ by more than this number of standard deviations.
 CONTRADICTING_DEVIATIONS = 4.0
-#: Commands are remembered for this time [s]. Delays and ages of samples are shorter.
+#: Commands are remembered for this time [s], which is longer than any delay and any sample's age.
 COMMAND_MEMORY = 1.4
 #: A smaller lag [s] is replaced by this lag, to avoid a division by zero.
 MIN_LAG = 1e-6
 
 
 class LawStep(NamedTuple):
-    """The command of a law for one step."""
+    """The command that a control law gives in one step."""
 
     command: Twist2
-    remaining: float         # the remaining way [m or rad]
+    remaining: float         # remaining way [m or rad]
     finished: bool           # has the robot reached the goal of the law?
 
 
 class Pace:
-    """Finds when the next step is due, which is after `period` [s] on average."""
+    """Finds when the next step is due, on average one step in each `period` [s]."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -58,11 +58,11 @@ class Pace:
         return now >= self._next or clock_went_back
 
     def idle_for(self, now: float) -> float:
-        """Returns the time [s] for which no sample needs to be read."""
+        """Returns the time [s] until the next step, which needs a new sample."""
         return clamp(self._next - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
-        """Take a step. Returns the time [s] since the last step."""
+        """Take a step. Returns the time [s] since the previous step."""
         last = self._last
         self._last = now
         if last is None:
@@ -72,16 +72,16 @@ class Pace:
         return max(0.0, now - last)
 
     def skip(self, now: float) -> None:
-        """Skip a step that was due. The next step is due one period after this step."""
+        """Skip a step that was due, so that the next step is due one period later."""
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def restart(self) -> None:
-        """Treat the next step as the first, since the robot is at rest or another node drives."""
+        """Treat the next step as the first, since the robot rests, or another node drives."""
         self._last = None
 
 
 class _SentCommand(NamedTuple):
-    """A command, and the travel that was commanded before its period."""
+    """A command, and the travel of all commands before it."""
 
     start: float      # start [s] of the period in which the robot obeys the command
     command: float
@@ -89,13 +89,13 @@ class _SentCommand(NamedTuple):
 
 
 class CommandHistory:
-    """The commands since the start of an approach. All commands before the start were stops."""
+    """The commands since the start of an approach. Before an approach, all commands were stops."""
 
     def __init__(self, period: float) -> None:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
         self._sent = deque([_SentCommand(-COMMAND_MEMORY, 0.0, 0.0)])
-        self.now = 0.0        # time since the start [s]
+        self.now = 0.0        # time [s] since the start
         #: Start [s] of the period in which the robot obeys a command that is sent now.
         self.period_start = 0.0
         self.command = 0.0          # the latest command
@@ -109,12 +109,12 @@ class CommandHistory:
 
     def advance(self, dt: float) -> None:
         self.now += dt
-        # the nearest start of a period, since a step may be a little early or late
+        # round to the nearest start of a period, since a step may be a little early or late
         self.period_start = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
-        """Note the command for the period that begins now."""
-        if len(self._sent) == 1:    # only the stop before the first command
+        """Remember the command for the period that begins now."""
+        if len(self._sent) == 1:    # _sent has only the stop before the start
             self.first_command = command
         if command != self.command:
             self._same_since = self.now
@@ -130,54 +130,53 @@ class CommandHistory:
         return sent.travel + sent.command * (until - sent.start)
 
     def travel_under_way(self, delay: float) -> float:
-        """Returns the travel that was commanded from `delay` [s] ago until `period_start`."""
+        """Returns the travel that was commanded between `delay` [s] ago and `period_start`."""
         since = min(self.now - delay, self.period_start)
         return self.commanded_travel(self.period_start) - self.commanded_travel(since)
 
     def arrived(self, delay: float) -> float:
-        """Returns the command that reaches the motors now. Before the first command it is 0."""
+        """Returns the command that reaches the motors now; 0 before the first command."""
         return self._command_at(self.now - delay).command
 
     def only_stops_since(self, time: float) -> bool:
-        """Are all commands stops in the periods that start at `time` or later?"""
+        """Have all commands been stops since `time` [s]?"""
         return not any(sent.command for sent in self._sent if sent.start >= time)
 
     def _command_at(self, time: float) -> _SentCommand:
-        """Returns the command for the period at `time` [s], or the oldest command that is not
-        forgotten."""
+        """Returns the command at `time` [s]; if `time` is too early, the oldest command."""
         earlier = (sent for sent in reversed(self._sent) if sent.start <= time)
         return next(earlier, self._sent[0])
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
-    """A motor has `speed`. Returns its speed `dt` [s] later, after a constant `command`."""
+    """Returns the speed that a motor with `speed` has after `dt` [s] of a constant `command`."""
     share = -math.expm1(-dt / max(lag, MIN_LAG))
     return speed + share * (command - speed)
 
 
 class Estimate:
-    """A Kalman filter of one number. If the number does not change, its estimate is the mean of all
-    samples. After a change of the number, new samples have more weight."""
+    """A Kalman filter of one number. The estimate of a constant number is the mean of all samples.
+    After a change of the number, new samples have more weight."""
 
     def __init__(self) -> None:
-        #: The estimate. It is 0 before the first sample.
+        #: The estimate; 0 before the first sample.
         self.value = 0.0
         self._variance = math.inf
 
     @property
     def uncertainty(self) -> float:
-        """The likely bound of the error, `STANDARD_ERRORS` standard deviations."""
+        """The likely bound of the error, which is `STANDARD_ERRORS` standard deviations."""
         return STANDARD_ERRORS * math.sqrt(self._variance)
 
     def shift(self, change: float, deviation: float = 0.0) -> None:
-        """Add a change to the number. `deviation` is the standard deviation of the change."""
+        """Add `change`, which has the standard deviation `deviation`, to the number."""
         self.value += change
-        self._variance += deviation * deviation    # deviation ** 2 may raise OverflowError
+        self._variance += deviation * deviation    # deviation ** 2 could raise OverflowError
 
     def add(self, sample: float, noise: float) -> None:
         """Take in a sample with the standard deviation `noise`.
 
-        If a sample contradicts the estimate, or has no noise, it replaces the estimate.
+        A sample replaces the estimate if it contradicts the estimate, or has no noise.
         """
         spread = noise * noise
         largest_surprise = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + spread)

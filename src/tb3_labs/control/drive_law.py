@@ -1,5 +1,4 @@
-"""The settings and the law of a drive to a goal. The law gives the command in each state, and
-:mod:`tb3_labs.control.braking` brakes.
+"""The control law of a drive to a goal, and its settings. The law gives the command in each state.
 
 Units: metres, radians, seconds. Poses are in the local frame.
 """
@@ -18,7 +17,7 @@ from tb3_labs.handout import MAX_ANG_Z
 from tb3_labs.robot.samples import REST_LINEAR, Motion
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
-#: The robot backs up if it would stop beyond the goal by more than this share of the tolerance.
+#: The robot backs up if it would stop farther beyond the goal than this share of the tolerance.
 BACKUP_SHARE = 0.8
 
 
@@ -42,28 +41,28 @@ class DriveConfig(Config):
 
 
 def sum_of_turns(start: float, face: float, end: float) -> float:
-    """Returns the sum of two turns [rad]: from yaw `start` to `face`, and from `face` to `end`."""
+    """Returns the sum [rad] of two turns: from yaw `start` to `face`, and from `face` to `end`."""
     return abs(difference(face, start)) + abs(difference(end, face))
 
 
 class DriveLaw:
     """Drives as fast as the limits allow, and stops at the goal.
 
-    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. Meanwhile the
-    robot steers towards a point on the line, a little ahead of itself. Each driving state has a
-    method. `dt` is the time [s] since the last step.
+    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. While the
+    robot drives, it steers towards a point on the line, a little ahead of the robot. The law has
+    one method for each driving state. `dt` is the time [s] since the previous step.
     """
 
     period = PreciseTurn.period
-    #: The robot starts to drive when its heading differs less than this angle [rad] from the line.
+    #: The robot starts to drive when its heading is within this angle [rad] of the line.
     FACING_ANGLE = 0.1
-    #: The drive ends when a stop now would be at most this distance [m] before the goal.
+    #: The robot has arrived if a stop now would end at most this distance [m] before the goal.
     STOP_AHEAD = 0.0005
-    #: The robot steers towards a point on the line, at this distance ahead [m]. A larger distance
-    #: makes the steering calmer, a smaller distance keeps the robot nearer to the line.
+    #: The robot steers towards a point on the line, which is this distance [m] ahead of the robot.
+    #: A larger distance calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD = 0.20
-    #: A moving robot overshoots if a stop now would end beyond the goal, by more than this share of
-    #: the tolerance.
+    #: A moving robot has arrived only if a stop now would end at most this share of the tolerance
+    #: beyond the goal.
     OVERSHOOT_SHARE = 0.3
 
     def __init__(self, config: DriveConfig, model: RobotModel,
@@ -84,7 +83,7 @@ class DriveLaw:
             response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
-        """Choose the line to the goal. The robot drives along this line forwards or backwards."""
+        """Choose the line to the goal, and the direction of the drive along this line."""
         self._line = pose.bearing_to(goal)
         self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
@@ -106,8 +105,8 @@ class DriveLaw:
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line. The state is finished when a stop now would end at the goal.
 
-        If a command is delayed, the robot may drive past the goal. Then the robot comes to rest,
-        and backs up straight if it is outside the tolerance.
+        If a command is delayed, the robot may drive past the goal. A robot past the goal comes to
+        rest, and backs up straight if it is outside the tolerance.
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
         ahead, cross_track_error = -line_T_base.x, line_T_base.y    # left positive
@@ -120,7 +119,7 @@ class DriveLaw:
                           finished=self._is_at_goal or self._has_arrived(motion.linear))
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Turn to the goal's heading. The state is finished at rest inside the tolerance."""
+        """Turn to the goal's heading, until the robot rests inside the tolerance."""
         if not self._final_turn_begun:
             self._final_turn_begun = True
             self._begin_turn(motion.pose, goal.yaw)
@@ -128,7 +127,7 @@ class DriveLaw:
         return self._step(0.0, turn, turn.remaining, turn.finished)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """Returns a text with the distance to the goal; '' inside the tolerance."""
+        """Returns a text with the distance to the goal; '' if it is inside the tolerance."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''
@@ -136,15 +135,13 @@ class DriveLaw:
                 f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
     def _has_arrived(self, linear: float) -> bool:
-        """Would the robot come to rest at the goal if it were stopped now?"""
         way = self._driving.way_after_stop.value
         farthest = self._backup_distance
-        if abs(linear) > REST_LINEAR:    # a moving robot may overshoot by more
+        if abs(linear) > REST_LINEAR:    # a moving robot may stop later than predicted
             farthest = self.OVERSHOOT_SHARE * self.distance_tolerance
         return -farthest <= way <= self.STOP_AHEAD
 
     def _heading_along(self, direction: float) -> float:
-        """Returns the heading of a robot that drives in this direction, perhaps backwards."""
         return wrap(direction + math.pi) if self._reverse else direction
 
     def _begin_turn(self, pose: Pose2, goal_yaw: float) -> None:

@@ -1,12 +1,12 @@
-"""Driving to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
+"""Drives to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
 
-The *law*, :mod:`tb3_labs.control.drive_law`, gives the command in each of the three driving states.
-The law also decides when a state is finished. This module chooses the next state. A drive is given
-up if the robot gets no nearer to its goal. The goal is reached when the robot has settled, and a
-later sample shows the robot at the goal.
+The law, :mod:`tb3_labs.control.drive_law`, gives the command in each driving state, and decides
+when a state is finished. This module chooses the next state. A drive is given up if the robot gets
+no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows it
+at the goal.
 
-Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure
-there is no command (None).
+Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure the
+command is None.
 """
 from collections import defaultdict
 from typing import Dict, Optional
@@ -20,8 +20,8 @@ from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.sensors_and_stalls import StallMonitor
 
-#: If a drive ends outside its tolerance, for instance after a stall of the network, the robot
-#: starts again from its place. This is the greatest number of such starts.
+#: A drive that ends outside its tolerance, for instance because the network stalled, is started
+#: again at most this number of times.
 MORE_TRIES = 2
 
 
@@ -35,12 +35,12 @@ class GoalMachine:
         self.failure = ''         # the reason why the drive was given up, or ''
         self.begun = False        # was a motion to this goal commanded?
         self.canceled = False     # did a person or program cancel the drive?
-        self.attempt = 0          # number of the drive; each goal and restart begins a new drive
+        self.attempt = 0          # number of drives so far; a goal or a restart begins a drive
         self._tries_left = 0
         self._law_is_started = False
         self._stalls: Dict[GoalState, StallMonitor] = defaultdict(StallMonitor)
         self._settling = Settling()
-        self._time = 0.0             # time of all steps [s]
+        self._time = 0.0             # sum [s] of all `dt`
 
     @property
     def active(self) -> bool:
@@ -61,29 +61,28 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """The robot was stopped. Let the next step drive to the goal from the present pose."""
+        """The robot was stopped. Let the next step drive to the goal from the new pose."""
         self._law_is_started = False
 
     def give_up(self, reason: str) -> None:
-        """End the drive without having reached the goal."""
+        """End the drive before the goal is reached."""
         self.failure = reason
 
     def cancel(self) -> None:
-        """End the drive. Only a new goal starts another drive."""
+        """End the drive. The next drive needs a new goal."""
         if self.goal is not None:
             self.canceled = True
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
-        """Returns the command for now, `dt` [s] after the last step. None: no drive is active."""
+        """Returns the command, or None if no drive is active. The previous step was `dt` [s]
+        ago."""
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
         return self._command(motion, rests, dt)
 
     def _command(self, motion: Motion, rests: bool, dt: float) -> Optional[Twist2]:
-        """Returns the command of the present state. If this state is finished, the next state gives
-        the command."""
         goal = self.goal
         if goal is None or not self.active:
             return None
@@ -100,7 +99,6 @@ class GoalMachine:
         return None if self.failure else step.command
 
     def _start_law(self, pose: Pose2, goal: Pose2) -> None:
-        """Begin to drive from `pose`, perhaps after an interruption."""
         for stall in self._stalls.values():
             stall.resume()
         self.begun = True
@@ -115,8 +113,7 @@ class GoalMachine:
         return steps[self.state](motion, goal, dt)
 
     def _has_settled(self, motion: Motion) -> bool:
-        """Has the robot settled, and was the latest odometry measured after the robot came to rest?
-        (The law itself checks only the IMU.)"""
+        """Do IMU and odometry show that the robot has settled? The law checks only the IMU."""
         rest_began_at = self._settling.rest_began_at
         if rest_began_at is None or not self._settling.rests:
             return False

@@ -1,30 +1,31 @@
 """Identifies the delay, the lag and the gain of a robot while it moves.
 
-A command crosses the network and waits for the next control period of the firmware. This time is
-the *delay*. The motors then follow as a first-order system with a *lag*. The steady speed is the
-command times a *gain*. The gain differs a little from 1: motors have discrete speeds, and the
-distance between the wheels differs from robot to robot. A robot that started from rest has
+The *delay* is the time in which a command crosses the network and waits for the next control period
+of the firmware. The motors follow a command as a first-order system with the time constant *lag*.
+The steady speed is the command times the *gain*. The gain is not exactly 1, since motors have
+discrete speeds, and since robots differ in the distance between their wheels. If a robot started
+from rest, its travel x, its speed v and the commanded travel U obey the equation
 
-    the travel   x(t) = gain U(t - delay) - lag v(t)
+    x(t) = gain U(t - delay) - lag v(t)
 
-with the travel U that was commanded until then, and the speed v. If a robot speeds up or has a
-steady speed, each of its samples is one such equation. The equations are solved by least squares.
-An approach starts with the values of earlier approaches. The weight of such a start value is
-smaller if its standard deviation is larger.
+Each sample of a robot that speeds up, or has a steady speed, gives one such equation. All equations
+are solved by least squares. An approach starts with the delay, lag and gain of earlier approaches.
+A start value with a larger standard deviation has less weight.
 
-At steady speed the equation shows only the sum of delay and lag. So the first sample of a motion is
-used in a different way. From rest, with the command u, a first-order motor has
-v = gain u (1 - exp(-(t - delay) / lag)). With speed_share = v / (gain u), and with
-motion_time = x / (gain u), which the travel x takes at steady speed,
+At steady speed, a sample shows only the sum of delay and lag. Therefore delay and lag are computed
+from the first sample of a motion. A first-order motor that starts from rest with the command u has
+the speed v = gain u (1 - exp(-(t - delay) / lag)). It follows that
 
+    speed_share = v / (gain u)
+    motion_time = x / (gain u)
     lag = motion_time / (-log(1 - speed_share) - speed_share)
     delay = t - motion_time - lag speed_share
 
-This delay is the time of the round trip, to the robot and back. A robot sets its clock over the
-same slow link, so the stamps of late samples look fresh. A command needs `COMMAND_TIME`, as was
-measured once. The rest of the delay is the *sample delay*.
+The measured delay is the time of the command's way to the robot, plus the time of the sample's way
+back. The stamp of a delayed sample looks fresh, since the robot sets its clock over the same slow
+network. The *sample delay* is the measured delay without `COMMAND_TIME`, which a command needs.
 
-Units: seconds; radians or metres for travel, per second for speeds.
+Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
 T. Hagglund, PID Controllers: Theory, Design, and Tuning (1995), chapter 2.
 """
@@ -39,17 +40,18 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.timeouts import STALL_AGE
 
-#: Lag [s] of the motors before the first measurement.
+#: Assumed lag [s] of the motors before the first measurement.
 FIRST_LAG = 0.05
-#: Delay [s] before the first measurement. It is half a control period of the firmware, plus 25 ms
-#: for a step of the node and a quiet network.
+#: Assumed delay [s] before the first measurement. A step of the node and a quiet network take 25
+#: ms. The wait for the firmware takes half a control period.
 FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
-#: A real robot's motors begin to follow a command after this time [s]. It is half a control period,
-#: plus 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
+#: Time [s] until a real robot's motors begin to follow a command. The network takes 8 ms (firmware
+#: 1.2.6, on a fast and on a slow host). The wait for the firmware takes half a control period.
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: The delays of two commands differ by up to this time [s]. A smaller excess is not a sample delay.
+#: The delays of two commands may differ by this time [s] without any sample delay.
 COMMAND_SPREAD = 0.025
-#: A sample delay is clipped to these limits [s]. The lower limit is for a fast host.
+#: A sample delay is clipped to these limits [s]. On a fast host, the sample delay is the lower
+#: limit.
 MIN_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
 #: A measured delay and a measured lag are clipped to these limits [s].
 MAX_DELAY, MAX_LAG = 0.4, 0.15
@@ -57,23 +59,23 @@ MAX_DELAY, MAX_LAG = 0.4, 0.15
 FIRST_GAIN_DEVIATION = 0.03
 FIRST_DELAY_DEVIATION = 0.03    # [s]
 FIRST_LAG_DEVIATION = 0.05      # [s]
-#: Standard deviation of the lag [s] if the measured speed is a mean, which does not show the lag.
+#: Standard deviation [s] of a lag that is not identified, since only mean speeds are measured.
 FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation [s] of a sample's time, and of a command's time.
 TIME_DEVIATION = 0.002
-#: Each measurement at steady speed changes the start values of the next approach with this weight.
+#: A measurement at steady speed has this weight in the start values of the next approach.
 LEARNING_WEIGHT = 0.1
-#: The usual delay is learned over several approaches. Each measurement has at least this weight.
+#: Each measurement of the delay has at least this weight in the usual delay.
 MIN_LEARNING_WEIGHT = 0.01
 #: A steady speed differs from the command by less than this share of the command.
 CRUISE_DEVIATION = 0.08
 #: A speed is steady only if the command did not change for this time [s].
 CRUISE_TIME = 0.12
-#: Samples are used if the command has at least this share of the fastest speed.
+#: Samples are used if the command is at least this share of the fastest speed.
 MIN_CRUISE_SHARE = 0.5
 #: Samples are used until this time [s] after the start.
 LEARNING_TIME = 1.5
-#: Above this speed [rad/s or m/s] a robot has begun to move.
+#: A robot that is faster than this [rad/s or m/s] has begun to move.
 ONSET_SPEED = 0.03
 #: A robot speeds up if its speed is between these shares of the command.
 SPEEDING_UP_SHARES = 0.1, 1.5
@@ -85,7 +87,7 @@ PROMPT_SHARE = 0.98
 
 
 class MotorResponse:
-    """Delay, lag and gain of one robot, shared by all of its approaches."""
+    """Delay, lag and gain of one robot, which all of its approaches share."""
 
     def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG,
                  gain: float = 1.0) -> None:
@@ -98,7 +100,7 @@ class MotorResponse:
 
     @property
     def sample_delay(self) -> float:
-        """The part [s] of a sample's age that its stamp does not show."""
+        """The part [s] of a sample's age that the sample's stamp does not show."""
         excess = self._usual_delay - COMMAND_TIME
         if excess <= MIN_SAMPLE_DELAY + COMMAND_SPREAD:
             return MIN_SAMPLE_DELAY
@@ -116,11 +118,11 @@ class MotorResponse:
 
 def identify_at_start(time: float, steady_speed: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
-    """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if the sample does
-    not show both values.
+    """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if they are unknown.
 
-    The sample has the travel `travelled`, and the `speed` at this moment, not the mean of a period.
-    The first command was given `time` [s] ago, and was not changed. It leads to `steady_speed`.
+    `travelled` is the travel since the start. `speed` is the speed at one instant, and not a mean.
+    The first command was sent `time` [s] before the sample, was not changed since, and leads to
+    `steady_speed`.
     """
     follows_command = speed * steady_speed > 0.0    # False for NaN
     if not follows_command or abs(steady_speed) < MIN_FIRST_COMMAND:
@@ -143,8 +145,8 @@ class Identification:
         `speed_is_prompt`, see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = copy(response)
-        self._learned = response                # the mean of all approaches
-        self._linearized_at = copy(response)    # the equations give the differences from this
+        self._learned = response                # the values of all approaches
+        self._linearized_at = copy(response)    # the equations give differences from these values
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # was the robot at rest at the start?
         self._start_observed = False     # did a sample show that the robot speeds up?
@@ -154,7 +156,7 @@ class Identification:
         self._normal_vector = np.zeros(3)
 
     def begin(self, speed: float) -> None:
-        """Start just before the first command, at this measured `speed`. If the robot moves,
+        """Start at the measured `speed`, just before the first command. If the robot moves already,
         nothing is identified, since an earlier command may cause this motion."""
         self._from_rest = abs(speed) <= ONSET_SPEED
 
@@ -162,7 +164,7 @@ class Identification:
                fastest: float, age: float = 0.0) -> None:
         """Take in the travel since the start and the `speed`, which were measured `age` [s] ago."""
         if age > STALL_AGE:
-            self._from_rest = False    # then commands may be delayed, too
+            self._from_rest = False    # a slow network may delay commands, too
         if not self._from_rest:
             return
         starts = not self._start_observed and abs(speed) > ONSET_SPEED
@@ -192,8 +194,6 @@ class Identification:
 
     def _solve(self, history: CommandHistory, travelled: float, speed: float, fastest: float,
                age: float) -> None:
-        """Add the equation of a sample. Solve all equations for the differences from
-        `_linearized_at`."""
         start = self._linearized_at
         arrived = history.commanded_travel(history.now) - history.command * (start.delay + age)
         row = np.array([arrived, -start.gain * history.command, -speed])

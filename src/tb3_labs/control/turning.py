@@ -1,7 +1,7 @@
-"""Turns precisely on the spot, and finds when a turn has settled.
+"""Turns the robot precisely on the spot, and finds when a turn has settled.
 
-A turn has settled when the samples show a robot at rest inside the tolerance. A noisy IMU needs
-more samples at rest, until the remaining angle is known well.
+A turn has settled when the samples show a robot at rest inside the tolerance. If the IMU is noisy,
+more samples at rest are needed to know the remaining angle well.
 
 Units: radians, seconds; counter-clockwise positive.
 """
@@ -20,13 +20,13 @@ SETTLING_TIME = 0.03
 
 
 class Settling:
-    """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? This
-    time is counted between measurements, since one sample may be read several times."""
+    """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? Only
+    times of measurements are compared, since one sample may be read several times."""
 
     def __init__(self) -> None:
         #: Time of the first sample at rest [s]; None while the robot moves.
         self.rest_began_at: Optional[float] = None
-        self._last = 0.0      # time of the latest sample [s]
+        self._last = 0.0      # time [s] of the latest sample
 
     def update(self, at_rest: bool, measured_at: float) -> None:
         """Take in the latest sample. `at_rest`: does this sample show a robot at rest?"""
@@ -52,17 +52,17 @@ class PreciseTurn:
     """Turns as fast as the limits allow, in the requested direction. The turn ends when the robot
     has settled inside the tolerance."""
 
-    period = 1.0 / CONTROL_RATE    # [s]; one command in each control period of the firmware
+    period = 1.0 / CONTROL_RATE    # [s], the control period of the firmware
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: If the IMU is noisy, a turn at rest waits for more samples, for at most this time [s].
+    #: If the IMU is noisy, a robot at rest waits at most this time [s] for more samples.
     MAX_WAIT_AT_REST = 0.6
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     KNOWN_WELL_SHARE = 0.35
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,
                  response: MotorResponse) -> None:
-        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]. `response` has the known
-        delay and lag of the robot."""
+        """`response` has the known delay and lag of the robot. The limits are `fastest` [rad/s],
+        `acceleration` [rad/s^2] and `tolerance` [rad]."""
         self._fastest = fastest
         self._tolerance = tolerance
         self._approach = Approach(ApproachConfig(
@@ -72,11 +72,11 @@ class PreciseTurn:
         self.start(0.0, 0.0)
 
     def start(self, yaw: float, angle: float) -> None:
-        """Turn a robot at rest by `angle` from its heading `yaw` [rad]."""
+        """Turn a robot that rests at the heading `yaw` [rad] by `angle` [rad]."""
         self._goal_yaw = yaw + angle    # heading [rad] at the end of the turn
         #: The remaining angle [rad], which may be many whole turns.
         self.remaining = angle
-        self._time = 0.0    # time since the start [s]
+        self._time = 0.0    # time [s] since the start
         self._settling = Settling()
         self._approach.start()
 
@@ -95,8 +95,8 @@ class PreciseTurn:
              noise: float = 0.0) -> LawStep:
         """Returns the LawStep for a sample of `yaw` [rad] and `rate` [rad/s].
 
-        The sample is `age` [s] old. Its yaw has the standard deviation `noise` [rad]. The last step
-        was `dt` [s] ago.
+        The sample is `age` [s] old, and `noise` [rad] is the standard deviation of its yaw. The
+        previous step was `dt` [s] ago.
         """
         self._time += dt
         self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)

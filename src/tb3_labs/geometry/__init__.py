@@ -1,2 +1,2 @@
-"""What do the numbers mean? Angles, quaternions, poses in the plane, and sorted times. This room
-does not know robots."""
+"""What do the numbers mean? This folder computes with angles, quaternions, poses in the plane and
+sorted times, and does not know robots."""

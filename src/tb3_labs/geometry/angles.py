@@ -1,8 +1,8 @@
-"""Angles on the circle, clipped numbers, and the headings of quaternions.
+"""Wraps angles, clips numbers, and computes the headings of quaternions.
 
-The library squaternion has the order w, x, y, z, and checks nothing. Another order, or a norm that
-is not 1, gives a plausible wrong yaw. So the four numbers of a quaternion must be given by keyword.
-A quaternion is invalid if no robot on a floor can have it.
+The library squaternion expects the order w, x, y, z, and checks nothing. In another order, or with
+a norm that is not 1, the numbers give a plausible but wrong yaw. So the four numbers of a
+quaternion must be given by keyword.
 
 Units: radians, counter-clockwise positive (REP-103). Edge cases: A wrapped angle or yaw is in
 (-pi, pi], so half a turn is +pi. The angle NaN stays NaN. An infinite angle raises ``ValueError``.
@@ -13,9 +13,9 @@ from typing import Tuple
 from squaternion import Quaternion
 
 WHOLE_TURN = 2.0 * math.pi
-#: A norm is invalid if it differs from 1 by more than this. A real TurtleBot3 sends 0.999996.
+#: A norm is invalid if it differs from 1 by more than this. A real robot sends the norm 0.999996.
 NORM_TOLERANCE = 0.05
-#: A larger tilt [rad] is invalid: the numbers of the quaternion must be in a wrong order.
+#: A robot with a larger tilt [rad] would fall over: the numbers must be in a wrong order.
 MAX_TILT = math.radians(45.0)
 
 
@@ -36,7 +36,7 @@ def difference(target: float, start: float) -> float:
 
 
 def unwrap(angle: float, previous: float) -> float:
-    """Returns `angle` plus the whole turns that bring it nearest to `previous`."""
+    """Returns `angle` plus the whole turns that bring the sum nearest to `previous`."""
     return previous + difference(angle, previous)
 
 
@@ -46,13 +46,13 @@ def interpolate_angle(start: float, end: float, fraction: float) -> float:
 
 
 def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
-    """Returns the heading [rad] of a quaternion. Raises ``ValueError`` with the reason for NaN,
-    infinity, a norm that is not 1, and a tilt of more than MAX_TILT."""
+    """Returns the heading [rad] of a quaternion. Raises ``ValueError`` if a number is NaN or
+    infinite, if the norm is not 1, or if the tilt exceeds MAX_TILT."""
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     is_unit = abs(norm - 1.0) <= NORM_TOLERANCE    # False for NaN
     if not is_unit:
         raise ValueError(f'quaternion has norm {norm:.3g}, not 1')
-    # the formulas of Quaternion.to_euler(), but three times as fast
+    # the same as Quaternion.to_euler(), but three times as fast
     w, x, y, z = w / norm, x / norm, y / norm, z / norm
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(clamp(2.0 * (w * y - z * x), -1.0, 1.0))
@@ -66,6 +66,6 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
 
 def quaternion_from_yaw(yaw: float, roll: float = 0.0,
                         pitch: float = 0.0) -> Tuple[float, float, float, float]:
-    """Returns (w, x, y, z) of a heading [rad] and a tilt [rad]."""
+    """Returns the quaternion (w, x, y, z) of the angles `yaw`, `roll` and `pitch` [rad]."""
     quaternion = Quaternion.from_euler(roll, pitch, yaw)
     return quaternion.w, quaternion.x, quaternion.y, quaternion.z

@@ -1,6 +1,6 @@
-"""Angles and times in arrays, for recorded runs.
+"""Computes with arrays of angles and of times, which come from recorded runs.
 
-Units: radians. An infinite angle becomes NaN, and is not an error, since one invalid sample must
+Units: radians. An infinite angle becomes NaN and raises no error, so that one invalid sample does
 not hide the valid samples.
 """
 from typing import Any, Sequence, Tuple, Union
@@ -18,7 +18,7 @@ def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
     half_turn = whole_turn / 2.0
     with np.errstate(invalid='ignore'):
         wrapped = angles - whole_turn * np.round(angles / whole_turn)
-        wrapped = np.clip(wrapped, -half_turn, half_turn)    # rounding may go a little beyond
+        wrapped = np.clip(wrapped, -half_turn, half_turn)    # rounding may exceed the bounds
         return np.where(wrapped == -half_turn, half_turn, wrapped)
 
 
@@ -31,11 +31,11 @@ def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
 
 
 def last_until(times: Any, time: Any) -> Any:
-    """Returns the index of the latest of `times` that is at `time` or before; -1 if all are later.
-    `times` are sorted. If `time` is an array, an array of indices is returned."""
+    """Returns the index of the latest entry in `times` that is not after `time`; -1 if all are
+    later. `times` are sorted. If `time` is an array, an array of indices is returned."""
     return np.searchsorted(times, time, side='right') - 1
 
 
 def last_before(times: Any, time: Any) -> Any:
-    """Returns the same as `last_until`, but leaves out times that equal `time`."""
+    """Returns the index of the latest entry in `times` before `time`; -1 if there is none."""
     return np.searchsorted(times, time, side='left') - 1

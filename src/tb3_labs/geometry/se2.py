@@ -1,14 +1,15 @@
-"""Poses in the plane, and points that they transform, as in the handout.
+"""Poses in the plane, which transform points as in the handout.
 
-A pose ``A_T_B`` is the place of frame B in frame A. It transforms a point p_B in B to A,
+The pose ``A_T_B`` has the place and the heading of frame B in frame A. A pose transforms the point
+p_B in frame B to the point p_A in frame A. The inverse pose transforms p_A back to p_B:
 
     p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)
+    p_B = R(theta)^-1 (p_A - t)       (``A_T_B.inverse().act(p_A)``)
 
-and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
-Poses chain by the names of their frames, so ``A_T_B @ B_T_C`` is ``A_T_C``.
+The product of two poses is a pose: ``A_T_B @ B_T_C`` is ``A_T_C``.
 
-Units: metres and radians. A computed yaw is in (-pi, pi]. Sources: the Transformation lab's
-handout. The names, such as A_T_B, are those of the Sophus library.
+Units: metres and radians. A computed yaw is in (-pi, pi]. Source: the Transformation lab's handout.
+Names such as A_T_B are written as in the Sophus library.
 """
 import math
 from dataclasses import dataclass
@@ -35,27 +36,27 @@ class Pose2:
     yaw: float = 0.0    # [rad]
 
     def act(self, points: Union[np.ndarray, Sequence]) -> np.ndarray:
-        """Transform `points`, shape (..., 2) [m], from this pose's own frame to its parent."""
+        """Transform `points` [m], shape (..., 2), from this pose's frame to the parent frame."""
         return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def inverse(self) -> 'Pose2':
-        """Returns the inverse pose: the parent frame, seen from this pose."""
+        """Returns the inverse pose, which is the parent frame seen from this pose."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
 
     def __matmul__(self, other: 'Pose2') -> 'Pose2':
-        """Returns A_T_B @ B_T_C = A_T_C."""
+        """Returns the product of two poses, A_T_B @ B_T_C = A_T_C."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y,
                      wrap(self.yaw + other.yaw))
 
     def distance_to(self, other: 'Pose2') -> float:
-        """Returns the straight-line distance between the two places [m]."""
+        """Returns the straight distance [m] between the places of both poses."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def bearing_to(self, other: 'Pose2') -> float:
-        """Returns the direction of `other` from here, in the parent frame [rad], (-pi, pi]."""
+        """Returns the direction [rad], (-pi, pi], from this pose to `other` in the parent frame."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x))
 
     def __str__(self) -> str:
@@ -63,7 +64,7 @@ class Pose2:
 
 
 def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
-    """Returns the pose at a `fraction` (0 to 1) of the way. Its yaw turns the short way round."""
+    """Returns the pose at a `fraction` (0 to 1) of the way. The yaw turns the short way round."""
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
                  interpolate_angle(start.yaw, end.yaw, fraction))

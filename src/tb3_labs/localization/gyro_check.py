@@ -1,24 +1,26 @@
 """Does the gyro contradict the wheels?
 
-If a board calibrates its gyro while the robot turns, the board takes this rate of turn for zero.
-From then on the gyro is wrong by this rate, even at rest. Each rate of the gyro is compared with
-the rates of the wheels, from a little earlier to a little later. Delay, slip and uneven wheels
-explain a part of the difference; the rest is added up. A carried robot contradicts its wheels, too.
+If a board calibrates its gyro while the robot turns, the rate of this turn becomes the zero of the
+gyro. A gyro with a wrong zero shows a wrong rate even at rest. Each rate of the gyro is compared
+with the rates that the wheels had a little earlier, at the same time, and a little later. Delay,
+slip and uneven wheels explain a part of the difference. Unexplained differences are added up. If a
+person carries the robot, the gyro contradicts the wheels, too.
 
-Times are the samples' stamps, so delays of the network do not matter. Cases:
+Only stamps are compared, so delays of the network do not matter. Cases:
 
-* Without stamps, or without samples of the wheels, a contradiction is not found.
-* After a silence the comparison starts again. A contradiction is over when gyro and resting wheels
-  have agreed for `AGREEMENT_TIME`.
-* A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. The motion waits
-  again after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its
-  gyro. If the samples of the wheels cannot be compared, the motion waits only for `AGREEMENT_TIME`.
-* In motion, an error of the gyro is found only if slip and uneven wheels cannot explain the error.
-  Slip hides an error that makes a turn look slower, until the wheels rest. A board that calibrates
-  its gyro is silent for 2.6 s, so such an error does not begin in a motion of a real robot.
+1. Without stamps, or without samples of the wheels, a contradiction is not found.
+2. After a silence the comparison starts again. A contradiction is over when the wheels have rested
+   and the gyro has agreed for `AGREEMENT_TIME`.
+3. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. A motion waits
+   again after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its
+   gyro. If the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.
+4. While the robot moves, an error of the gyro is found only if slip and uneven wheels cannot
+   explain the error. If an error makes a turn look slower, the error looks like slip, and is found
+   only when the wheels rest. The gyro of a real robot does not become wrong during a motion, since
+   the board is silent for 2.6 s during a calibration.
 
-Units: seconds, radians. Sources: the firmware's lag of 13 to 105 ms; a recorded drive of a Burger,
-in which at most 0.5 deg of the turns are unexplained.
+Units: seconds, radians. Sources: the firmware, whose gyro lags by 13 to 105 ms; a recorded drive of
+a Burger, with at most 0.5 deg of unexplained turns.
 """
 from collections import deque
 from typing import Deque, List, NamedTuple, Optional, Tuple
@@ -34,26 +36,26 @@ from tb3_labs.supervision.timeouts import (
 MAX_GYRO_LAG = 0.13
 #: The gyro may show a turn up to this time [s] earlier than the wheels.
 MAX_GYRO_LEAD = 0.04
-#: Up to this share of the wheels' turn is slip, as on a carpet.
+#: On a carpet, up to this share of the wheels' turn is slip.
 MAX_SLIP_SHARE = 0.45
-#: Worn wheels are uneven by up to this share of _WheelTurn.rate_of_one_wheel.
+#: Uneven wheels change the rate of turn by up to this share of _WheelTurn.rate_of_one_wheel.
 UNEVEN_SHARE = 0.1
 #: A healthy gyro drifts by up to this rate [rad/s].
 GYRO_DRIFT = 0.02
 #: If an unexplained turn [rad] is larger than this, the gyro contradicts the wheels.
 MAX_UNEXPLAINED_TURN = 0.015
-#: A contradiction is over when gyro and wheels agreed for this time [s], with the wheels at rest.
+#: A contradiction is over when the wheels have rested, and the gyro has agreed, for this time [s].
 AGREEMENT_TIME = 1.0
 #: Turns of the wheels are remembered for this time [s].
 WHEEL_MEMORY = 0.6
-#: The problem in words, and its remedy.
+#: The text for the user, to which the robot's model and its reset topic are added.
 GYRO_CONTRADICTION = (
     'the gyro contradicts the wheels (calibrated while the robot moved? carried? not a {}?): let '
     'it rest, then `rostopic pub -1 {} std_msgs/Empty`')
 
 
 class _WheelTurn(NamedTuple):
-    """The turn of the robot by its wheels between two samples of the wheels."""
+    """A turn of the robot, as computed from two samples of the wheels."""
 
     begin: float
     end: float
@@ -81,10 +83,10 @@ class _Comparison:
         self.agreed_for = 0.0       # time [s] for which gyro and wheels agreed
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
-        """Returns the turns of the wheels that `reading` may show; None if not all are known."""
+        """Returns the turns of the wheels that `reading` may show; None if a turn is unknown."""
         first, last = reading.begin - MAX_GYRO_LAG, reading.end + MAX_GYRO_LEAD
         turns = [turn for turn in self.turns if turn.end > first and turn.begin < last]
-        if not turns or turns[0].begin > first:    # `turns` is in order of time
+        if not turns or turns[0].begin > first:    # `turns` is sorted by time
             return None
         for turn in turns:
             if turn.rate_of_one_wheel and turn.end - turn.begin > MEAN_ONLY_GAP:
@@ -108,8 +110,8 @@ class GyroMonitor:
         self._contradiction = GYRO_CONTRADICTION.format(model.name, reset_topic)
         self.has_compared = False    # was any rate of the gyro compared with the wheels?
         self._sends_wheels = False
-        self._rested_for = 0.0       # time [s] of all comparisons at rest
-        self._uncompared_for = 0.0   # time [s] of all gyro samples since the last comparison
+        self._rested_for = 0.0       # total time [s] of the comparisons at rest
+        self._uncompared_for = 0.0   # time [s] for which the gyro was not compared
         self._contradicts = False
         self._comparison = _Comparison()
 
@@ -129,7 +131,7 @@ class GyroMonitor:
             readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
                                       sample[1:] == last[1:]))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
-            readings.popleft()    # no samples of the wheels arrive
+            readings.popleft()    # no samples of the wheels arrive, so nothing is compared
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._sends_wheels = True
@@ -170,7 +172,7 @@ class GyroMonitor:
         if turns is None:
             return
         self.has_compared = True
-        if self._uncompared_for < AGREEMENT_TIME:    # a wait that is over stays over
+        if self._uncompared_for < AGREEMENT_TIME:    # a wait that has ended does not begin again
             self._uncompared_for = 0.0
         seconds = reading.end - reading.begin
         wheels_rest = max(turn.rate_of_one_wheel for turn in turns) < REST_ANGULAR
@@ -185,7 +187,6 @@ class GyroMonitor:
             self._disagree((reading.rate - nearest) * seconds)
 
     def _disagree(self, unexplained: float) -> None:
-        """Add up a turn [rad] of the gyro that the wheels do not explain."""
         comparison = self._comparison
         comparison.agreed_for = 0.0
         comparison.unexplained += unexplained

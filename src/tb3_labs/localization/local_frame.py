@@ -1,17 +1,17 @@
 """The local frame, in which a reset declares the pose of the robot.
 
-The lab calls the frame ``odom`` A, and the frame ``local`` B. The pose of B in A is (t, theta).
-A place p_A in A is the place ``p_B = R(theta)^-1 (p_A - t)`` in B.
+In the lab, A is the frame ``odom``, and B is the frame ``local``. The pose of B in A is (t, theta).
+The place p_A in frame A is the place ``p_B = R(theta)^-1 (p_A - t)`` in frame B.
 
-A reset declares the robot's present pose in local. The reset uses the odometry's pose and the IMU's
-yaw at one instant:
+A reset declares the robot's present pose in ``local``. A reset uses the odometry's pose and the
+IMU's yaw, both at the same instant:
 
-* The place comes from the odometry. So theta comes from the *odometry's* yaw. The IMU's yaw differs
-  from the odometry's yaw by a constant angle, and would turn every displacement by this angle.
-* The heading comes from the IMU, relative to the IMU's yaw of that instant.
+1. The place comes from the odometry, and so theta comes from the *odometry's* yaw. A theta from the
+   IMU's yaw would turn every displacement by a constant angle.
+2. The heading comes from the IMU, relative to the IMU's yaw at the reset.
 
-Units: metres, radians. Source: the Transformation lab's handout, corrected for declared poses that
-are not zero, and for an IMU and an odometry that disagree.
+Units: metres, radians. Source: the Transformation lab's handout. In this file, a declared pose need
+not be zero, and the IMU's yaw may differ from the odometry's yaw.
 """
 from dataclasses import dataclass
 
@@ -33,7 +33,7 @@ class LocalFrame:
         return cls(odom_T_base @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
     def pose(self, odom_T_base: Pose2, imu_yaw: float) -> Pose2:
-        """Returns the robot's pose in ``local``: place by odometry, heading by IMU."""
+        """Returns the robot's pose in ``local``: the odometry's place, the IMU's heading."""
         place = self.odom_T_local.inverse() @ odom_T_base
         return Pose2(place.x, place.y, self.heading(imu_yaw))
 

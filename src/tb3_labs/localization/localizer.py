@@ -1,15 +1,15 @@
-"""Follows the robot in a local frame that can be declared again at any moment.
+"""Computes the robot's pose in a local frame, which a reset may declare again at any moment.
 
 Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
 the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits
-until both sensors have sent samples after the request. Then both sensors are interpolated to the
-moment of the request. So a reset corrects any error of the old frame.
+until both sensors have sent samples after the request. The samples of both sensors are interpolated
+to the moment of the request. A reset corrects any error of the old frame.
 
 If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
-lost. Then a local frame does not exist until the next reset.
+lost, and there is no local frame until the next reset.
 
-Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
+Units: metres, radians, seconds on the receiver's clock (`now`).
 """
 import math
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: A pose is extrapolated for at most this time [s], by the latest speed.
+#: A pose is extrapolated with the latest speed, for at most this time [s].
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
@@ -47,27 +47,27 @@ class Reset:
 
     requested: RequestedPose
     requested_at: float = 0.0        # [s, receiver's clock]
-    stamp: Optional[float] = None    # `requested_at` [s, sender's clock]; None: no sample yet
-    epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
+    stamp: Optional[float] = None    # `requested_at` on the sender's clock [s], or None
+    epoch: int = 0                   # epoch of the sender's clock at `stamp`
     sample_delay: float = 0.0        # samples are this much [s] older than their stamps show
-    pose_before: Optional[Pose2] = None    # in the old frame, at the request; None: not known
-    declared: Optional[Pose2] = None       # the pose in local, once the new frame is in force
-    problem: str = ''                # the reason why the reset was not carried out
-    hint: str = ''                   # a text for the caller, added to the answer
+    pose_before: Optional[Pose2] = None    # pose in the old frame at the request, or None
+    declared: Optional[Pose2] = None       # pose in the new frame; None before the reset
+    problem: str = ''                # reason why the reset was not carried out
+    hint: str = ''                   # text that is added to the answer
 
     @property
     def is_done(self) -> bool:
-        """Is the new frame in force?"""
+        """Was the reset carried out?"""
         return self.declared is not None
 
     @property
     def is_over(self) -> bool:
-        """Was the reset carried out or refused?"""
+        """Was the reset carried out, refused or given up?"""
         return self.is_done or bool(self.problem)
 
     @property
     def answer(self) -> str:
-        """The text of the outcome, for a reset that is over."""
+        """The answer to the caller of a reset that is over."""
         return self.problem or '{} to {}{}'.format(PRINTED_POSE_SET, self.declared, self.hint)
 
     def give_up(self) -> None:
@@ -81,18 +81,18 @@ class Localizer:
 
     def __init__(self, timing: SampleTiming) -> None:
         self._timing, self._clock = timing, timing.clock
-        #: The LocalFrame in force; None before the first samples, and while the pose is lost.
+        #: The present LocalFrame; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
         self.is_lost = False    # True from a loss of the pose to the next reset
-        self._driven_at = -math.inf    # time of the last known command to move
+        self._driven_at = -math.inf    # time [s] of the latest known command to move
         self._jump_finder = JumpFinder()
         self.jumps: Queue[Jump] = Queue()    # jumps of both sensors
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets: List[Reset] = []    # in the order of the requests, until pop_resets()
+        self._resets: List[Reset] = []    # in order; pop_resets() removes resets that are over
         self._odometry: Optional[TimedSample] = None    # the latest message that was used
-        self._awaits_imu = True    # no sample of the IMU since a silence of both sensors?
+        self._awaits_imu = True    # has the IMU sent nothing since a silence of both sensors?
 
     def on_imu(self, timed: TimedSample) -> None:
         jump = heading_jump(timed.previous_sample, timed.sample)
@@ -104,7 +104,7 @@ class Localizer:
         self._carry_out_resets()
 
     def on_command(self, now: float) -> None:
-        """Take in a command to move the robot, given at `now` [s, receiver's clock]."""
+        """Take in a command to move the robot, which was sent at `now` [s, receiver's clock]."""
         self._driven_at = now
 
     def on_odometry(self, timed: TimedSample) -> None:
@@ -120,9 +120,9 @@ class Localizer:
         self._carry_out_resets()
 
     def pop_fix(self) -> Optional[Fix]:
-        """Returns the latest Fix once; None without a new Fix, or while the pose is lost. While a
-        reset waits, this returns None for samples after the request, since their Fix would be in
-        the old frame. The first Fix declares the frame, unless a reset has done so before."""
+        """Returns the latest Fix, or None if there is no new Fix, or if the pose is lost. While a
+        reset waits, samples after the request give no Fix, since this Fix would be in the old
+        frame. If no reset has declared a frame before, the first Fix declares the frame."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None
@@ -139,7 +139,7 @@ class Localizer:
         return None if self.frame is None else self.frame.odom_T_local
 
     def pop_resets(self) -> List[Reset]:
-        """Returns the resets that are over since the last call, in order."""
+        """Returns the resets that ended since the previous call, in order."""
         over = [reset for reset in self._resets if reset.is_over]
         if over:
             self._resets = self._waiting
@@ -163,7 +163,7 @@ class Localizer:
         return [reset for reset in self._resets if not reset.is_over]
 
     def motion(self, now: float) -> Optional[Motion]:
-        """Returns the robot's Motion at `now`; None before the first samples, or if the pose is
+        """Returns the robot's Motion at `now`; None before the first samples, and while the pose is
         lost. The caller must check that the samples are fresh."""
         if self.frame is None or self._timing.imu is None or self._odometry is None:
             return None
@@ -199,7 +199,6 @@ class Localizer:
                                     wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
     def _convert_request(self, reset: Reset) -> None:
-        """Convert the time of the request to the sender's clock."""
         reset.stamp = self._clock.stamp_of(reset.requested_at)
         reset.epoch = self._clock.epoch
 
@@ -211,7 +210,7 @@ class Localizer:
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
             if reset.stamp is None:
-                return    # the resets after this reset wait, too
+                return    # later resets must wait, too
             readings = self._buffer.readings_at(reset.stamp + reset.sample_delay)
             if readings is None:
                 return

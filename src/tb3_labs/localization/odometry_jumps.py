@@ -2,21 +2,22 @@
 
 The odometry has three kinds of jumps:
 
-* When the IMU crosses +/-180 deg, the firmware reverses one displacement. The rate of turn of this
-  message has a spike, and the displacement is opposite to the speed of the same message.
-* A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
-  Meanwhile the motors keep their speed. So if a robot was at rest before the silence, it has not
-  moved, and a turn of the IMU comes from its calibration. Otherwise the pose is lost.
-* The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
-  Then this file assumes that the robot is at its last place, turned as the IMU shows. If the IMU
-  jumps as well, the pose is lost.
+1. When the IMU crosses +/-180 deg, the firmware reverses the displacement in one message. The rate
+   of turn in this message has a spike, and the displacement and the speed have opposite directions.
+2. A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
+   During the silence the motors keep their speed. A robot that was at rest before the silence has
+   not moved, and a turn of the IMU comes from the IMU's calibration. If the robot was moving before
+   the silence, the pose is lost.
+3. The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
+   After a jump without a silence, the robot is assumed to be at its previous place, with the turn
+   that the IMU shows. If the IMU jumps as well, the pose is lost.
 
 A jump moves the frame ``odom``. The *shift* is the pose of the old ``odom`` in the new ``odom``.
 Each pose in ``odom`` must be multiplied by the shift.
 
 Units: metres, radians, seconds. Source: OpenCR firmware 1.2.6 (see
-:mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s. Afterwards the odometry's yaw is the
-turn of the IMU in this time. In a recording of a real Burger, a reversed displacement is 7.3 mm.
+:mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s. After a `reset`, the odometry's yaw is
+the turn of the IMU in these 2.6 s. In a recording of a Burger, a reversed displacement is 7.3 mm.
 """
 import math
 from typing import NamedTuple, Optional
@@ -32,11 +33,11 @@ from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 SPEED_BOUND = 0.5
 #: No TurtleBot3 turns faster than this [rad/s].
 MAX_TURN_RATE = 4.0
-#: If messages arrive unevenly, a true step may exceed the bound by this distance [m].
+#: Since messages may arrive unevenly, a step may be this much [m] longer than SPEED_BOUND allows.
 STEP_SLACK = 0.05
-#: If messages arrive unevenly, a true turn may exceed the bound by this angle [rad].
+#: Since messages may arrive unevenly, a turn may be this much [rad] beyond MAX_TURN_RATE.
 TURN_SLACK = 0.3
-#: A rate of turn [rad/s] above this is the firmware's spike.
+#: A rate of turn [rad/s] above this is a spike, which the firmware sends by mistake.
 SPIKE_RATE = 10.0
 #: A step to zero is a reset only if it begins farther than this distance [m] from zero.
 ZERO_PLACE = 0.001
@@ -44,7 +45,7 @@ ZERO_PLACE = 0.001
 NEAR_ZERO_PLACE = 0.03
 #: The first yaw after a reset may differ by this [rad] from zero, or from the turn of the IMU.
 NEAR_ZERO_YAW = 0.1
-#: The IMU of a robot at rest turns no farther than this [rad] between two messages.
+#: The yaw of a robot at rest changes by at most this angle [rad] between two messages.
 RESTING_TURN = 0.1
 #: If the IMU turns farther than this [rad] in a silence, the board has calibrated the IMU.
 CALIBRATION_TURN = 0.005
@@ -52,7 +53,6 @@ CALIBRATION_TURN = 0.005
 STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it moves for this time [s] while the wheels rest.
 CONTRADICTION_TIME = 0.5
-#: The text about an odometry that contradicts the wheels.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
                  'empty? a cable out?); switch the robot off and on')
 SET_TO_ZERO = 'the odometry was set to zero'
@@ -64,7 +64,7 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 class Jump(NamedTuple):
     """A step of a sensor that is not a motion of the robot."""
 
-    text: str                 # describes the step; '' if nobody needs to know about the step
+    text: str                 # describes the step; '' if the user need not know it
     outcome: str = ''         # POSE_KEPT, POSE_LOST or ''
     shift: Pose2 = Pose2()    # pose of the old ``odom`` in the new ``odom``
     imu_turn: float = 0.0     # turn [rad] of the IMU that the robot did not make
@@ -84,14 +84,14 @@ class _OdometryMessage(NamedTuple):
 
     def shortest_gap(self, earlier: '_OdometryMessage') -> float:
         """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is shorter. A
-        delay does not make this time longer, and neither does a clock that is set."""
+        delay, or a clock that is set, cannot make the shortest gap longer."""
         stamp_interval = self.sample.stamp - earlier.sample.stamp
         arrival_interval = self.arrival - earlier.arrival
         return min(stamp_interval, arrival_interval) if stamp_interval > 0.0 else arrival_interval
 
     def longest_gap(self, earlier: '_OdometryMessage') -> float:
-        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer. This
-        time is at least 0, and at most LONGEST_COUNTED_SILENCE."""
+        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer. The
+        longest gap is at least 0, and at most LONGEST_COUNTED_SILENCE."""
         stamp_interval = self.sample.stamp - earlier.sample.stamp
         arrival_interval = self.arrival - earlier.arrival
         return clamp(max(stamp_interval, arrival_interval), 0.0, LONGEST_COUNTED_SILENCE)
@@ -101,13 +101,13 @@ class JumpFinder:
     """Finds the jumps of the odometry of one robot, message by message."""
 
     def __init__(self) -> None:
-        self._moved: Optional[_OdometryMessage] = None       # the last message with a new pose
-        self._received: Optional[_OdometryMessage] = None    # the last message
+        self._moved: Optional[_OdometryMessage] = None       # the latest message with a new pose
+        self._received: Optional[_OdometryMessage] = None    # the latest message
 
     def find(self, timed: TimedSample, imu: ImuSample,
              driven_at: float = -math.inf) -> Optional[Jump]:
-        """Returns the jump of an odometry message, or None. `imu` is the latest ImuSample. The last
-        known command to move came at `driven_at` [s, receiver's clock]."""
+        """Returns the jump of an odometry message, or None. `imu` is the latest ImuSample. The
+        latest known command to move was sent at `driven_at` [s, receiver's clock]."""
         latest = _OdometryMessage(timed.sample, timed.arrival, imu)
         moved, received = self._moved, self._received
         self._received = latest
@@ -130,12 +130,11 @@ class JumpFinder:
 
 
 def _is_reset(earlier: _OdometryMessage, later: _OdometryMessage) -> bool:
-    """Was the robot, or its board, reset between two messages?"""
     if later.shortest_gap(earlier) <= RESET_SILENCE:
         return False
     old_pose, new_pose = earlier.sample.pose, later.sample.pose
     turned = difference(later.imu.yaw, earlier.imu.yaw)
-    # after the reset of a board the IMU is near zero, too
+    # after a reset of the board, the yaw of the IMU is near zero, too
     yaw_is_near = (abs(new_pose.yaw) <= NEAR_ZERO_YAW
                    or abs(difference(new_pose.yaw, turned)) <= NEAR_ZERO_YAW)
     place_is_near = math.hypot(new_pose.x, new_pose.y) <= NEAR_ZERO_PLACE
@@ -150,7 +149,6 @@ def _is_reset(earlier: _OdometryMessage, later: _OdometryMessage) -> bool:
 
 
 def _after_reset(earlier: _OdometryMessage, later: _OdometryMessage, driven_at: float) -> Jump:
-    """Returns the jump of a reset. The pose is kept if the robot was surely at rest."""
     turned = difference(later.imu.yaw, earlier.imu.yaw)
     stood = earlier.rests and driven_at < earlier.arrival - COMMAND_TIMEOUT
     is_short = later.longest_gap(earlier) < LONGEST_COUNTED_SILENCE
@@ -177,7 +175,6 @@ def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
 
 
 def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
-    """Returns a text about the displacement; '' if a robot can move so far in this time."""
     moved = old_pose.distance_to(new_pose)
     turned = abs(difference(new_pose.yaw, old_pose.yaw))
     moved_too_far = moved > SPEED_BOUND * seconds + STEP_SLACK
@@ -191,7 +188,6 @@ def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -
 
 
 def _is_backwards(old_pose: Pose2, sample: OdometrySample) -> bool:
-    """Does the message have a spike and a reversed displacement, as when crossing +/-180 deg?"""
     forward = ((sample.pose.x - old_pose.x) * math.cos(sample.pose.yaw)
                + (sample.pose.y - old_pose.y) * math.sin(sample.pose.yaw))
     return abs(sample.angular) > SPIKE_RATE and forward * sample.linear < 0.0
@@ -201,19 +197,19 @@ class EncoderMonitor:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
-    of its encoders. So the odometry moves at its last speed for ever. But the robot is at rest, and
-    the angles in `joint_states` do not change.
+    of its encoders. In this case the odometry moves for ever, although the robot is at rest and the
+    angles of the wheels in `joint_states` do not change.
 
-    Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
-    of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls
+    Only stamps are compared, so delays of the network do not matter. Without stamps, or without
+    samples of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls
     calcOdometry() without updateMotorInfo() if the servos do not answer (turtlebot3_core.ino).
     """
 
     def __init__(self) -> None:
         self._wheels: Optional[WheelSample] = None           # the latest sample
         self._odometry: Optional[OdometrySample] = None      # the latest sample
-        self._rest_since = math.inf     # since this stamp the angles of the wheels do not change
-        self._moves_since = math.inf    # since this stamp the odometry moves
+        self._rest_since = math.inf     # the wheels' angles have not changed since this stamp
+        self._moves_since = math.inf    # the odometry has moved since this stamp
 
     def on_wheels(self, sample: WheelSample) -> None:
         rest = self._wheels is not None and self._wheels[1:] == sample[1:]

@@ -1,11 +1,11 @@
-"""The recent samples of both sensors, and the values of both sensors at one instant.
+"""Remembers the recent samples of both sensors, and interpolates their values at one instant.
 
-A node reads every message of the odometry, but not every sample of the IMU. If the IMU has a gap
-longer than `INTERPOLATED_GAP`, its yaw turns in this gap as the odometry does.
+A node reads every message of the odometry, but not every sample of the IMU. If a gap of the IMU is
+longer than `INTERPOLATED_GAP`, the odometry shows how the robot turned in this gap.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sample_timing`), metres, radians.
 Edge cases: A new epoch of the sender's clock empties the buffer. A gap of the odometry longer than
-`INTERPOLATED_GAP` is not interpolated. Messages of both sensors arrive in any order.
+`INTERPOLATED_GAP` is not interpolated. Messages of both sensors may arrive in any order.
 """
 import math
 from bisect import bisect_left
@@ -31,8 +31,8 @@ class Track:
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value. `time` is not before :attr:`newest`. A second value for the same time
-        replaces the first value."""
+        """Append a value. `time` must not be before :attr:`newest`. A second value for the same
+        time replaces the first value."""
         if time == self.newest:
             self._samples.pop()
         self._samples.append((time, value))
@@ -50,7 +50,7 @@ class Track:
 
     def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:
         """Returns the samples (time, value) before and after `time`; None if `time` is not between
-        two samples. A sample at exactly `time` is returned twice."""
+        two samples. If a sample has exactly this `time`, both returned samples are this sample."""
         index = bisect_left(self._samples, (time,))
         if index == len(self._samples):
             return None
@@ -121,7 +121,7 @@ class SampleBuffer:
         return pose, yaw
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """Returns the yaw of the IMU [rad]. In a long gap the yaw turns as the odometry does."""
+        """Returns the yaw of the IMU [rad]. In a long gap, the odometry shows the turn."""
         yaw = self._imu.value_at(time)
         neighbours = self._imu.around(time)
         if yaw is not None or neighbours is None:

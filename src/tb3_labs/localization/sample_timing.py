@@ -1,22 +1,23 @@
-"""The timing of samples, and the noise of an IMU.
+"""Finds the times of samples, and the noise of an IMU.
 
-SampleTiming measures the silence before each sample, and learns the sender's clock. It makes a
-TimedSample, which has all times that other files need. So no file measures a time again.
+SampleTiming measures the silence before each sample, and learns the sender's clock. A TimedSample
+has all times of a sample, so that no other file measures a time.
 
-Header stamps show intervals well. But they come from the robot's clock, which may be off by a
-second, may be set, or may always show zero. Arrivals are on the receiver's clock, but a network
-delays messages. So the stamps give the order of the samples. The *least delay* is the shortest time
-between stamp and arrival in the last seconds. This delay converts times from one clock to the
-other. If the stamps are not a clock, the arrivals replace the stamps of both sensors.
+The stamps of messages show the time between two samples well. Stamps come from the robot's clock,
+which may be wrong by a second, may be set, or may always show zero. Arrivals are on the receiver's
+clock, but include the delays of the network. The order of samples is the order of their stamps. The
+*least delay* is the shortest time between stamp and arrival in the last seconds. The least delay
+converts times between the robot's clock and the receiver's clock. If the stamps are not a clock,
+the arrivals replace the stamps of both sensors.
 
 Units: seconds. Cases:
 
-* If a stamp is merely old, the message was delayed. Then the stamp is used.
-* A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Time
-  stands still for this source until its stamps reach the earlier value again.
-* A stamp that goes back further, comes from the future, or follows a long silence, begins a new
-  *epoch*. Times of different epochs cannot be compared.
-* Stamps are not a clock if they are zero, stand still, or differ between two sources.
+1. A stamp that is merely old is used, since its message was delayed.
+2. A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. The time
+   of this source waits until its stamps reach their highest value again.
+3. A stamp that goes back by `SMALL_STEP` or more, is in the future, or follows a long silence,
+   begins a new *epoch*. Times of different epochs cannot be compared.
+4. Stamps are not a clock if they are zero, stand still, or differ between two sources.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
@@ -32,15 +33,15 @@ from tb3_labs.supervision.timeouts import GYRO_GAP, LONG_SILENCE, WindowMinimum
 SMALL_STEP = 0.1
 #: A stamp that is this much [s] ahead of its arrival belongs to a new clock.
 CLOCK_STEP = 1.0
-#: Stamps that are off by CLOCK_STEP or more for longer than this time [s] are not a clock.
+#: If stamps are wrong by CLOCK_STEP or more for longer than this time [s], they are not a clock.
 MAX_OFF_TIME = 1.0
-#: If a stamp is repeated this often, the stamps are not a clock.
+#: If a stamp is repeated this number of times, the stamps are not a clock.
 MAX_REPEATS = 3
 #: A new sample has at least this weight in the variance of the noise.
 NOISE_WEIGHT = 0.02
-#: A robot turns slowly below this rate [rad/s].
+#: A turn is slow if its rate is below this [rad/s].
 SLOW_TURN_RATE = 0.2
-#: A robot turns evenly if its rate changes by less than this [rad/s] between two samples.
+#: A turn is even if its rate changes by less than this [rad/s] between two samples.
 EVEN_TURN_CHANGE = 0.03
 
 
@@ -50,15 +51,15 @@ class TimedSample(NamedTuple):
     sample: Any             # an ImuSample or OdometrySample
     previous_sample: Any    # from the same sensor; None if `sample` is the first
     arrival: float          # time of arrival [s, receiver's clock]
-    time: float             # measured at this time [s, sender's clock]; without stamps: `arrival`
+    time: float             # time of measurement [s, sender's clock]; without stamps `arrival`
     epoch: int              # epoch of the sender's clock
-    measured_at: float      # `time` [s] on the receiver's clock, if the fastest message takes 0 s
-    silence: float          # this sensor's silence [s] before the sample; infinite for the first
-    all_silent: float       # silence [s] of both sensors before the sample; infinite for the first
-    stamp_interval: float   # time [s] between the stamps of both samples; 0 for the first sample
+    measured_at: float      # time of measurement [s, receiver's clock]; see SenderClock.measured_at
+    silence: float          # silence [s] of this sensor before the sample; at first infinite
+    all_silent: float       # silence [s] of both sensors before the sample; at first infinite
+    stamp_interval: float   # time [s] from the previous stamp to this stamp; at first 0
 
     def age(self, now: float) -> float:
-        """Returns the time since the measurement [s]; 0 if the receiver's clock went back."""
+        """Returns the time [s] since the measurement; 0 if the receiver's clock went back."""
         return max(0.0, now - self.measured_at)
 
     @property
@@ -103,22 +104,20 @@ def _silence(last: Optional[TimedSample], now: float) -> float:
 
 
 class _Stamp(NamedTuple):
-    """The latest stamp of one source in an epoch. The defaults are for a source without stamps."""
+    """The latest stamp of one source in an epoch. The defaults mean that no stamp has arrived."""
 
     stamp: float = math.nan
-    time: float = -math.inf        # the latest of the source's stamps
-    repeats: int = 0               # the number of messages that repeated the stamp
-    off_since: float = math.inf    # the arrival since which the stamps are off by CLOCK_STEP
+    time: float = -math.inf        # the latest stamp that the source has sent
+    repeats: int = 0               # number of messages that repeated the stamp
+    off_since: float = math.inf    # the stamps are wrong by CLOCK_STEP since this arrival
 
 
 class SenderClock:
     """The robot's clock, learned from the stamps of its messages."""
 
     def __init__(self) -> None:
-        #: Number of the epoch; the first is 0.
-        self.epoch = -1
-        #: True until the stamps show that they are not a clock.
-        self.uses_stamps = True
+        self.epoch = -1    # number of the epoch; the first epoch is 0
+        self.uses_stamps = True    # are the stamps used as a clock?
         self._last_arrival = math.nan    # before the first sample
         self._new_epoch()
 
@@ -147,12 +146,12 @@ class SenderClock:
         return time
 
     def stamp_of(self, now: float) -> Optional[float]:
-        """Converts `now` from the receiver's to the sender's clock; None before any sample."""
+        """Converts `now` to the sender's clock; None before the first sample."""
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
-        """A sample has just arrived. Returns when it was measured [s, receiver's clock], if the
-        fastest message needs no time. `time` is the result of :meth:`time_of`."""
+        """Returns when the latest sample was measured [s, receiver's clock]. The fastest message is
+        assumed to need no time. `time` is the result of :meth:`time_of`."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
@@ -163,7 +162,8 @@ class SenderClock:
 
     def _is_new_clock(self, interval: float, arrival: float, silence: float,
                       all_silent: float) -> bool:
-        """`interval` is the time [s] since the source's last stamp; NaN for its first stamp."""
+        """Does a stamp come from a new clock? `interval` is the time [s] since the source's
+        previous stamp; NaN for the source's first stamp."""
         if self._least.value is None:
             return False
         if all_silent > LONG_SILENCE:
@@ -181,11 +181,10 @@ class SenderClock:
 
 class YawNoise:
     """Learns the noise of one IMU. The previous sample and the gyro's rate predict the yaw of a
-    sample. If the robot turns slowly and evenly, the measured yaw differs only by noise."""
+    sample. In a slow and even turn, the prediction differs from the measured yaw only by noise."""
 
     def __init__(self) -> None:
-        #: Standard deviation [rad] of one sample's yaw.
-        self.deviation = 0.0
+        self.deviation = 0.0    # standard deviation [rad] of one sample's yaw
         self._count = 0
 
     def learn(self, timed: TimedSample) -> None:

@@ -1,26 +1,26 @@
 """The samples of the robot's sensors, without ROS.
 
-Units: seconds, metres, radians. `stamp` is on the sender's clock, which may be off by a second.
+Units: seconds, metres, radians. A `stamp` is on the sender's clock, which may be wrong by a second.
 """
 import math
 from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
-#: A robot turns at most this far between two samples of the IMU [rad]. If the IMU is silent for
-#: longer, a node that drives by the IMU stops the robot.
+#: Between two samples of the IMU, a robot turns by at most this angle [rad]. If the IMU is silent,
+#: a node stops the robot before the robot can turn farther.
 MAX_TURN_PER_SAMPLE = 1.0
-#: The odometry's place is at most this distance [m] from zero, which is a day of driving.
+#: In a day, a robot drives at most this distance [m] from the zero of its odometry.
 MAX_ODOMETRY_DISTANCE = 2e4
-#: The largest speed of the odometry [m/s]. A person who spins the wheels may reach this speed.
+#: The largest speed [m/s] in the odometry, which a person who spins the wheels can reach.
 MAX_DRIVE_SPEED = 3.0
-#: The largest rate of turn in the odometry [rad/s]. The firmware's spike is 2 pi in at least 1 ms.
+#: The largest rate of turn [rad/s] in the odometry, whose spikes are 2 pi in 1 ms or more.
 MAX_SPIKE_RATE = 7e3
 #: The board's gyro measures at most this rate [rad/s], which is 2000 deg/s.
 MAX_GYRO_RATE = 35.0
 #: The angle of a wheel is at most this [rad], since the encoder counts to 2^31.
 MAX_WHEEL_ANGLE = 3.5e6
-#: The latest stamp [s] that ROS can send, in the year 2106.
+#: The latest stamp [s] that ROS can send, which is in the year 2106.
 LAST_STAMP = 2.0 ** 32 - 2.0
 #: A robot at rest has at most this forward speed [m/s] in its samples.
 REST_LINEAR = 0.005
@@ -28,7 +28,7 @@ REST_LINEAR = 0.005
 REST_ANGULAR = 0.03
 
 
-class ImuSample(NamedTuple):    # a NamedTuple is made faster than a dataclass
+class ImuSample(NamedTuple):    # a NamedTuple is faster than a dataclass
     """One message of the IMU. The zero of the yaw is arbitrary."""
 
     stamp: float
@@ -37,16 +37,16 @@ class ImuSample(NamedTuple):    # a NamedTuple is made faster than a dataclass
 
 
 class OdometrySample(NamedTuple):
-    """One message of the wheels' odometry."""
+    """One message of the odometry, which comes from the wheels."""
 
     stamp: float
     pose: Any             # odom_T_base, a geometry.se2.Pose2
     linear: float         # forward speed [m/s]
-    angular: float        # [rad/s]; has a spike when the heading crosses +/-180 deg
+    angular: float        # [rad/s], with a spike when the heading crosses +/-180 deg
 
 
 class WheelSample(NamedTuple):
-    """One message of the wheels' joints."""
+    """One message with the angles of the wheels."""
 
     stamp: float
     left: float           # angle [rad] of the left wheel, positive forwards
@@ -56,21 +56,21 @@ class WheelSample(NamedTuple):
 class Motion(NamedTuple):
     """The robot's motion, for a control law."""
 
-    pose: Any                   # local_T_base now, a Pose2 extrapolated from the samples
+    pose: Any                   # local_T_base, a Pose2 that is extrapolated to the present
     linear: float               # [m/s], from the wheels
     angular: float              # [rad/s], from the gyro
     imu_age: float = 0.0        # time [s] since the latest sample of the IMU was measured
     odometry_age: float = 0.0   # time [s] since the latest odometry was measured
     yaw_noise: float = 0.0      # standard deviation [rad] of a sample's yaw
-    extrapolated: float = 0.0   # part [rad] of the pose's yaw that was not measured
+    extrapolated: float = 0.0   # part [rad] of the pose's yaw that is extrapolated
 
 
-#: A sample of either sensor.
+#: A sample of the IMU or of the odometry.
 Sample = Union[ImuSample, OdometrySample]
 
 
 def bounded(name: str, value: float, bound: float, unit: str) -> float:
-    """Returns `value`. ``ValueError`` for a value beyond `bound`, NaN or infinity."""
+    """Returns `value`. Raises ``ValueError`` if `value` is beyond `bound`, NaN or infinite."""
     is_possible = abs(value) <= bound    # False for NaN
     if not is_possible:
         raise ValueError(

@@ -1,8 +1,8 @@
 """The numbers of the robots.
 
 Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and its
-motor driver), the Dynamixel XL430/XM430 manuals. The data sheets give the Burger's speeds rounded
-up, as 0.22 m/s and 2.84 rad/s. The wheels reach only 61 rpm, and `motor_steps` cuts off 0.5 % more.
+motor driver), the Dynamixel XL430/XM430 manuals. The data sheet rounds the Burger's speeds up to
+0.22 m/s and 2.84 rad/s. The wheels turn at 61 rpm at most, and `motor_steps` is 0.5 % less.
 """
 import math
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ class Twist2(NamedTuple):
     """A velocity in the plane."""
 
     linear: float = 0.0     # forward speed [m/s]
-    angular: float = 0.0    # rate of turn, left positive [rad/s]
+    angular: float = 0.0    # rate of turn [rad/s], positive to the left
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class RobotModel:
     name: str
     wheel_radius: float       # [m]
     wheel_separation: float   # distance [m] between the wheels' middles
-    motor_rpm: float          # fastest turn of a wheel [1/min]
+    motor_rpm: float          # fastest rotation [1/min] of a wheel
     motor_steps: int          # limit of the motor, in units of MOTOR_SPEED_STEP
     max_linear: float         # [m/s]
     max_angular: float        # [rad/s]
@@ -49,7 +49,7 @@ class RobotModel:
 
     @property
     def max_wheel_speed(self) -> float:
-        """Fastest speed [m/s] of a wheel's rim. It bounds |v| + half_track |w|."""
+        """Fastest speed [m/s] of a wheel's rim, and so the bound of |v| + half_track |w|."""
         return self.wheel_radius * self.motor_rpm * 2.0 * math.pi / 60.0
 
 
@@ -65,7 +65,7 @@ MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 
 
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
-    """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the robot itself.
+    """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the `model`.
 
     First each speed is clipped to its own limit. If a wheel is still too fast, both speeds are
     scaled by the same factor, so that the robot drives the same curve more slowly.
@@ -82,10 +82,10 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
 
 
 def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """Returns the model called `name`. ``ValueError`` with `source` for an unknown name."""
+    """Returns the model `name`. The ``ValueError`` of an unknown name begins with `source`."""
     try:
         return MODELS[name]
-    except (KeyError, TypeError):     # a parameter may be a list
+    except (KeyError, TypeError):     # the value of a parameter may be a list
         raise ValueError(f"{source} = {name!r} is not valid: one of {', '.join(MODELS)}") from None
 
 

@@ -121,7 +121,7 @@ class Watchdog:
             self._awake.clear()
 
     def message_handled(self):
-        self._messages.received(steady_time())
+        self._messages.on_message(steady_time())
 
     def _run(self):
         while not rospy.is_shutdown():
@@ -139,7 +139,7 @@ class Watchdog:
             now = rospy.get_time()
             if now != self._last_time:
                 self._last_time = now
-                self._clock.received(steady_time())
+                self._clock.on_message(steady_time())
             self._on_clock(self._clock.is_fresh(steady_time()))
 
 

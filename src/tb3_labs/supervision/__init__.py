@@ -1,8 +1,8 @@
-"""May the robot move, and who drives it?
+"""Is the robot allowed to move, and which node drives it?
 
-A stop stays a stop. If a stop is released, repeated or forgotten, no motion starts. The rules are
-on the instructor's page on failures.
+A motion never starts because a stop was released, repeated or forgotten. The instructor's page on
+failures has the rules.
 
-`control_holder` has the table of the holder of the robot, and nodes/controller/turns.py has the
-table of the driver. `timeouts` has the limit of each silence.
+A table in `control_holder` decides between a pad and move_to_goal. A table in
+nodes/controller/turns.py decides between a turn and the mouse.
 """

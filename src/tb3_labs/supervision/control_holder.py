@@ -1,7 +1,7 @@
-"""Does a pad or move_to_goal hold the robot? A table gives the holder after an event.
+"""Does a pad or move_to_goal drive the robot? A table gives the holder of the robot after an event.
 
-When a node no longer holds the robot, it sends one zero, and then no more commands. A pad gives and
-takes the permission of move_to_goal by ControlMessages. Source: the course's gamepad lab.
+A node that loses the robot sends one zero command, and then no more commands. By ControlMessages, a
+pad permits move_to_goal to drive, and ends this permission. Source: the course's gamepad lab.
 """
 import math
 from enum import Enum
@@ -11,7 +11,7 @@ from tb3_labs.supervision.timeouts import RENEWAL_PERIOD
 
 
 class ControlHolder(Enum):
-    """The node that may drive, by the knowledge of one `gamepad` node."""
+    """The node that may drive, as far as one `gamepad` node knows."""
 
     NOBODY = 'nobody'
     GAMEPAD = 'gamepad'
@@ -19,8 +19,8 @@ class ControlHolder(Enum):
 
 
 class ControlEvent(Enum):
-    """An event that may change the holder. After LOST nobody may drive, since the person has lost
-    the stop button."""
+    """An event that may change the holder. After LOST no node may drive, since the person no longer
+    has a stop button."""
 
     #: The pad's messages arrive, and either its sticks rest, or its hold button was pressed again.
     READY = 'pad ready'
@@ -32,7 +32,7 @@ class ControlEvent(Enum):
     LOST = 'pad lost'
 
 
-#: {(holder, event): holder after the event}. Other events do not change the holder.
+#: The next holder for each (holder, event). All other events do not change the holder.
 NEXT_HOLDER = {
     (ControlHolder.NOBODY, ControlEvent.READY): ControlHolder.GAMEPAD,
     (ControlHolder.NOBODY, ControlEvent.RELINQUISH): ControlHolder.MOVE_TO_GOAL,
@@ -48,29 +48,29 @@ NEXT_HOLDER = {
 
 
 class ControlMessages:
-    """The messages of one pad for `ctrl_relinq`. True gives the robot to move_to_goal, False takes
-    the robot back. A pad does not send a message before a person has pressed a button."""
+    """The messages of one pad on `ctrl_relinq`. A True gives the robot to move_to_goal, and a False
+    takes the robot back. A pad sends a message only after a person has pressed a button."""
 
     def __init__(self) -> None:
-        #: Has this pad given a permission to move_to_goal, so that the pad must renew it?
+        #: Must this pad renew a permission that it gave to move_to_goal?
         self.must_renew = False
         self.waiting: Queue[bool] = Queue()    # messages to publish
-        #: Time [s] of the last True that move_to_goal has not answered yet.
+        #: Time [s] of the latest True that move_to_goal has not answered yet.
         self.granted_at = -math.inf
-        self._sent_at = -math.inf       # time of the last message, or renewal
+        self._sent_at = -math.inf       # time [s] of the latest message or renewal
         #: Time [s] at which a person or a node took control from move_to_goal.
         self.stopped_at = -math.inf
 
     def pop_renewal(self, now: float) -> bool:
-        """Is a renewal due? The caller must send the renewal."""
+        """Is a renewal due, which the caller must send?"""
         if not self.must_renew or now - self._sent_at < RENEWAL_PERIOD:
             return False
         self._sent_at = now
         return True
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True for a press that was delayed by `lateness` [s], and a renewal for each
-        `RENEWAL_PERIOD` since the press. The number of renewals shows the delay."""
+        """Queue a True for a button press that was delayed by `lateness` [s]. Queue a renewal for
+        each `RENEWAL_PERIOD` of this delay, so that move_to_goal can compute the delay."""
         self.must_renew = True
         self.granted_at = now
         self._sent_at = now
@@ -79,5 +79,5 @@ class ControlMessages:
     def stop(self, caused_at: float) -> None:
         """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""
         self.must_renew = False
-        self.stopped_at = max(self.stopped_at, caused_at)    # a press of B may come late
+        self.stopped_at = max(self.stopped_at, caused_at)    # a press of B may be delayed
         self.waiting.append(False)

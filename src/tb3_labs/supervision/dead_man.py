@@ -1,10 +1,10 @@
-"""The dead man switch of pages. One page drives until the person lets go or the page is lost.
+"""The dead man switch of pages: a page drives until the person lets go or the page is lost.
 
-A page is a pad in a browser. Several pages may be open. A DeadMan counts the stops: STOP on any
-page, a False on `ctrl_relinq`, a cancel, the loss of the page that drives. Each message of a page
-has the number of stops that the page knew when the person acted. A message is rejected if the robot
-was stopped after the person acted, or if this process slept meanwhile. So a delayed message, or a
-page that comes back, does not move the robot or its frame. A stop is never rejected.
+A page is a gamepad in a browser. Several pages may be open. A DeadMan counts stops. A stop is STOP
+on a page, a False on `ctrl_relinq`, a cancel, or the loss of the page that drives. Each message of
+a page has the number of stops that the page knew when the person acted. A message is rejected if
+the robot was stopped, or this process slept, after the person acted. So neither a delayed message
+nor a page that comes back can move the robot or reset its pose. A stop is never rejected.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
@@ -14,18 +14,16 @@ from tb3_labs.supervision.timeouts import INPUT_TIMEOUT, Freshness, SleepMonitor
 
 
 class DeadMan:
-    """Remembers the page that drives. The caller has an object for each page."""
+    """Remembers the page that drives. The caller makes one object for each page."""
 
     def __init__(self) -> None:
-        #: The page that drives, or None.
-        self.page: Optional[object] = None
-        #: The number of stops so far.
-        self.stops = 0
+        self.page: Optional[object] = None    # the page that drives
+        self.stops = 0    # number of stops so far
         self._source = Freshness('page', INPUT_TIMEOUT)
         self._sleep = SleepMonitor()
 
     def begin(self, now: float) -> None:
-        """Begin with the first page. Then the caller must call :meth:`lost_for` often."""
+        """Call this when the first page opens, and call :meth:`lost_for` often after that."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float,
@@ -42,12 +40,11 @@ class DeadMan:
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
-        """A person grips `page`: let this page drive. Raises ``ValueError`` if it may not drive.
+        """A person grips `page`, so let it drive. Raises ``ValueError`` if the page must not drive.
 
         `lateness` is the delay [s] of the message. Returns False if the delay is more than
-        `INPUT_TIMEOUT`. Such a late message is the same as silence. `is_first`: is this the first
-        message of the grip? A grip without its first message is refused, since the robot would move
-        too late.
+        `INPUT_TIMEOUT`, since the message then counts as silence. `is_first`: is this the grip's
+        first message? A grip without its first message is refused, since it would begin too late.
         """
         if lateness > INPUT_TIMEOUT:
             return False
@@ -57,7 +54,7 @@ class DeadMan:
         if self.page is None and not is_first:
             raise ValueError('the begin of this grip came late: let go, and grip again')
         self.page = page
-        self._source.received(now)
+        self._source.on_message(now)
         return True
 
     def let_go(self, page: object) -> bool:
@@ -68,7 +65,7 @@ class DeadMan:
         return drove
 
     def stop(self) -> None:
-        """Count a stop. A page cannot drive until a person acts again."""
+        """Count a stop. After a stop, a page drives only if a person acts again."""
         self.stops += 1
         self.page = None
 

@@ -1,13 +1,14 @@
 """The Event that a core receives, and the Output that it returns.
 
-An Event is a message that a person may have caused, such as a True, a False, or a turn. An Event is
-doubtful if it may be older than this node, or older than its connection. Only the first message on
-a connection can be so old, if the sender existed before this node, or had an earlier connection. If
-such a message is not latched, it is doubtful only for the first `SENDER_PAUSE` of the connection.
+An Event is a message that a person may have caused, such as a request for a turn. An Event is
+doubtful if it may have been sent before this node started, or before its connection was made. Only
+the first message on a connection can be older than the connection, and only if the sender existed
+before this node, or had an earlier connection. A first message that is not latched is doubtful only
+if it arrives within `SENDER_PAUSE` after the connection was made.
 
-A sender *repeats* a goal or a turn if it sends the same content again within `SENDER_PAUSE`. If a
-repeated request was ended, it stays ended until the sender changes the content, or pauses. If a
-request was sent only once before its end, it may be sent again at once.
+A sender *repeats* a goal or a turn if it sends the same content again within `SENDER_PAUSE`. A
+repeated request that was ended stays ended until the sender changes the content, or pauses. A
+request that was not repeated before its end may be sent again at once.
 
 Units: seconds on a clock that never stands still and never goes back (`arrived_at`).
 """
@@ -23,7 +24,7 @@ Content = TypeVar('Content')
 
 
 class Age(Enum):
-    """The age of a message, compared with the connection to its sender."""
+    """The age of a message, which is compared with the age of the connection to its sender."""
 
     NEW = 'it was sent after this node could hear its sender'
     RESTARTED = 'it is new, and its sender is a new process that has the name of an earlier sender'
@@ -43,14 +44,12 @@ class Event(Generic[Content]):
     """A message, its sender and its age."""
 
     content: Content
-    #: Time of arrival [s].
-    arrived_at: float
+    arrived_at: float    # time of arrival [s]
     sender: str = ''
     age: Age = Age.NEW
     #: Does the sender announce that it will renew its permission?
     renews: bool = False
-    #: Time of sending [s, sender's clock]; 0 if unknown.
-    sent_at: float = 0.0
+    sent_at: float = 0.0    # time of sending [s, sender's clock]; 0 if unknown
 
 
 class SenderConnection(NamedTuple):
@@ -64,19 +63,19 @@ class SenderConnection(NamedTuple):
 
 
 class MessageAges:
-    """Finds the Age of each message of one topic by the connection on which the message came."""
+    """Finds the Age of each message of one topic by the connection on which it arrived."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
-        """This node begins to listen at `now`. The senders `present` exist already."""
+        """This node begins to listen at `now`, when the senders in `present` exist already."""
         self._present = frozenset(present)
         self._begun_at = now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
-        self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock), by the senders' names
+        self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock) of each sender
 
     def age_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
                clock: float = 0.0) -> Age:
         """Returns the Age of a message that arrives now. `stamp` is the message's stamp, or 0.
-        `clock` is the present time on the clock of stamps. A driver that hangs repeats a stamp."""
+        `clock` is the present time on the stamps' clock. A driver that hangs repeats a stamp."""
         sender = connection.sender
         previous = self._latest.get(sender)
         last_stamp, last_clock = self._stamps.get(sender, (0.0, 0.0))
@@ -91,16 +90,14 @@ class MessageAges:
 
     def _age_of_first(self, connection: SenderConnection, previous: Optional[SenderConnection],
                       now: float) -> Age:
-        """Returns the Age of the first message on a connection. `previous` is the sender's earlier
-        connection, or None."""
         if previous is None and connection.sender not in self._present:
             return Age.NEW
         is_restarted = previous is not None and previous.process != connection.process
-        if is_restarted and connection.renews:    # such a sender is silent until a person acts
+        if is_restarted and connection.renews:    # a renewing sender is silent until a person acts
             return Age.RESTARTED
         came_at_once = previous is None and now - self._begun_at < CROSSING_TIME
         if connection.latches and came_at_once:
-            return Age.OLD    # a new message of a person would not come so soon
+            return Age.OLD    # a person cannot send a new message so soon
         if connection.latches and not connection.renews:
             return Age.LATCHED
         if now - connection.since < SENDER_PAUSE:
@@ -127,8 +124,8 @@ class SenderRequests:
         self._sleep = sleep
         self._requests: Dict[str, SenderRequest] = {}    # by sender
 
-    def receive(self, sender: str, content: object, now: float) -> SenderRequest:
-        """Take in a request that arrives. Call this for each request, also for a refused one."""
+    def on_request(self, sender: str, content: object, now: float) -> SenderRequest:
+        """Take in a request. Call this for each request, even for a refused request."""
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
         self._requests = {name: request for name, request in self._requests.items()
                           if just_woke or now - request.latest_at <= SENDER_PAUSE}
@@ -142,7 +139,7 @@ class SenderRequests:
         return request
 
     def find(self, sender: str, content: object) -> Optional[SenderRequest]:
-        """Returns the latest request of `sender` if it has this content, otherwise None."""
+        """Returns the latest request of `sender`; None if this request has another content."""
         request = self._requests.get(sender)
         return request if request is not None and request.content == content else None
 
@@ -164,7 +161,7 @@ class Queue(List[Content]):
     """Entries that wait, in order, until the node takes them."""
 
     def pop_all(self) -> List[Content]:
-        """Returns the entries since the last call."""
+        """Returns all entries, and empties the queue."""
         entries = list(self)
         self.clear()
         return entries
@@ -179,14 +176,13 @@ class LogQueue(Queue[LogLine]):
 
 @dataclass(frozen=True)
 class Output:
-    """The decision of a core, which its node carries out. A core may add fields."""
+    """The decision of a core, which the node carries out. A core may add fields to its Output."""
 
-    #: The turtlebot3.Twist2 to send; None if a command is not due. Zero is a stop.
+    #: The turtlebot3.Twist2 that the node must send; None if no command is due. Zero is a stop.
     command: Optional[Tuple[float, float]] = None
     #: Has the driver changed, so that the node must send one zero before the command?
     stops_first: bool = False
-    #: Lines for the user.
-    log_lines: Sequence[LogLine] = ()
+    log_lines: Sequence[LogLine] = ()    # lines for the user
     #: Must the node look at the clock often, because the robot may move?
     watched: bool = False
 

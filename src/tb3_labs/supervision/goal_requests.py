@@ -3,10 +3,10 @@
 Each goal replaces the previous goal, even a goal of another sender. A sender may repeat a goal
 (:mod:`tb3_labs.supervision.events`), perhaps with another stamp. The rules:
 
-* A cancel ends the goal with the cancel's name, or all goals up to the cancel's stamp, or every
-  goal.
-* A repeated goal that was canceled or given up stays ended.
-* A repetition of the present goal changes nothing.
+1. A cancel with a name ends the goal with this name. A cancel with a stamp ends all goals up to
+   this stamp. A cancel without name and stamp ends every goal.
+2. A repeated goal that was canceled or given up stays ended.
+3. A repetition of the present goal changes nothing.
 
 Units: seconds on a clock that never stands still or goes back (`now`).
 """
@@ -21,12 +21,12 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.supervision.events import Queue, SenderRequest, SenderRequests
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, SleepMonitor
 
-#: A typed coordinate is at most this far [m] from 0, since a larger number may have a wrong unit.
+#: The largest coordinate [m] that a person may type. A larger number may have a wrong unit.
 MAX_DISTANCE = 100.0
-MAX_YAW_DEG = 360.0     # a typed heading is at most a whole turn [deg]
-#: The stamp [ns] of a goal that is older than all goals with a stamp.
+MAX_YAW_DEG = 360.0     # the largest heading [deg] that a person may type
+#: A goal with this stamp [ns] is older than every goal that a sender has stamped.
 EARLIEST_STAMP = 1
-#: The reason for rejecting a repeated goal that was ended before.
+#: A goal that was ended, but is repeated, is rejected for this reason.
 STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or pause for '
                f'{SENDER_PAUSE:.0f} s')
 
@@ -46,7 +46,7 @@ class TypedPose(Config):
 
 @dataclass(frozen=True)
 class RequestedPose:
-    """The pose of a goal or a reset, in ``local`` or in ``odom``, as its sender chose."""
+    """The pose of a goal or a reset, in the frame ``local`` or ``odom`` that its sender chose."""
 
     pose: Pose2
     in_odom: bool = False
@@ -60,26 +60,26 @@ class RequestedPose:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
             pose = odom_T_local.inverse() @ pose
-        TypedPose(float(pose.x), float(pose.y))    # raises the error; Config refuses numpy's floats
+        TypedPose(float(pose.x), float(pose.y))    # a Config refuses numpy's floats
         return pose
 
 
 class GoalRequest(NamedTuple):
     """A goal as received."""
 
-    goal: Optional[RequestedPose]    # None for the goal of the start
+    goal: Optional[RequestedPose]    # None for the goal at the start of the node
     sender: str = ''
     name: str = ''        # name in the GoalID, or ''
     stamp: int = 0        # stamp in the GoalID [ns, sender's clock], or 0
     client: Any = None    # receives the GoalAnswers
 
     def is_named_by(self, name: str, stamp: int) -> bool:
-        """Does a cancel with this name and stamp [ns] mean this goal?"""
+        """Does a cancel with this `name` and `stamp` [ns] end this goal?"""
         if 0 < self.stamp <= stamp:
             return True
         if name:
             return self.name == name
-        return not stamp    # a cancel without name and stamp means every goal
+        return not stamp    # a cancel without name and stamp ends every goal
 
 
 class GoalOutcome(Enum):
@@ -104,8 +104,8 @@ class GoalRequests:
     """The present goal, and the latest goal of each sender."""
 
     def __init__(self, sleep: SleepMonitor) -> None:
-        #: The request of the goal that was accepted last. The goal of the start has no request, but
-        #: a cancel of all goals up to a stamp also ends this goal.
+        #: The latest request that was accepted. The goal at the start of the node was not
+        #: requested, but a cancel with a stamp ends this goal, too.
         self.present = GoalRequest(None, stamp=EARLIEST_STAMP)
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         #: The answers to the clients of goals, in order.
@@ -113,15 +113,15 @@ class GoalRequests:
         self._sleep = sleep
         self._sender_goals = SenderRequests(sleep)
 
-    def receive(self, request: GoalRequest, now: float) -> SenderRequest:
-        """Take in a goal that arrives. Call this for each goal, even for a refused goal."""
-        sender_goal = self._sender_goals.receive(request.sender, request.goal, now)
+    def on_goal(self, request: GoalRequest, now: float) -> SenderRequest:
+        """Take in a goal. Call this for each goal that arrives, even for a refused goal."""
+        sender_goal = self._sender_goals.on_request(request.sender, request.goal, now)
         sender_goal.message = request
         return sender_goal
 
     def pose_of(self, request: GoalRequest, sender_goal: SenderRequest,
                 odom_T_local: Optional[Pose2]) -> Pose2:
-        """Returns the goal in local. Raises ``ValueError`` with the reason of a refusal."""
+        """Returns the goal's pose in ``local``. Raises ``ValueError`` to refuse the goal."""
         if self._sleep.refusal:
             raise ValueError(self._sleep.refusal + ': send it again')
         if sender_goal.is_ended:
@@ -151,7 +151,7 @@ class GoalRequests:
             self._open = None
 
     def give_up(self) -> None:
-        """Give up the present goal. A repetition does not start the drive again."""
+        """Give up the present goal, so that its repetitions do not start the drive again."""
         self._sender_goals.end_repetitions(self._is_present)
 
     def cancel(self, name: str = '', stamp: int = 0) -> bool:

@@ -1,27 +1,27 @@
-"""May move_to_goal drive? A person gives the permission once. Renewals only prolong the permission.
+"""Is move_to_goal allowed to drive? A person gives the permission, and renewals only prolong it.
 
-Several senders give and take the permission by True and False. The rules follow ISO 13850, by which
-a stop holds until a person releases the machine again.
+Each sender can give the permission by a True, and end it by a False. The rules follow ISO 13850, by
+which a stop holds until a person releases the machine again.
 
-* The first True of a sender is a *grant*, and so is each True that follows a False of this sender.
-  The robot may be driven while a grant holds.
-* A repeated True only renews the grant of its sender, if this sender renews its grants.
-* A False of any sender ends the grants of all senders.
-* A grant is suspended if the renewals stop for `SUSPEND_AFTER`. A later renewal restores the grant.
-  After a silence of `RESUME_TIME` the grant has expired.
-* A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. Before the
-  sensors are fresh for the first time, this limit is `ROBOT_START`.
-* If this process sleeps for longer than `RESUME_TIME`, all grants expire. If a True arrives while
-  the process wakes, it is ignored, since it may be older than a stop.
-* A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
-  False that was latched before this node began to listen does not end the grant at the start.
-* A True is ignored if it was sent more than `RESUME_TIME` ago, or before another sender's False, or
-  before this node started or woke. If the renewals after a True arrive faster than one in each
-  `RENEWAL_PERIOD`, the network delayed the True.
+1. A *grant* is the first True of a sender, or the first True after a False of this sender. While a
+   grant is valid, move_to_goal may drive the robot.
+2. If a sender renews its grants, a repeated True of this sender only renews its grant.
+3. A False of any sender ends the grants of all senders.
+4. A grant is suspended if the renewals stop for `SUSPEND_AFTER`. A later renewal restores the
+   grant. After `RESUME_TIME` without a renewal, a grant has expired.
+5. A grant ends if the sensors are not fresh within `RESUME_TIME` after the grant. If the sensors
+   were never fresh before, a grant ends after `ROBOT_START`.
+6. If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that arrives
+   while the process wakes is ignored, since it may be older than a stop.
+7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed. But
+   a False that was latched before this node began to listen does not end the grant at the start.
+8. A True is ignored if it was sent more than `RESUME_TIME` ago, or before another sender's False,
+   or before this node started or woke. If the renewals after a True arrive faster than one in each
+   `RENEWAL_PERIOD`, the network has delayed the True.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
-Edge case: A sender that renews must renew once before the robot may move. So the True of a sender
-that died, or a delayed True, does not move the robot.
+Edge case: If a sender renews its grants, the robot may move only after the first renewal. So a
+delayed True, or the True of a sender that died, does not move the robot.
 """
 import math
 from typing import Dict, Set
@@ -33,7 +33,6 @@ from tb3_labs.supervision.timeouts import (
 #: A renewal confirms its grant if it comes more than this time [s] after the grant. An earlier
 #: renewal may have been delayed together with the grant.
 CONFIRMED_AFTER = 0.04
-#: A person gives control again in this way.
 REMEDY = 'False, then True, gives it again'
 
 
@@ -47,25 +46,25 @@ class _Grant:
         self._renews = renews
         self._renewed_for = 0.0
         self._renewals = Freshness('control', SUSPEND_AFTER)
-        self._renewals.received(now)
+        self._renewals.on_message(now)
 
     def renew(self, now: float) -> None:
-        """Take in a renewal. A sender needs 2 s for 20 renewals. If these arrive within 0.5 s of
-        the True, the network has delayed the True by at least 1.5 s."""
-        self._renewals.received(now)
+        """Take in a renewal. A sender needs 2 s for 20 renewals. If 20 renewals arrive within 0.5 s
+        after the True, the network has delayed the True by at least 1.5 s."""
+        self._renewals.on_message(now)
         self._renewed_for = now - self.granted_at
         self.latest_sending = self.granted_at
-        # checked for 2 s only: later a sender's fast clock would look like a delay
+        # after 2 s, the fast clock of a sender would look like a delay
         if self._renews and self._renewed_for < RESUME_TIME:
             delay = RENEWAL_PERIOD * (self._renewals.count - 1) - self._renewed_for
             self.latest_sending -= max(0.0, delay)
 
     def silent_for(self, now: float) -> float:
-        """Returns the time [s] since the last renewal; 0 if the sender does not renew."""
+        """Returns the time [s] since the latest renewal; 0 if the sender does not renew."""
         return self._renewals.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
-        """Is the grant renewed in time, or does the sender not renew?"""
+        """Is the grant valid now, because it was renewed or needs no renewal?"""
         is_confirmed = self._renewed_for >= CONFIRMED_AFTER
         return not self._renews or (is_confirmed and self._renewals.is_fresh(now))
 
@@ -74,24 +73,24 @@ class Permission:
     """The permission that follows from the messages of all senders."""
 
     def __init__(self, granted_at_start: bool, log: LogQueue) -> None:
-        self._has_new_grant = False    # was a grant given since the last pop_new_grant()?
+        self._has_new_grant = False    # was a grant given since the latest pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START    # time [s] for which a grant waits for the sensors
-        # The grants by sender. The grant at the start has the sender ''.
+        # The grants by sender. The sender of the grant at the start is ''.
         self._grants: Dict[str, _Grant] = {}
         if granted_at_start:
             self._grants[''] = _Grant(math.nan, renews=False)
-        self._last_value: Dict[str, bool] = {}    # the last message, by sender
-        self._stops: Dict[str, float] = {}        # time [s] of the last False, by sender
-        self._refused: Set[str] = set()    # senders of a True whose refusal was logged
-        self._now = math.nan           # time [s] of the last update
+        self._last_value: Dict[str, bool] = {}    # latest message of each sender
+        self._stops: Dict[str, float] = {}        # time [s] of each sender's latest False
+        self._refused: Set[str] = set()    # senders whose refusal was logged
+        self._now = math.nan           # time [s] of the latest update
         self._began_at = math.nan      # time [s] of the first update, or of the end of a long sleep
         self.sleep = SleepMonitor()
         self._log = log
 
     @property
     def grant_holds(self) -> bool:
-        """Did the last :meth:`update` find that the robot may be driven?"""
+        """Was a grant valid at the latest :meth:`update`?"""
         return any(grant.holds(self._now) for grant in self._grants.values())
 
     @property
@@ -100,7 +99,7 @@ class Permission:
         return bool(self._grants)
 
     def pop_new_grant(self) -> bool:
-        """Was a grant given since the last call?"""
+        """Was a grant given since the previous call?"""
         has_new_grant = self._has_new_grant
         self._has_new_grant = False
         return has_new_grant
@@ -138,8 +137,6 @@ class Permission:
             self._refuse(sender, 'True was said before')
 
     def _on_stop(self, message: 'Event[bool]') -> None:
-        """End all grants. A False that was latched before this node began to listen does not end
-        the grant at the start."""
         now, sender = message.arrived_at, message.sender
         given_by_senders = set(self._grants) - {''}
         if message.age is Age.OLD and not given_by_senders:
@@ -150,7 +147,7 @@ class Permission:
         self._refused.discard(sender)
 
     def _refuse(self, sender: str, reason: str) -> None:
-        """Log once that a sender's True is ignored, since the sender may repeat True for ever."""
+        """Log a refusal only one time, since the sender may repeat True for ever."""
         if sender not in self._refused:
             self._refused.add(sender)
             self._log.add(f'Control from {sender} does not count: {reason}. {REMEDY}', warning=True)
@@ -177,7 +174,6 @@ class Permission:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """End a grant if its renewals show that the True of this grant was sent too long ago."""
         stops_of_others = [at for other, at in self._stops.items() if other != sender]
         if grant.granted_at - grant.latest_sending > RESUME_TIME:
             self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')

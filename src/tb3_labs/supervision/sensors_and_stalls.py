@@ -1,10 +1,9 @@
-"""May a motion continue? The sensors must be alive, and the robot must obey.
+"""Is a motion allowed to continue? The sensors must work, and the robot must obey.
 
-A sensor is lost if its messages stop. A sensor is frozen if its driver hangs, and so repeats one
-reading while the robot moves. A robot is stalled if it gets no nearer to its goal in spite of
-commands to move.
+A sensor is lost if its messages stop. A sensor is frozen if its driver hangs and repeats one
+reading while the robot moves. A robot is stalled if commands bring it no nearer to its goal.
 
-Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
+Units: radians or metres for the remaining way, seconds on one clock (`now`).
 """
 import math
 from enum import Enum
@@ -13,7 +12,7 @@ from typing import Any, Optional
 from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
-#: The text if the robot must not move yet, although its sensors are fresh.
+#: The reason why a robot with fresh sensors must not move yet.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
 #: If a command is faster than this [m/s], the readings must show a motion.
 SURE_DRIVE_SPEED = 0.02
@@ -21,12 +20,12 @@ SURE_DRIVE_SPEED = 0.02
 SURE_TURN_RATE = 0.1
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
-#: The robot got nearer to its goal if the remaining way [m or rad] is shorter by at least this.
+#: The robot is nearer to its goal only if the remaining way is shorter by at least this [m or rad].
 STALL_STEP = 0.004
-#: The longest time [s], in total, for which one drive may command rest.
+#: The robot is told to rest for at most this time [s] in one state of a drive.
 MAX_REST = 4.0
-#: The goal is missed if the remaining way [m or rad] grows again by more than this. In a short
-#: stall of the network a robot overshoots by less.
+#: The robot has missed its goal if the remaining way grows again by more than this [m or rad]. If
+#: the network stalls for a short time, a robot overshoots by less than this.
 AWAY_LIMIT = 0.8
 
 
@@ -40,20 +39,20 @@ class SensorStatus(Enum):
 
 
 class Sensor(Freshness):
-    """Remembers when the last message of a sensor arrived, and the content of the message."""
+    """Remembers when the latest message of a sensor arrived, and the content of the message."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
-        self.reading: Any = None    # content of the last message, without the stamp
-        #: The reading was repeated for this time [s], although it must change.
+        self.reading: Any = None    # content of the latest message, without the stamp
+        #: Time [s] for which the reading was repeated, although it should change.
         self.repeated_for = 0.0
         #: The longest time [s] between two messages since the last pause.
         self.longest_gap = 0.0
-        self._changed_at = math.nan    # time [s] of the last change; NaN: not known
+        self._changed_at = math.nan    # time [s] of the latest change, or NaN
 
-    def received(self, now: float, reading: Any = None) -> float:
-        """Take in a valid message with this content. Returns the silence [s] before the message."""
-        silence = super().received(now)
+    def on_message(self, now: float, reading: Any = None) -> float:
+        """Take in a valid message. Returns the silence [s] before the message."""
+        silence = super().on_message(now)
         if self.count > 2 and silence > self.longest_gap:
             self.longest_gap = silence
         if reading != self.reading:
@@ -62,7 +61,7 @@ class Sensor(Freshness):
         return silence
 
     def check_repetition(self, must_change: bool, now: float) -> None:
-        """Update `repeated_for`. `must_change`: must the reading change, since the robot moves?"""
+        """Update `repeated_for`. `must_change`: does the robot move?"""
         is_repeated = must_change and self._changed_at <= now    # the clock may have gone back
         if not is_repeated:
             self._changed_at = now
@@ -75,7 +74,7 @@ class Sensor(Freshness):
         self._changed_at = math.nan
 
     def adapt_to_clock(self, now: float) -> None:
-        """Adapt to a receiver's clock that may have gone back."""
+        """If the clock went back, a message that is later than `now` counts as received `now`."""
         if self._received_at is not None:
             self._received_at = min(self._received_at, now)
 
@@ -85,24 +84,24 @@ class SensorMonitor:
 
     def __init__(self, *sensors: Sensor) -> None:
         self._sensors = sensors
-        #: The status at the last :meth:`update`. RECOVERED lasts for one update.
+        #: The status at the latest :meth:`update`. The status RECOVERED lasts for one update.
         self.status = SensorStatus.SILENT
-        #: The reason why the robot must stand; '' if it may move.
+        #: The reason why the robot must stand; '' if the robot may move.
         self.hold_reason = ''
-        #: Length [s] of the last silence. A silence begins not before the request of the motion.
+        #: Length [s] of the latest silence, which cannot begin before the motion was requested.
         self.silent_for = 0.0
         self._longest_wait = ROBOT_START    # time [s] for which a motion waits for the sensors
-        self._silent_since = math.nan    # start [s] of the silence; NaN: not known
-        self._were_ready = False         # did all sensors send, at the last update?
+        self._silent_since = math.nan    # start [s] of the silence, or NaN
+        self._were_ready = False         # were all sensors ready at the latest update?
 
     def request_motion(self) -> None:
-        """Begin to wait for the sensors, since a motion of a robot at rest is requested now."""
+        """Begin to wait for the sensors, since a resting robot is asked to move now."""
         self._silent_since = math.nan
         self.forget_silences()
 
     def update(self, now: float, awaits_comparison: bool = False) -> None:
-        """Find the status. Call this often, also at each step of a drive. A motion waits for the
-        sensors. `awaits_comparison`: must it also wait until gyro and wheels were compared?"""
+        """Find the status. Call this often, also at each step of a drive. `awaits_comparison`: must
+        a motion wait until gyro and wheels were compared?"""
         for sensor in self._sensors:
             sensor.adapt_to_clock(now)
         # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
@@ -130,7 +129,6 @@ class SensorMonitor:
         self.silent_for = silent_for
 
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
-        """Set the status when the sensors are fresh. The sensors may have been silent until now."""
         self.hold_reason = ''
         gap = max([sensor.longest_gap for sensor in self._sensors])
         if is_late:
@@ -145,14 +143,13 @@ class SensorMonitor:
             self.status = SensorStatus.FRESH
 
     def forget_silences(self) -> None:
-        """Forget silences and repetitions, since the robot stood until now."""
         self.hold_reason = ''
         for sensor in self._sensors:
             sensor.forget_silences()
 
     def problem_text(self, now: float, with_age: bool = False) -> str:
         """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
-        names a sensor if it is silent for half its timeout."""
+        names each sensor that is silent for half of its timeout."""
         if self.are_fresh(now):
             return ''
         lost = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
@@ -176,7 +173,7 @@ class DriveSensors(SensorMonitor):
         self.imu = Sensor('imu')
         self.odometry = Sensor('odom')
         super().__init__(self.imu, self.odometry)
-        #: The last command to the robot: forward speed [m/s], and rate of turn [rad/s].
+        #: The latest command to the robot: forward speed [m/s], and rate of turn [rad/s].
         self.last_command = (0.0, 0.0)
 
     def forget_silences(self) -> None:
@@ -184,8 +181,8 @@ class DriveSensors(SensorMonitor):
         self.last_command = (0.0, 0.0)
 
     def check_repetitions(self, odometry_turned: bool, now: float) -> None:
-        """Find repeated readings that `last_command` must have changed. The odometry takes its yaw
-        from the IMU. So the IMU must also change if the latest odometry shows a turn."""
+        """Find readings that did not change, although `last_command` moves the robot. If the
+        odometry turns, the IMU must change, too, since the odometry takes its yaw from the IMU."""
         linear, angular = self.last_command
         drives = abs(linear) > SURE_DRIVE_SPEED
         turns = abs(angular) > SURE_TURN_RATE
@@ -197,19 +194,19 @@ class StallMonitor:
     """Finds a robot that is stalled, in one state of a drive or in one turn."""
 
     def __init__(self) -> None:
-        # The shortest remaining way [m or rad] so far; None: not known since a silence.
+        # The shortest remaining way [m or rad] so far; None after a silence.
         self._least: Optional[float] = math.inf
         self._stalled_for = 0.0
         self._rested_for = 0.0
 
     def resume(self) -> None:
-        """Accept a longer remaining way after a silence of the sensors. Keep the time without
-        progress, since otherwise a bad network would hide a stalled robot."""
+        """After a silence of the sensors, accept a longer remaining way. Keep the time without
+        progress, so that a bad network cannot hide a stalled robot."""
         self._least = None
 
     def update(self, remaining: float, rests: bool, dt: float, must_move: bool = True) -> str:
         """Returns a text about the robot's problem, or ''. `remaining` is the remaining way [m or
-        rad]. The last update was `dt` [s] ago. `rests`: do the samples show a robot at rest?
+        rad]. The previous update was `dt` [s] ago. `rests`: do the samples show a robot at rest?
         `must_move`: does the command tell the robot to move?"""
         if not must_move:
             self._rested_for += dt

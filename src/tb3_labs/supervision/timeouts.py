@@ -1,101 +1,101 @@
 """The limits of silences and sleeps for the nodes that drive.
 
-Freshness finds a silent source by the arrivals of its messages. Lateness finds a delayed message by
-its stamp. SleepMonitor finds a sleep of this process by a long time between two looks at the clock.
-A process sleeps when it is stopped or swapped out, or when its computer is suspended.
+Freshness finds a silent source by the arrival times of its messages. Lateness finds a delayed
+message by its stamp. If the time between two looks at the clock is long, SleepMonitor finds that
+this process slept. A process sleeps while it is stopped or swapped out, or its computer is
+suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
-infinite age. If the clock goes back, the last message counts as received now. Otherwise an old
-message would be fresh for too long.
+infinite age. If the clock goes back, the age of the latest message is 0.
 """
 import math
 from collections import deque
 from typing import Deque, Optional, Tuple
 
-#: A motion does not continue by itself after a longer silence of the sensors, a longer silence of a
-#: grant's renewals, or a longer sleep. An older grant is ignored.
+#: A motion does not continue by itself after a silence or a sleep that is longer than this. A grant
+#: that is older than this is ignored.
 RESUME_TIME = 2.0
 
 # -- a sensor, a pad or a mouse is silent
 
-#: A sensor is lost if it is silent for longer than this. Meanwhile a fast robot drives 5 cm.
+#: A sensor is lost if it is silent for longer than this, in which a fast robot drives 5 cm.
 SENSOR_TIMEOUT = 0.22
 #: A sensor is frozen if it repeats a reading for longer than this while the robot must move.
 FROZEN_TIME = 0.6
-#: A motion waits this long for the first messages of a robot. A board starts in up to 14 s.
+#: A motion waits this long for the first messages of a robot. A board needs up to 14 s to start.
 ROBOT_START = 20.0
 #: If a person types a turn before the robot is connected, the turn waits this long for the robot.
 ROBOT_WAIT = 5.0
-#: A board that resets is silent for longer than this. The firmware needs 2.6 s.
+#: A board that is reset is silent for longer than this, since the firmware needs 2.6 s.
 RESET_SILENCE = 1.0
 #: A pad, a page that drives, or an active mouse is lost if it is silent for longer than this.
 INPUT_TIMEOUT = 0.25
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
-#: The longer a silence, the longer a step the odometry may make. A silence counts as at most this.
+#: A longer silence of the odometry allows a longer step, but counts as at most this time.
 LONGEST_COUNTED_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
 
 #: If the gap between two samples of the gyro is longer than this, the rate is unknown.
 GYRO_GAP = 0.15
-#: If the gap between samples of moving wheels is longer than this, only the mean rate is known.
+#: If the gap between two samples of moving wheels is longer than this, only the mean rate is known.
 MEAN_ONLY_GAP = 0.08
 #: If the gap between two samples is longer than this, the motion between them is unknown.
 INTERPOLATED_GAP = 0.3
-#: The odometry bridges a gap of the IMU up to this length. Half a turn takes longer.
+#: The odometry replaces the IMU in a gap up to this length, in which no robot makes half a turn.
 BRIDGED_GAP = 1.0
 
 # -- a message is late, or repeats an earlier one
 
 #: The least delay is the delay of the fastest message within this time.
 DELAY_WINDOW = 5.0
-#: The gaps between a sender's messages are added up. A longer gap counts only as this.
+#: `Lateness` counts a longer silence of a sender as a silence of this length.
 MAX_RECEIVED_STEP = 0.1
-#: A sample that is older than this shows that the network stalls.
+#: If a sample is older than this, the network stalls.
 STALL_AGE = 0.1
-#: If a message arrives within this time after a press, a sleep, a node's start or a pad's first
-#: message, it may have been sent before that moment.
+#: A message that arrives within this time after an event may have been sent before the event. An
+#: event is a press, a sleep, a node's start, or a pad's first message.
 CROSSING_TIME = 0.3
-#: When a pad takes the robot back, the pad waits this long, so that move_to_goal can stop.
+#: A pad that takes the robot back waits this long, so that move_to_goal can stop the robot.
 HAND_BACK_TIME = 0.15
 
 # -- a person's permission
 
 #: Time from one renewal of a permission to the next.
 RENEWAL_PERIOD = 0.1
-#: If the renewals of a grant stop, the grant is suspended after this silence.
+#: A grant is suspended after this time without a renewal.
 SUSPEND_AFTER = 0.5
 #: A reset is refused if it was requested longer ago than this, since the robot may have moved.
 MAX_RESET_AGE = 1.0
-#: A sender repeats a message within this time. After a longer silence, a message is a new request.
+#: A sender that repeats a message sends it again within this time. After a longer silence of its
+#: sender, a message is a new request.
 SENDER_PAUSE = 2.0
 
 # -- this process sleeps, or its clock stands
 
-#: A longer time between two looks at the clock is a sleep. A busy machine pauses for less.
+#: If the time between two looks at the clock is longer than this, the process has slept.
 MIN_SLEEP = 1.0
 #: A simulated clock stands still if it does not change for this long.
 STANDSTILL_TIME = 0.3
-#: A node that may move its robot looks at the clock after this silence, half a timeout at most.
+#: A node that may move its robot looks at the clock after this time without a message.
 QUIET_TIME = 0.1
-#: After QUIET_TIME the node looks at the clock with this period, until the next message.
+#: After QUIET_TIME, a node looks at the clock with this period until the next message.
 CHECK_PERIOD = 0.02
 #: If a node does not drive, it looks at the clock after a silence of this length, to find a sleep.
 IDLE_PERIOD = 0.2
 
 
 class Freshness:
-    """Remembers when the last message of one source arrived."""
+    """Remembers when the latest message of one source arrived."""
 
     def __init__(self, name: str, timeout: float = SENSOR_TIMEOUT) -> None:
         self.name = name
         self.timeout = timeout
-        #: Number of valid messages so far.
-        self.count = 0
+        self.count = 0    # number of valid messages so far
         self._received_at: Optional[float] = None
 
-    def received(self, now: float) -> float:
+    def on_message(self, now: float) -> float:
         """Take in a valid message. Returns the silence [s] before this message."""
         silence = self.age(now)
         self._received_at = now
@@ -103,18 +103,16 @@ class Freshness:
         return silence
 
     def age(self, now: float) -> float:
-        """Returns the time since the last message; infinite before the first."""
+        """Returns the time [s] since the latest message; infinite before the first message."""
         if self._received_at is None:
             return math.inf
         return max(0.0, now - self._received_at)
 
     def is_fresh(self, now: float) -> bool:
-        """Is the last message at most `timeout` old?"""
         return self.age(now) <= self.timeout
 
     def silence_text(self, now: Optional[float] = None) -> str:
-        """Returns 'no imu yet' before the first message, later 'no imu', with `now` 'no imu for
-        1.2 s'."""
+        """Returns a text such as 'no imu yet' or 'no imu', and with `now` 'no imu for 1.2 s'."""
         if self._received_at is None:
             return f'no {self.name} yet'
         return f'no {self.name}' if now is None else f'no {self.name} for {self.age(now):.1f} s'
@@ -124,17 +122,16 @@ class SleepMonitor:
     """Finds a sleep of this process."""
 
     def __init__(self) -> None:
-        #: Length [s] of the sleep that the last update found, or 0.
+        #: Length [s] of the sleep that the latest update found, or 0.
         self.slept_for = 0.0
-        #: May messages be from before the end of a sleep? Then only a stop is obeyed.
+        #: Has this process just woken? Messages may be old, so only stops are obeyed.
         self.is_waking = False
-        #: The end of the last sleep [s].
-        self.woke_at = -math.inf
+        self.woke_at = -math.inf    # time [s] at which the latest sleep ended
         self._looks = Freshness('look at the clock', MIN_SLEEP)
 
     def update(self, now: float) -> None:
         """Look at the clock. Call this several times a second, and before a message is used."""
-        gap = self._looks.received(now)
+        gap = self._looks.on_message(now)
         self.slept_for = 0.0
         if MIN_SLEEP < gap < math.inf:
             self.slept_for = gap
@@ -146,46 +143,45 @@ class SleepMonitor:
         self.slept_for = 0.0
         self.is_waking = False
         self.woke_at = -math.inf
-        self._looks.received(now)
+        self._looks.on_message(now)
 
     @property
     def refusal(self) -> str:
-        """The reason why a request of a motion or a reset is refused now, or ''."""
+        """The reason why a motion or a reset is refused now, or ''."""
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def as_text(self) -> str:
-        """Returns 'this node did not run for 3.2 s' if the last update found a sleep, else ''."""
+        """Returns 'this node did not run for 3.2 s' if the latest update found a sleep, else ''."""
         return f'this node did not run for {self.slept_for:.1f} s' if self.slept_for else ''
 
 
 class Lateness:
     """Finds the extra delay of a message, beyond the usual delay of its sender. The usual delay is
-    the least delay in the last `DELAY_WINDOW` seconds, without the silences of the sender."""
+    the least delay in the latest `DELAY_WINDOW` seconds in which the sender sent messages."""
 
     def __init__(self) -> None:
         self._least = WindowMinimum()
         self._received_for = 0.0
         self._last = Freshness('the sender')
 
-    def received(self, stamp: float, arrival: float) -> float:
-        """Take in a message. Returns its extra delay [s]; 0 without a stamp. `stamp` is on the
-        sender's clock [s], or 0."""
+    def on_message(self, stamp: float, arrival: float) -> float:
+        """Take in a message, and return its extra delay [s]. `stamp` is on the sender's clock [s].
+        A message without a stamp has the `stamp` 0 and the extra delay 0."""
         if stamp <= 0.0:
             return 0.0
-        self._received_for += min(self._last.received(arrival), MAX_RECEIVED_STEP)
+        self._received_for += min(self._last.on_message(arrival), MAX_RECEIVED_STEP)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None
         return arrival - stamp - self._least.value
 
 
 class WindowMinimum:
-    """The least value of the last `DELAY_WINDOW` seconds."""
+    """The least value of the latest `DELAY_WINDOW` seconds."""
 
     def __init__(self) -> None:
         #: (time, value); each value is less than all later values.
         self._candidates: Deque[Tuple[float, float]] = deque()
-        #: None before the first value.
-        self.value: Optional[float] = None
+        self.value: Optional[float] = None    # the least value; None before the first value
 
     def add(self, time: float, value: float) -> None:
         """Take in a value. If `time` goes back, earlier values stay for longer."""

@@ -52,7 +52,7 @@ class ControllerCore:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.imu.received(now, sample.yaw)
+        self.imu.on_message(now, sample.yaw)
         jump = heading_jump(timed.previous_sample, sample)
         if jump and self.driver is Driver.TURN:
             self._change_driver(DriverEvent.TURN_OVER, jump)
@@ -70,7 +70,7 @@ class ControllerCore:
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
         self._check_sleep_and_mouse(message.arrived_at)
-        stop_reason = self.mouse.received(message)
+        stop_reason = self.mouse.on_message(message)
         if stop_reason:
             self._release_mouse(stop_reason)
         elif self.mouse.active:

@@ -48,7 +48,7 @@ class _MouseSource:
     def active(self) -> bool:
         return self.reported_active and not self.is_lost
 
-    def received(self, message: 'Event[MouseState]', rests: bool) -> None:
+    def on_message(self, message: 'Event[MouseState]', rests: bool) -> None:
         """Take in a message. `rests` is True if the message asks for a stop."""
         active = message.content.active
         now = message.arrived_at
@@ -58,14 +58,14 @@ class _MouseSource:
             self.is_lost = False
         # An inactive mouse may be silent. The state before the first message is unknown.
         must_be_heard = active if is_first else self.reported_active
-        if self._lateness.received(message.sent_at, now) > INPUT_TIMEOUT:
+        if self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT:
             self._silence_ended_at = now
             if active:
                 self.is_lost = True
         elif must_be_heard and not self.source.is_fresh(now):
             self._silence_ended_at = now
         if message.age is not Age.SAME_STAMP:
-            self.source.received(now)
+            self.source.on_message(now)
         self.reported_active = active
         if rests and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
@@ -100,7 +100,7 @@ class Mouse:
         """Is any mouse active, and not lost?"""
         return any(sender.active for sender in self._senders.values())
 
-    def received(self, message: 'Event[MouseState]') -> str:
+    def on_message(self, message: 'Event[MouseState]') -> str:
         """Take in a message of a mouse. Returns the reason why the message stops the robot, or ''.
         A deactivation stops the robot even if the mouse was lost."""
         was_active = self.active
@@ -129,8 +129,8 @@ class Mouse:
         rests = not active or twist == Twist2()
         was_active = sender.active
         is_deactivated = sender.reported_active and not active
-        self.source.received(message.arrived_at)
-        sender.received(message, rests)
+        self.source.on_message(message.arrived_at)
+        sender.on_message(message, rests)
         was_lost = was_active and not sender.active
         if is_deactivated or was_lost:
             self.lose(message.arrived_at, kept=sender)

@@ -153,7 +153,7 @@ NEXT_DRIVER = {
 def accepts_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) -> bool:
     """Take in a requested turn. Returns False if the turn may be old, or only repeats a turn that
     was old or has ended. If `is_waking`, this process has just slept, so the turn may be old."""
-    request = requests.receive(turn.sender, turn.content, turn.arrived_at)
+    request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.age.is_doubtful:
         request.is_ended = True
     is_accepted = not request.is_ended

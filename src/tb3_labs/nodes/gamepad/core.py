@@ -62,7 +62,7 @@ class GamepadCore:
         now = joy.arrived_at
         state = joy.content
         self._check_clock(now)
-        self.pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
+        self.pad.on_message(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
         presses = self.pad.presses
         sent_at = now - self.pad.lateness
         self._command_is_due = True

@@ -82,13 +82,13 @@ class PadListener:
         self.lateness = 0.0             # delay [s] of the last message
         self.came_after_loss = False    # did the last message come after a loss of the pad?
 
-    def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
+    def on_message(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in a message. `stamp` is the time [s] of sending, or 0. `hangs` is True if the
         driver repeats one message. In the first message only the stop button counts as pressed."""
         if self._last is not None and state.sent == self._last.sent:
             self.has_repeated = True
         self._last = state
-        self.lateness = self._lateness.received(stamp, now)
+        self.lateness = self._lateness.on_message(stamp, now)
         self.driver_hangs = hangs
         # a driver that hangs may repeat several old messages in turn
         is_old = stamp <= self._newest_stamp and self.lateness > INPUT_TIMEOUT
@@ -96,7 +96,7 @@ class PadListener:
         self.came_after_loss = False
         if not hangs and not is_old:
             self.came_after_loss = self.has_repeated and not self.source.is_fresh(now)
-            self.source.received(now)
+            self.source.on_message(now)
         learns_anew = self.came_after_loss and stamp <= 0.0
         if math.isinf(self._received_since) or learns_anew:
             self._received_since = now

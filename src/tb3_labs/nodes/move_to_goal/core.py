@@ -60,14 +60,14 @@ class MoveToGoalCore:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.sensors.imu.received(now, sample.yaw)
+        self.sensors.imu.on_message(now, sample.yaw)
         self._gyro.on_imu(timed, sends_wheels)
         self._localizer.on_imu(timed)
         self._check_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         timed = self._timing.on_odometry(sample, now)
-        self.sensors.odometry.received(now, sample[1:])
+        self.sensors.odometry.on_message(now, sample[1:])
         self._encoders.on_odometry(sample)
         self._localizer.on_odometry(timed)
         self._check_localizer()
@@ -122,7 +122,7 @@ class MoveToGoalCore:
         """Remember that a goal arrived. A goal with a known GoalID has no other effect."""
         self._update_control(steady_now)    # first look for a sleep that delayed the goal
         self._check_end()
-        return self._requests.receive(request, steady_now)
+        return self._requests.on_goal(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel the goals for which GoalRequest.is_named_by() is true."""
