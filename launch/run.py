@@ -7,6 +7,7 @@ import runpy
 import sys
 
 MODULES = {'launch': 'launch_arguments'}    # {name in students' launch files: module}
-del sys.path[0], sys.argv[0]    # Python must not look for modules in this script's folder
+del sys.path[0]     # Python must not look for modules in this script's folder
+del sys.argv[0]
 module = MODULES.get(sys.argv[0], sys.argv[0])
 runpy.run_module('tb3_labs.ros.' + module, run_name='__main__', alter_sys=True)

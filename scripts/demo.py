@@ -45,21 +45,22 @@ from tb3_labs.srv import ResetPose
 
 #: Longest wait [s, wall clock] for a message of a node, such as a state at the end of a drive.
 MESSAGE_TIMEOUT = 120.0
-#: Longest wait [s, wall clock] for the recorder. It may have ended, since the disk was full.
+#: Longest wait [s, wall clock] for the recorder. A recorder ends if the disk is full.
 RECORDER_TIMEOUT = 15.0
-#: Time [s, wall clock] until the node gives control again, if move_to_goal has not taken control.
+#: The node gives control with this period [s, wall clock] until move_to_goal has control.
 GRANT_PERIOD = 1.0
 #: Time [s] from the end of a drive to the reading of the true pose.
 REST_TIME = 0.5
-#: Most attempts to begin a drive, since a drive may be given up before the robot moves.
+#: The node tries at most this many times to begin a drive.
 MAX_ATTEMPTS = 10
-#: Topics that a recording needs from its first moment on.
+#: A recording must have these topics from its start on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
                    'ctrl_relinq', '/tf')
 TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'    # for a terminal of 80 columns
 HEADER = '        asked [m, m, deg] believed to be at     truly off by     time'
-MAX_TRUE_ERROR = 0.01        # [m], largest true error of the place after a good drive
-MAX_TRUE_ERROR_DEG = 0.5     # [deg], the same of the heading
+#: Largest true errors of the place and of the heading after a good drive.
+MAX_TRUE_ERROR = 0.01        # [m]
+MAX_TRUE_ERROR_DEG = 0.5     # [deg]
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class DemoConfig(Config):
 
 @dataclass(frozen=True)
 class DemoDrive:
-    """The result of one drive. Its poses are in the local frame."""
+    """The result of one drive. The poses are in the local frame."""
 
     state: str               # state in which the drive ended
     goal: Pose2
@@ -89,7 +90,7 @@ class DemoDrive:
 
     @property
     def is_good(self):
-        """Did the drive end at the goal, also by its true errors?"""
+        """Did move_to_goal reach the goal, with small true errors?"""
         distance, angle = self.true_error
         return (self.state == GoalState.GOAL_REACHED.name
                 and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)
@@ -103,7 +104,7 @@ class DemoDrive:
 
 
 class ControlTaken(Exception):
-    """A person, or another node, took control from the demonstration."""
+    """A person or another node took control from the demonstration."""
 
 
 class Demo:
@@ -120,7 +121,7 @@ class Demo:
         self._store('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._store(topic, PoseStamped, lambda message: to_pose2(message.pose))
-        self._subscribe('ctrl_relinq', Bool, self._on_control)
+        rospy.Subscriber('ctrl_relinq', Bool, guarded(self._on_control), tcp_nodelay=True)
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
     def _store(self, topic, message_type, read):
@@ -131,11 +132,7 @@ class Demo:
             received.append((rospy.get_time(), read(message)))
             if topic != 'goal_state':
                 del received[:-1]
-        self._subscribe(topic, message_type, store)
-
-    @staticmethod
-    def _subscribe(topic, message_type, callback):
-        rospy.Subscriber(topic, message_type, guarded(callback), tcp_nodelay=True)
+        rospy.Subscriber(topic, message_type, guarded(store), tcp_nodelay=True)
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
@@ -181,8 +178,7 @@ class Demo:
                 self._wait_for('a reset', try_reset)
             is_reset_needed = True
             self._give_control()
-            begun, state = self._await('goal_state', matches=lambda state: is_over(state) or (
-                state == GoalState.ROTATE_TO_GOAL.name))
+            begun, state = self._await('goal_state', matches=has_begun_or_ended)
             if not is_over(state):
                 break
         ended, state = self._await('goal_state', matches=is_over)
@@ -207,7 +203,7 @@ class Demo:
         return value
 
     def _await(self, topic, since=0.0, matches=lambda value: True):
-        """Wait for a value of `topic` with `matches(value)`, which arrived at `since` [s] or later.
+        """Wait until a value of `topic` with `matches(value)` arrives, not before `since` [s].
         Returns (time of arrival [s], value)."""
         def values():
             if self._control_taken:
@@ -221,6 +217,11 @@ class Demo:
         if not wait_until(condition, MESSAGE_TIMEOUT):
             raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
                 MESSAGE_TIMEOUT, what, [state for _, state in self._received['goal_state']]))
+
+
+def has_begun_or_ended(state):
+    """Does the robot turn to the goal, or is the drive over?"""
+    return state == GoalState.ROTATE_TO_GOAL.name or is_over(state)
 
 
 def try_reset():

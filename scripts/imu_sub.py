@@ -38,7 +38,7 @@ class IMU:
             e = q.to_euler(degrees=True)
             yaw = e[2]
             yaw = self.convert_yaw(yaw)
-            yaw = 0.0 if yaw > 359.9999 else yaw    # added: "%f" would print 360.000000
+            yaw = 0.0 if yaw > 359.9999 else yaw    # added: "%f" would round up to 360
             self.heading_pub.publish(yaw)    # added
             if abs(rospy.get_time() - self.printed_at) < self.PERIOD:    # added
                 return    # added

@@ -83,9 +83,8 @@ def main(argv):
 
 
 def mark_class(arguments, work):
-    """Mark a class by the command line's `arguments`. The folder `work` is for temporary files.
-    Returns the exit status. The environment of this process is replaced by the environment of a
-    separate ROS."""
+    """Mark a class. The folder `work` is for temporary files. Returns the exit status. The
+    environment of this process is replaced by the environment of a separate ROS."""
     environment = marking_environment(work / 'ros', os.environ)
     os.environ.clear()
     os.environ.update(environment)
@@ -147,7 +146,7 @@ def interrupt(*_):
     """Interrupt the marking. Later signals are ignored, so that the marking can end its trials."""
     for number in END_SIGNALS:      # a signal during set() would block this process for ever
         signal.signal(number, lambda *_: None)
-    INTERRUPTED.set()       # since Python ignores KeyboardInterrupt in some places
+    INTERRUPTED.set()       # Python ignores KeyboardInterrupt in some places
     raise KeyboardInterrupt
 
 
@@ -175,8 +174,8 @@ class MarkedClass:
         self._writing = threading.Lock()
 
     def mark_all(self, submissions, jobs):
-        """Mark the submissions, `jobs` at a time. The marks of a submission are written as soon as
-        its trial has ended. Returns True if a submission has no points."""
+        """Mark at most `jobs` submissions at the same time. The marks of a submission are written
+        as soon as its trial has ended. Returns True if a submission has no points."""
         tasks = []
         with ThreadPoolExecutor(jobs) as pool:
             try:

@@ -38,7 +38,7 @@ class MouseNode:
                                           tcp_nodelay=True, latch=True)
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
-        except ValueError as problem:    # only this node ends, with exit status 0
+        except ValueError as problem:    # this node ends with exit status 0, and other nodes go on
             rospy.logwarn(str(problem))
             begin_shutdown()
             return

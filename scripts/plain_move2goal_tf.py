@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Drives to a goal in a local frame, which a service resets (a student's solution). The handout's
-node fails in practice, since it rotates by the IMU's yaw, and has no lines with `# added`."""
+"""Drives to a goal in a local frame (a student's solution). The handout has no lines with
+`# added`. The handout's node fails in practice, because it rotates positions by the IMU's yaw."""
 from importlib.util import find_spec    # added
 import math
 import rospy
@@ -25,8 +25,8 @@ class MoveToGoal:
         self.local_yaw = 0.0
         self.initial_global_x = None
         self.initial_global_y = None
-        self.initial_global_yaw = None    # of the IMU
-        self.initial_odom_yaw = None      # of the odometry, with another zero
+        self.initial_global_yaw = None    # measured by the IMU
+        self.initial_odom_yaw = None      # measured by the odometry
         self.state = 'ROTATE_TO_GOAL'
         self.has_control = False
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=10)

@@ -40,8 +40,7 @@ END_PERIOD = 2.0
 
 
 def print_states():
-    """Print each new `goal_state`. The latched state of an earlier goal, which is over, is not
-    printed."""
+    """Print each new `goal_state`. The latched state of an earlier goal is not printed."""
     printed = ['']
 
     def on_state(message):

@@ -23,7 +23,7 @@ PACKAGES = {'imu': 'ice6', 'turn': 'lab2', 'move2goal': 'lab7_tf', 'gamepad': 'l
 
 
 def package_files(templates, package):
-    """Returns {path in the package: text} of all files of the package called `package`.
+    """Returns {path in the package: text} for all files of the new package `package`.
 
     `templates` is the folder doc/skeletons/LAB. Raises ``OSError`` if a template cannot be read.
     """

@@ -8,7 +8,7 @@ watch.py` before the node's usual command.
 In a launch file, write <node ... launch-prefix="rosrun tb3_labs watch.py"/>. The node keeps its own
 process, signals, terminal and exit status.
 
-Publishes, from within the node
+Publishes
     variables    diagnostic_msgs/DiagnosticArray, 20 times a second while somebody listens:
                  a key and a value for each variable
 """

@@ -2,19 +2,19 @@
 """Checks a node by the criteria of its lab. The rostest has a test for each criterion, and a test
 for the total.
 
-The stimuli, the verdicts and the points are printed on the terminal. A missed criterion beyond the
-handout fails a test only if `~strict` is true.
+The stimuli, the verdicts and the points are printed on the terminal. If `~strict` is false, the
+criteria beyond the handout cannot fail a test.
 
 Started by check_LAB.test. Parameters
-    ~lab        imu, turn, move2goal or gamepad
-    ~pkg        package of the node
-    ~type       file of the node, as rosrun finds it
-    ~node       for a node of this package: finished, or plain for the file plain_TYPE
-    ~points     YAML file with the points of each criterion
-    ~parts      parts of the lab, separated by commas; empty for all parts
-    ~record     path of the trial's bag; empty if the bag is not kept
-    ~pad        for the lab gamepad: NAME of launch/params/pad_NAME.yaml
-    ~strict     may a criterion beyond the handout fail a test?
+    ~lab        imu, turn, move2goal or gamepad.
+    ~pkg        The package of the node.
+    ~type       The file of the node.
+    ~node       finished, or plain for the file plain_TYPE. Only for nodes of this package.
+    ~points     A YAML file with the points of each criterion.
+    ~parts      Parts of the lab, separated by commas; empty for all parts.
+    ~record     The path of the trial's bag; empty if the bag is not kept.
+    ~pad        NAME of launch/params/pad_NAME.yaml. Only for the lab gamepad.
+    ~strict     May a criterion beyond the handout fail a test?
 """
 import os
 import re
@@ -31,10 +31,10 @@ from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of, read_points
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
-from tb3_labs.marking.student_nodes import GAMEPAD, NodeStart
+from tb3_labs.marking.student_nodes import GAMEPAD, OWN_PACKAGE, NodeStart
 from tb3_labs.ros.node import begin_shutdown, exit_process
 
-OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
+FINISHED = 'finished'
 #: The command-line option with which rostest gives the path of the results file.
 XML_OPTION = '--gtest_output=xml:'
 #: {words in a message of rosrun: a remedy for the student}

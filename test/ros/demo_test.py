@@ -60,7 +60,7 @@ class DemoTest(unittest.TestCase):
         self.assertEqual((len(table), len(frame_intervals(recorded))), (2, 2), run.text)
         self.assertEqual([drive.outcome for drive in reported], ['reached'] * 2)
         for drive, printed in zip(reported, table):
-            true = 1000.0 * drive.true[0], abs(math.degrees(drive.true[1]))
+            true = 1000.0 * drive.true_error[0], abs(math.degrees(drive.true_error[1]))
             for value, expected, most in zip(true, printed, MAX_DIFFERENCE):
                 self.assertLess(abs(value - expected), most)    # NaN is not less
 

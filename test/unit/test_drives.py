@@ -27,14 +27,14 @@ def drive_of(run):
 def test_a_drive_is_measured_at_rest_within_a_second_of_its_end(moves_at, counts):
     late = np.where(TIME > moves_at, SHIFT, 0.0)
     drive = drive_of(made(local_pose=poses(X, late)))
-    assert drive.measured[0] == pytest.approx(SHIFT if counts else 0.0)
+    assert drive.error[0] == pytest.approx(SHIFT if counts else 0.0)
 
 
 @pytest.mark.parametrize('silence, known', [(0.25, True), (0.4, False)])
 def test_a_pose_long_before_the_end_gives_no_error(silence, known):
     kept = TIME <= 7.0 - silence
     drive = drive_of(made(local_pose=poses().take(kept)))
-    assert math.isnan(drive.measured[0]) != known and math.isnan(drive.measured[1]) != known
+    assert math.isnan(drive.error[0]) != known and math.isnan(drive.error[1]) != known
 
 
 def test_the_true_error_is_measured_in_the_true_local_frame():
@@ -42,8 +42,8 @@ def test_the_true_error_is_measured_in_the_true_local_frame():
     truth = poses(X, np.where(TIME > 5.0, 0.05, 0.0), np.where(TIME > 6.5, 0.1, 0.0))
     run = made(ground_truth=truth.seen_from(world_T_local))
     drive = drive_of(run)
-    assert drive.true == pytest.approx((0.05, -0.1))
-    assert drive.measured == pytest.approx((0.0, 0.0))
+    assert drive.true_error == pytest.approx((0.05, -0.1))
+    assert drive.error == pytest.approx((0.0, 0.0))
 
 
 # Drift --------------------------------------------------------------------------------------------
@@ -109,5 +109,5 @@ def test_a_drive_that_is_ended_by_a_reset(run, begin, state):
     words = (begin, state), (10.02, 'ROTATE_TO_GOAL'), (11.0, 'GOAL_REACHED')
     first, second = drives(replace(run, states=states(*words)))
     assert (first.outcome, second.outcome) == ('begun anew', 'reached')
-    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
-    assert in_degrees(second.measured) == pytest.approx((0.5, 90.0), abs=1e-6)
+    assert in_degrees(first.error) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
+    assert in_degrees(second.error) == pytest.approx((0.5, 90.0), abs=1e-6)

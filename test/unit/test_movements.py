@@ -98,8 +98,8 @@ def test_a_drive_by_numbers():
     found, = drives(run)
     off = math.hypot(END[0] + 0.61, END[1] - 0.61)
     assert found.goal == LAB_GOAL and found.outcome == CAME_TO_REST
-    assert found.measured == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
-    assert found.true == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
+    assert found.error == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
+    assert found.true_error == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
     times = math.radians(135.0) / 1.5 + 0.1, 4.0 + 0.1, math.radians(133.0) / 1.5
     assert found.end - found.begin == pytest.approx(sum(times))
     assert found.drift == pytest.approx(0.0, abs=1e-3)

@@ -22,7 +22,7 @@ from recorded_run import (  # noqa: F401
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import MIN_LEAP, LogLines, OdometrySamples, Poses, States
-from tb3_labs.report.page.document import number, table
+from tb3_labs.report.page.document import formatted, table
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
@@ -285,7 +285,7 @@ def test_a_page_says_that_values_were_not_recorded(tmp_path):
     (-0.0004, '{:+.2f}', '+0.00'), (-0.0004, '{:.1f}', '0.0'), (-0.006, '{:+.2f}', '-0.01'),
     (math.nan, '{:.2f}', '\u2013'), (math.inf, '{:.2f}', '\u2013')])
 def test_a_number_is_never_minus_zero_and_an_unknown_one_is_a_dash(value, form, text):
-    assert number(value, form) == text
+    assert formatted(value, form) == text
 
 
 def test_a_cell_of_plain_text_is_escaped():

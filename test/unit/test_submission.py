@@ -20,7 +20,7 @@ from tb3_labs.marking.intake import submissions, workspace
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission, read, read_in_this_process
 from tb3_labs.marking.intake.find_node import WHAT_IS_READ, find_node
-from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
+from tb3_labs.marking.intake.packages import is_old_or_copy, module_folders, node_package
 from tb3_labs.marking.student_nodes import LAB_NODES
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
@@ -200,7 +200,7 @@ def test_a_node_finds_modules_and_messages_of_one_package(tmp_path, place):
 def test_the_modules_of_a_package_lie_where_its_setup_says(tmp_path, place, packages):
     hand_in(tmp_path, {'setup.py': 'setup(packages=["lab2"], {})'.format(packages), place + 'lab2/__init__.py': '',
                        place + 'other/__init__.py': '', 'msg/M.msg': ''})
-    assert modules_of(tmp_path, 'lab2') == [tmp_path / place / 'lab2']
+    assert module_folders(tmp_path, 'lab2') == [tmp_path / place / 'lab2']
 
 
 FAILS = 'turtlebot_controller.py needs modules that do not work on the marking machine: {}.'
@@ -400,7 +400,7 @@ def test_a_path_chooses_one_of_two_files_that_are_alike_and_the_advice_is_true(t
 
 def test_a_folder_that_was_not_put_aside():
     for name in ('gold', 'copyright', 'holder', 'scaffold', '.'):
-        assert not is_aside(name) and not is_aside(name + '/n.py') and is_aside(name + '/n_old.py')
+        assert not is_old_or_copy(name) and not is_old_or_copy(name + '/n.py') and is_old_or_copy(name + '/n_old.py')
 
 
 def test_what_listens_can_be_the_node(tmp_path):
@@ -434,7 +434,7 @@ def test_the_package_of_a_node_has_the_package_xml_above_it(tmp_path):
     folder = hand_in(tmp_path / 'src', {'lab7/package.xml': manifest('lab7')})
     for node, package in (('lab7/deep/src/n.py', 'lab7'), ('lab2/scripts/n.py', 'lab2'), ('scripts/n.py', '.'),
                           ('lab2/n.py', 'lab2')):
-        assert source_of(folder / node, folder) == folder / package
+        assert node_package(folder / node, folder) == folder / package
 
 
 # -- messages

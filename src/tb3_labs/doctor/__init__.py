@@ -10,7 +10,6 @@ from collections import Counter
 from functools import partial
 from typing import NamedTuple, Sequence
 
-
 BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
 

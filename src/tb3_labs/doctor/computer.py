@@ -15,7 +15,7 @@ from tb3_labs.doctor import Finding, fault, ok, warning
 
 
 def is_loopback(address: str) -> bool:
-    """Is this an address or the name of the loopback interface?"""
+    """Does an address, or a name, belong to the loopback interface?"""
     return address.startswith('127.') or address in ('localhost', '::1')
 
 

@@ -36,7 +36,7 @@ LIKENESS_OF_MISTAKES = 0.65
 
 @dataclass
 class Peer:
-    """A master or a node, and the outcome of the latest call."""
+    """A master or a node that the doctor calls, and the outcome of the latest call."""
 
     uri: str
     problem: str = 'silent'    # a key of PROBLEMS; '' if the peer has answered
@@ -100,28 +100,26 @@ class RobotGraph:
 
     def __init__(self, namespace, state):
         self.namespace = namespace
-        publishers, subscribers, _ = map(dict, state)
-        self.publishers = publishers
-        self.subscribers = subscribers
+        self.publishers, self.subscribers, _ = map(dict, state)
         #: {topic of a sensor: nodes that publish the topic}
-        self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
+        self.sensors = {name: self.publishers.get(namespace + name, []) for name in SENSORS}
         #: The nodes that publish cmd_vel.
-        self.drivers = publishers.get(namespace + 'cmd_vel', [])
+        self.drivers = self.publishers.get(namespace + 'cmd_vel', [])
         # A recorder, the panel, and drivers that look for other drivers also listen to cmd_vel. If
         # a node of the robot listens, all other listeners are left out.
-        listeners = subscribers.get(namespace + 'cmd_vel', [])
+        listeners = self.subscribers.get(namespace + 'cmd_vel', [])
         sensor_nodes = self.sensors['imu'] + self.sensors['odom']
         self.listeners = [node for node in listeners if node in sensor_nodes]
         if not self.listeners:
             self.listeners = [node for node in listeners if node not in self.drivers]
         self.robot_nodes = sorted(set(sensor_nodes + self.listeners))
         #: The namespaces of other robots.
-        self.other_robots = sorted({topic[:-len('odom')] for topic in publishers
+        self.other_robots = sorted({topic[:-len('odom')] for topic in self.publishers
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_topic(self, topic, node, names):
         """Returns the robot's topic that `node` probably means by `topic`. The returned topic is
-        the robot's namespace and one of `names`. Returns '' if `topic` is right, belongs to another
+        one of `names` in the robot's namespace. Returns '' if `topic` is right, belongs to another
         robot, or is not similar to a right topic."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
@@ -181,9 +179,10 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 
 
 def _mistakes(text, graph, names, users, partners):
-    """Returns a sentence for each wrong topic in `users`. Each sentence is `text` with the names of
-    node, wrong topic, right topic and partner. `users` and `partners` are {topic: nodes}. One of
-    them has the subscribers, and the other one has the publishers."""
+    """Returns a sentence for each wrong topic in `users`. `text` has four gaps for the names
+    of the node, the wrong topic, the right topic and the partner. `users` and `partners` are
+    {topic: nodes}. The users subscribe and the partners publish, or the users publish and the
+    partners subscribe."""
     texts = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:

@@ -66,7 +66,7 @@ def examine_messages(graph, address, is_wall_time):
 
 def listen(namespace, address):
     """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
-    `address` is the address from which this computer sends to the master. This address replaces
+    `address` is the address from which this computer sends to the master. `address` replaces
     ROS_IP, since ROS_IP may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
@@ -88,7 +88,7 @@ def listen(namespace, address):
 
 
 def read_samples(received):
-    """Returns [(time of arrival [s], sample)] of the valid messages. A command has no sample."""
+    """Returns [(time of arrival [s], sample)] of the valid messages. A command's sample is None."""
     samples = []
     for topic, arrived_at, _, message in received:
         _, read = SAMPLE_READERS[topic]

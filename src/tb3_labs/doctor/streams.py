@@ -11,11 +11,11 @@ from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: Time [s] for which the doctor listens.
 LISTENING_TIME = 5.0
-#: A larger offset [s] of the robot's clock disturbs tf.
+#: If the robot's clock is wrong by more than this time [s], tf may refuse transforms.
 CLOCK_WARNING_OFFSET = 0.1
-#: With a larger offset [s] of the robot's clock, nodes that use stamps do not work.
+#: If the robot's clock is wrong by more than this time [s], nodes that use stamps do not work.
 CLOCK_FAULT_OFFSET = 1.0
-#: A larger drift [deg/min] of the heading disturbs a lab.
+#: A heading that drifts by more than this number [deg/min] disturbs a lab.
 MAX_DRIFT = 2.0
 #: A wheel stands still if it turns by less than this angle [rad] while the doctor listens.
 STANDING_TURN = 0.005
@@ -36,7 +36,7 @@ def judge_drivers(sent: Mapping[str, int]) -> Finding:
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
                  publisher: str = '') -> Finding:
-    """Do the messages of a sensor arrive evenly enough to drive? `arrivals` has the times [s]
+    """Do the messages of a sensor arrive without long gaps? `arrivals` has the times [s]
     of arrival. `ended` is the time [s] at which the doctor stopped listening. `publisher` is a
     node that publishes `topic`, or ''."""
     _, _, name = topic.rpartition('/')
@@ -45,7 +45,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
     if not arrivals:
         return fault(name, f'nothing came on {topic} for {LISTENING_TIME:.1f} s',
                      "restart the robot's bringup; switch the robot's board off and on")
-    gap = max(later - earlier for earlier, later in zip(arrivals, [*arrivals[1:], ended]))
+    ends = [*arrivals[1:], ended]
+    gap = max(end - begin for begin, end in zip(arrivals, ends))
     rate = len(arrivals) / max(ended - arrivals[0], 0.1)
     if gap > SENSOR_TIMEOUT:
         text = f'{rate:.0f}/s, but silent for {gap:.1f} s'
@@ -106,13 +107,14 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     right [rad]) of the wheels."""
     if len(imu) < 12 or len(wheels) < 2:
         return None
-    for angles in [left for left, _ in wheels], [right for _, right in wheels]:
+    left_angles, right_angles = [left for left, _ in wheels], [right for _, right in wheels]
+    for angles in (left_angles, right_angles):
         if max(angles) - min(angles) > STANDING_TURN:
             return None
     middle = mean(stamp for stamp, _ in imu)
     _, first_yaw = imu[0]
     turns = [(stamp - middle, math.remainder(yaw - first_yaw, 2.0 * math.pi)) for stamp, yaw in imu]
-    # The slope of the least-squares line is sum(time * turn) / sum(time * time). A short recording
-    # gets the divisor of a recording of 2 s, so that noise does not look like drift.
+    # The slope of the least-squares line is sum(time * turn) / sum(time * time). The divisor is at
+    # least the divisor of a recording of 2 s, so that noise does not look like drift.
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

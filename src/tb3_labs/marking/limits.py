@@ -2,12 +2,12 @@
 #: All programs of a sandbox together may use at most this much memory. Linux limits only single
 #: processes, so ResourceWatch (trial/processes.py) adds up the memory of the programs.
 MAX_NODE_MEMORY_BYTES = 2 * 10 ** 9
-MAX_DISK_BYTES = 300 * 10 ** 6      # the size of the files in OWN_FOLDERS
+MAX_DISK_BYTES = 300 * 10 ** 6      # the size of all files in OWN_FOLDERS together
 MAX_PROCESSES = 100
 #: Master, robot and check together may use at most this much memory. Master, robot and check need
-#: about 180 MB, but a node's messages can fill their memory.
+#: about 180 MB, and more memory if a node publishes many messages.
 MAX_OTHER_MEMORY_BYTES = 600 * 10 ** 6
-#: No program of a submission can write a larger file.
+#: A submission's program can write at most this many bytes into a file.
 MAX_FILE_BYTES = 50 * 10 ** 6
 #: Each process has at most this address space. (On 64 cores numpy starts 64 threads, and reserves 3
 #: GB.)

@@ -117,7 +117,7 @@ class Marks:
 
     @property
     def hint(self) -> str:
-        """The mistake, and the place in a lab sheet that explains it; '' if there is no mistake."""
+        """A sentence on the mistake, and the place in a lab sheet; '' if no link is broken."""
         if not self.first_broken_link:
             return ''
         link, _ = self.first_broken_link
@@ -209,8 +209,8 @@ def _broken_link(observation: Observation,
     """Returns the first broken link in those parts of the lab in which points were lost. Parts
     without criteria of the handout are left out.
 
-    Returns None if no link is broken, or if the observation already shows the mistake. Such a
-    mistake is an exception, an unpublished topic, or a command that is not finite.
+    Returns None if no link is broken, or if the observation already shows an exception, an
+    unpublished topic, or a command that is not finite.
     """
     is_mistake_known = (observation.unpublished_topic or observation.not_finite
                         or tracebacks_before_the_end(observation))
@@ -229,7 +229,7 @@ def _broken_link(observation: Observation,
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences. They become printable, since they may quote a submission."""
+    """Returns the first sentences as printable text, since a sentence may quote a submission."""
     return [printable(sentence[:MAX_SENTENCE_LENGTH]) for sentence in sentences[:MAX_SENTENCES]]
 
 

@@ -93,7 +93,7 @@ class MarksTable:
 
 
 def cells_of(marks: Marks) -> Dict[str, str]:
-    """Returns the marker's cells in the row of a student: {column: text}."""
+    """Returns the cells that mark.py writes into a student's row: {column: text}."""
     points = f'{marks.points:g}' if marks.is_known else ''
     cells = {STUDENT: safe(marks.student), POINTS: points, OF: f'{marks.full_points:g}'}
     for verdict in marks.graded + marks.extra:
@@ -121,7 +121,6 @@ def _number(cell: str) -> float:
 
 
 def _decided_points(cell: str, student: str) -> Optional[float]:
-    """Returns a person's points; None for an empty cell."""
     if not cell:
         return None
     if not 0.0 <= _number(cell) < math.inf:

@@ -43,8 +43,8 @@ READING_FILES = 'from_bag.py', 'remarks.py'
 class Options(NamedTuple):
     """Settings of the trials of a class."""
 
-    package: str = ''           # the name of the node's package; '' for the usual names
-    name: str = ''              # the name of the node's file; '' for the usual names
+    package: str = ''           # the name of the node's package; '' means a usual name
+    name: str = ''              # the name of the node's file; '' means a usual name
     pad: str = HANDOUT_PAD      # the kind of gamepad that the check imitates
     sandbox: bool = True        # do the programs of submissions run in a Sandbox?
 

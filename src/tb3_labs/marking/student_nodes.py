@@ -19,8 +19,8 @@ class NodeNames(NamedTuple):
 
     packages: Tuple[str, ...]   # usual names of the student's package
     files: Tuple[str, ...]      # usual names of the node's file; this package uses the first name
-    class_name: str             # the handout's name of the class
-    node_name: str              # the handout's name of the node
+    class_name: str             # the name of the node's class in the handout
+    node_name: str              # the node's ROS name in the handout
     sensors: Tuple[str, ...]    # needed topics; a node is ready if it listens to the first topic
     uses: Tuple[str, ...]       # other signs of a complete node: topics, and a call for the reset
 

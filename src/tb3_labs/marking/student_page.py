@@ -84,8 +84,8 @@ def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
 
 
 def recording_for_timeline(observation: Observation) -> RunData:
-    """Returns the recording of a trial for the timeline. In the timeline the poses in ``local`` are
-    the true poses, and each drive begins with a reset."""
+    """Returns the recording of a trial for the timeline. The poses in the frame ``local`` are
+    computed from the true poses. Each drive begins with a reset."""
     recording = observation.recording
     true = recording.ground_truth
     drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
@@ -105,12 +105,12 @@ def recording_for_timeline(observation: Observation) -> RunData:
 
 def _verdicts(verdicts, has_timeline):
     rows = []
-    for v in verdicts:
-        sentence = v.sentence
-        if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
-            sentence = Markup(f'{escape(sentence)} <a href="#t={v.moment:.1f}">Watch it</a>')
-        points = f'{v.points:g} / {v.worth:g}' if v.worth else ''
-        rows.append([v.criterion.meaning, symbol(v), points, sentence])
+    for verdict in verdicts:
+        sentence = verdict.sentence
+        if has_timeline and verdict.moment is not None and verdict.outcome is Outcome.MISSED:
+            sentence = Markup(f'{escape(sentence)} <a href="#t={verdict.moment:.1f}">Watch it</a>')
+        points = f'{verdict.points:g} / {verdict.worth:g}' if verdict.worth else ''
+        rows.append([verdict.criterion.meaning, symbol(verdict), points, sentence])
     heads = ['what is asked', '', 'points', SEEN_HEADING]
     return table(heads, rows, texts=(SEEN_HEADING,), is_plain=True)
 
@@ -145,6 +145,7 @@ def results(marks: Marks) -> Dict[str, Any]:
              hints(marks.first_broken_link, marks.mistake, has_timeline=False)]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)
+    verdicts = marks.graded + marks.extra if marks.is_known else []
     return {
         'score': round(float(marks.points), 2) if marks.is_known else 0.0,
         'execution_time': int(round(marks.seconds)),
@@ -152,16 +153,17 @@ def results(marks: Marks) -> Dict[str, Any]:
         'output_format': 'html',
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
-        'tests': [_test(number, verdict) for number, verdict in enumerate(
-            marks.graded + marks.extra, 1) if marks.is_known],
+        'tests': [_test(number, verdict) for number, verdict in enumerate(verdicts, 1)],
         'extra_data': {'student': marks.student},
     }
 
 
 def _test(number, verdict):
-    name, max_score = verdict.criterion.meaning, verdict.worth
+    name = verdict.criterion.meaning
+    max_score = verdict.worth
     if verdict.criterion.extra:
-        name, max_score = f'Beyond the handout: {name}', 0.0
+        name = f'Beyond the handout: {name}'
+        max_score = 0.0
     return {
         'name': name,
         'number': str(number),

@@ -36,7 +36,7 @@ INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
 PYTHON_FOLDER = 'lib/python3/dist-packages'
-#: {environment variable: the folder in each prefix that the variable lists}
+#: {environment variable: subfolder}. Each variable lists its subfolder of each install prefix.
 PREFIX_FOLDERS = {CMAKE_PREFIX_PATH: '', PYTHONPATH: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
@@ -49,7 +49,7 @@ loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
 #: The marking ends the check of a submission after this time [s].
 TIME_LIMIT = 300.0
-#: Time [s] between two looks whether a check still runs.
+#: Time [s] until the runner asks again whether the check still runs.
 POLL_PERIOD = 0.1
 
 
@@ -96,16 +96,16 @@ class TrialRunner:
         elif os.geteuid() == 0:
             protection = OtherUser()
         environment = trial_environment(work, dict(os.environ, **{IDENTITY: identity}))
-        launch = prepare(parsed, workspace, environment, protection)
-        marks.node = launch.name
+        start = prepare(parsed, workspace, environment, protection)
+        marks.node = start.name
         if self.folder.lab == GAMEPAD:
             marks.remarks.append(pad_text(self.folder.options.pad))
         protection.hand_over(workspace)
         # The node's environment is in a file. If the check itself had the node's environment, the
         # check would import modules of the submission.
-        environment.update(launch.write(work / 'launch.json'))
+        environment.update(start.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
-        write_output(log, '')       # a new file, even if the log was a link
+        write_output(log, '')       # if the log is a link, a new file replaces the link
         with open(str(log), 'w') as file:
             command = protection.check_command(self._rostest(marks.node, work))
             in_time = self._check(command, environment, file)
@@ -150,8 +150,8 @@ class TrialRunner:
 
 
 def import_error(processes: Sequence[NodeProcess]) -> str:
-    """Returns the error if a failed import ended the node's first process before the node was
-    ready, else ''. The student's machine may have the missing module."""
+    """Returns the text of the ImportError that ended the node's first process; '' if the node was
+    ready, or ended otherwise. The student's machine may have the missing module."""
     if not processes or processes[0].ready is not None:
         return ''
     last_line = processes[0].printed.rstrip().split('\n')[-1]
@@ -177,7 +177,7 @@ def kill_processes(identity: str) -> None:
     """
     variable = f'{IDENTITY}={identity}'.encode()
     empty_searches = 0
-    # one search may miss a process, since a process that starts a program has no environment
+    # one search may miss a process that is starting a program and has no environment yet
     while empty_searches < 2:
         stopped: Set[int] = set()
         finds_more = True
@@ -186,7 +186,7 @@ def kill_processes(identity: str) -> None:
         empty_searches = 0 if stopped else empty_searches + 1
         for pid in stopped:
             with suppress(ProcessLookupError):      # it has ended already
-                if _has_in_environment(pid, variable):     # a new process may have the old number
+                if _has_in_environment(pid, variable):     # the number may belong to a new process
                     os.kill(pid, signal.SIGKILL)
 
 
@@ -247,11 +247,12 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
     ros = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')][-1:]
-    made = {name: value for name, value in caller.items() if INHERITED_VARIABLES.fullmatch(name)}
+    variables = {name: value for name, value in caller.items()
+                 if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():
-        made[name] = ':'.join(f'{root}/{folder}'.rstrip('/') for root in [str(prefix), *ros])
-    made['PATH'] = ':'.join([os.path.dirname(sys.executable), made['PATH'], SYSTEM_PATH])
-    return made
+        variables[name] = ':'.join(f'{root}/{folder}'.rstrip('/') for root in [str(prefix), *ros])
+    variables['PATH'] = ':'.join([os.path.dirname(sys.executable), variables['PATH'], SYSTEM_PATH])
+    return variables
 
 
 def _link_files(place, folders):

@@ -3,13 +3,15 @@
 :mod:`tb3_labs.supervision.dead_man` decides which page may drive.
 
 A browser also sends the requests of other sites' pages, even to the address 127.0.0.1. Therefore
-Access checks three parts of a request:
+Access checks the host, the origin and the token of a request.
 
-* *Host* is the name under which the browser reached this node. A site may make its own name resolve
-  to 127.0.0.1 (DNS rebinding). But *Host* has the site's name, so the request is refused.
-* *Origin* is the site whose page opens the socket. Only this node's own page is accepted.
-* *The token* is a part of the address that the node prints. Only a node that other computers can
-  reach requires the token.
+The host is the name under which the browser reached this node. A site may make its own name resolve
+to 127.0.0.1 (DNS rebinding). The request then has the site's name as host, and is refused.
+
+The origin is the site whose page opens the socket. Only this node's own page is accepted.
+
+The token is a part of the address that the node prints. Only a node that other computers can reach
+requires the token.
 
 Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets), RFC 7230 section 5.4
 (Host).
@@ -68,5 +70,5 @@ class Access:
 
 
 def _as_bytes(text: str) -> bytes:
-    """Returns a text as bytes, since hmac accepts no text with characters that are not ASCII."""
+    """Returns a text as bytes, since hmac accepts a text only if it is ASCII."""
     return text.encode(errors='surrogatepass')

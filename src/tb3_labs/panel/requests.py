@@ -15,12 +15,12 @@ person does not hold the mouse. In the square, x is from -1 (left edge) to 1 (ri
 from -1 (lower edge) to 1 (upper edge). The entry "first" is true in the first message after the
 person gripped pad or mouse.
 
-Each request may have an "id", a whole number, which the answer repeats. The entry "stops" is the
-number of stops in the picture that the page had when the person acted; see
-:mod:`tb3_labs.supervision.dead_man`. The entry "t" is the time [s] of sending on the panel's clock.
-To compute "t", the page adds the time since the arrival of the latest picture to the "now" of this
-picture. So the panel may overestimate the delay of a message. The panel underestimates the delay
-only if the browser's clock jumps.
+Each request may have an "id", a whole number, which the answer repeats. The entry "stops" repeats
+the "stops" of the picture that the person saw; see :mod:`tb3_labs.supervision.dead_man`. The entry
+"t" is the time [s] of sending on the panel's clock. The page computes "t" as the "now" of the
+latest picture plus the time since this picture arrived. A picture needs time to arrive, so the
+panel may overestimate the delay of a message. The panel underestimates the delay only if the
+browser's clock jumps.
 """
 import json
 from contextlib import suppress
@@ -30,10 +30,10 @@ from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.supervision.goal_requests import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 
-#: The panel refuses a message with more characters. The longest valid message has about 250
-#: characters. In 500 characters JSON cannot be nested so deeply that Python fails.
+#: The panel reads a message with at most this many characters. The longest valid message has about
+#: 250 characters. In 500 characters JSON cannot be nested so deeply that Python fails.
 MAX_REQUEST_LENGTH = 500
-#: The largest valid time [s] of sending.
+#: The largest valid value of the entry "t" [s].
 LATEST_TIME = 1e12
 #: A browser's clock may be ahead of the panel's clock by at most this time [s].
 MAX_CLOCK_AHEAD = 0.2
@@ -133,8 +133,8 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
 
 def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
     request = PageRequest(kind=message['type'], value=read(message),
-                          id=_read_optional(message, 'id', int, None),
-                          stops=_read_optional(message, 'stops', int, None))
+                          id=_read_optional(message, 'id', int),
+                          stops=_read_optional(message, 'stops', int))
     if message.get('t') is not None:
         return request._replace(sent_at=_read_number(message, 't', LATEST_TIME))
     return request
@@ -149,8 +149,8 @@ def _read_pose(message: Dict) -> TypedPose:
 
 
 def _read_grip(message: Dict) -> Grip:
-    pad = _read_optional(message, 'pad', dict, None)
-    mouse = _read_optional(message, 'mouse', list, None)
+    pad = _read_optional(message, 'pad', dict)
+    mouse = _read_optional(message, 'mouse', list)
     if pad is not None:
         buttons = {name: _read_optional(pad, name, bool, False) for name in ('a', 'y', 'hold')}
         pad = BrowserPad(forward=_read_number(pad, 'forward', 1.0),
@@ -179,7 +179,7 @@ def _read_number(message: Dict, name: str, limit: float, unit: str = '') -> floa
     return float(value)
 
 
-def _read_optional(message: Dict, name: str, value_type: type, missing: Any) -> Any:
+def _read_optional(message: Dict, name: str, value_type: type, missing: Any = None) -> Any:
     """Returns the value called `name`, or `missing` if the message does not have it. Raises
     ``ValueError`` if the type of the value is not `value_type`."""
     value = message.get(name, missing)

@@ -38,7 +38,7 @@ from tb3_labs.watch.printed_pose import declared_pose
 #: If the odometry's position [m] or yaw [rad] jumps by more than this, the odometry was reset.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
-#: The true pose is moved to the odometry's stamp if the stamps differ by less than this time [s].
+#: The true pose is extrapolated to the odometry's stamp over less than this time [s].
 MAX_TIME_APART = 0.3
 #: A robot stands still if its speed [m/s] and its rate of turn [rad/s] are below this number.
 STANDSTILL_SPEED = 0.02
@@ -56,7 +56,7 @@ class RobotView:
         self._commands: Dict[str, Tuple[float, float, float]] = {}
         # {node: (time of arrival, [[name, text]])}
         self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}
-        # odom_T_local, for a node that does not publish local
+        # odom_T_local; used if no node publishes `local`
         self._computed_frame: Optional[Pose2] = None
 
     # -- input
@@ -78,7 +78,7 @@ class RobotView:
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
-        """Compute the frame local if a line of the log has the robot's pose in local."""
+        """Compute the frame `local` if the line has the robot's pose in `local`."""
         declared = declared_pose(text)
         odom = self.latest('odom')
         if declared and odom:
@@ -167,8 +167,8 @@ class RobotView:
                        if now - at <= VARIABLES_TIMEOUT]}
 
     def _truth_in_odom(self) -> Optional[Pose2]:
-        """Returns the true pose in odom at the stamp of the odometry. So a page can compare true
-        pose and odometry while the robot moves."""
+        """Returns the true pose in odom, extrapolated to the odometry's stamp. A page can compare
+        true pose and odometry while the robot moves."""
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None

@@ -22,11 +22,11 @@ from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 from tb3_labs.supervision.dead_man import DeadMan
 
-#: A request with a larger delay [s] is rejected, since the person no longer expects a motion.
+#: A request is rejected after this delay [s], since the person no longer expects a motion.
 MAX_REQUEST_AGE = 2.0
 #: A stop is confirmed if the robot stands still within this time [s].
 CONFIRM_TIME = 1.5
-#: Time [s] between two checks whether the robot stands still.
+#: Time [s] until the panel checks again whether the robot stands still.
 CONFIRM_PERIOD = 0.05
 
 
@@ -38,13 +38,13 @@ class PanelRobot:
         self.dead_man = DeadMan()
         self._pad_config = PadConfig()
         self._mouse_active = False
-        publish = rospy.Publisher
-        self._control = publish('ctrl_relinq', Bool, queue_size=20)
-        self._joy = publish('joy', Joy, queue_size=20, tcp_nodelay=True)
-        self._mouse = publish('mouse_info', MouseController, queue_size=20, tcp_nodelay=True)
-        self._turn = publish('turn', Float64, queue_size=5)
-        self._goal = publish('move_base_simple/goal', PoseStamped, queue_size=5)
-        self._cmd_vel = publish('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20)
+        self._joy = rospy.Publisher('joy', Joy, queue_size=20, tcp_nodelay=True)
+        self._mouse = rospy.Publisher('mouse_info', MouseController, queue_size=20,
+                                      tcp_nodelay=True)
+        self._turn = rospy.Publisher('turn', Float64, queue_size=5)
+        self._goal = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=5)
+        self._cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self.subscriptions = RobotSubscriptions(lambda: server.call_soon(self._on_stop))
 
     # -- what a page sees
@@ -134,14 +134,12 @@ class PanelRobot:
                 'reset': _reset}
 
     def _check_age(self, request, oldest):
-        """Raises ``ValueError`` if `request` is possibly older than `oldest` [s]. Only requests
-        that move the robot or the frame local are checked."""
+        """Raises ``ValueError`` if `request` is possibly older than `oldest` [s]."""
         now = steady_time()
         self.dead_man.check(request.stops, now, request.lateness(now), oldest)
 
     @staticmethod
     def _require(publisher, topic_and_advice):
-        """Raises ``ValueError`` if no node listens to `publisher`."""
         if not subscribers_of(publisher):
             raise ValueError('no node listens on ' + topic_and_advice)
 
@@ -155,7 +153,7 @@ class PanelRobot:
         """Stop the robot, whichever node drives."""
         self._control.publish(False)
         self._send_pad(BrowserPad(b=True))    # the handout's gamepad does not listen to ctrl_relinq
-        # the mouse becomes active first, since only the release of an active mouse ends a turn
+        # the controller ends a turn only if an active mouse becomes inactive
         self._send_mouse((0.0, 0.0))
         self._release()
         self._cmd_vel.publish(Twist())    # stops drivers that do not listen to ctrl_relinq
@@ -229,7 +227,6 @@ class PanelRobot:
         self._mouse.publish(message)
 
     def _read_pad_numbers(self):
-        """Read the numbers of axes and buttons from the parameters of the node gamepad."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
         except Exception as problem:    # no exception may end the panel, which must stop robots

@@ -42,7 +42,6 @@ class Pages:
         self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
                         PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
-        #: The address to open in a browser.
         self.address = self._server.address
         self._server.start()
 

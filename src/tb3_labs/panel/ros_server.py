@@ -95,8 +95,8 @@ class Server:
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * MAX_REQUEST_LENGTH,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_TIMEOUT)
-        # tornado reads a request's body before Access checks the request. The page sends no body,
-        # so 1 byte is enough. In tornado 5, 0 means that there is no limit.
+        # tornado reads a request's body before Access checks the request, so the body has at most
+        # 1 byte. The page sends no body. In tornado 5, the limit 0 means that there is no limit.
         server = httpserver.HTTPServer(application, max_body_size=1, body_timeout=REQUEST_TIMEOUT,
                                        idle_connection_timeout=REQUEST_TIMEOUT)
         server.add_sockets(self._sockets)
@@ -136,8 +136,6 @@ class _File(_CheckedHandler, web.StaticFileHandler):
 
 
 class _Socket(_CheckedHandler, websocket.WebSocketHandler):
-    """The connection of one page."""
-
     def initialize(self, access, open_page):
         super().initialize(access)
         self._open_page = open_page

@@ -1,4 +1,4 @@
-"""Subscribes to the robot's topics. A topic is read at most as often as a page is drawn."""
+"""Subscribes to the robot's topics, and skips messages of fast topics to save computing time."""
 import threading
 from operator import attrgetter
 
@@ -18,9 +18,9 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
-#: Time [s] between two readings of the odometry, which moves the robot on the page.
+#: Time [s] between two readings of `odom`. Each reading moves the drawn robot.
 ODOMETRY_PERIOD = 0.045
-#: Time [s] between two readings of a topic other than `odom`. Each reading costs computing time.
+#: Time [s] between two readings of a fast topic other than `odom`.
 NUMBERS_PERIOD = 0.2
 _read_data = attrgetter('data')
 
@@ -86,12 +86,11 @@ class RobotSubscriptions:
         return lambda value: self.read_view(lambda view: store(view, value, steady_time()))
 
     def _store_as(self, kind):
-        """Returns a callback that stores each value as the latest value of `kind`."""
         return self._callback(lambda view, value, now: view.on_message(kind, value, now))
 
     def _read_transforms(self, message):
         """Returns [(kind, pose)] of the transforms that a picture needs. Raises ``ValueError`` if
-        one of these transforms is invalid."""
+        a needed transform is invalid."""
         kinds = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
         poses = []
         for stamped in message.transforms:

@@ -22,17 +22,16 @@ MESSAGE_OVERHEAD, CONNECTION_OVERHEAD = 500, 10000
 #: The largest sizes [bytes] of a header, a name, a message and an unpacked chunk.
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
-#: If a message arrived more than this time [s] before the previous message of its sender, the
-#: recorder's clock was set back. A smaller step back is ignored, since a busy recorder may record
-#: two messages in the wrong order.
+#: If the recorded times of a sender go back by more than this time [s], the recorder's clock was
+#: set back. A smaller step is ignored, since a busy recorder may record two messages in the wrong
+#: order.
 MIN_SET_BACK = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
-#: slept. A smaller jump of the clock looks like a silence of all topics.
+#: slept. A smaller jump of the clock cannot be distinguished from a silence.
 MAX_OUTAGE = 3600.0
 #: This is the `problem` of a bag in which the recorder's clock jumped. The bag is read until the
 #: jump, since all times after the jump are wrong.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
-#: A bag begins with these bytes.
 BAG_VERSION = b'#ROSBAG V2.0\n'
 #: The value of the header field `op` for each kind of record.
 MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'
@@ -145,10 +144,10 @@ class Bag:
 
     def _add_connection(self, header: Dict[bytes, bytes], data: bytes) -> None:
         self._spend(CONNECTION_OVERHEAD)
-        known = _fields(data)
+        fields = _fields(data)
         connection = Connection(
-            topic=_text(header[b'topic']), message_type=_text(known.get(b'type', b'')),
-            checksum=_text(known.get(b'md5sum', b'')), sender=_text(known.get(b'callerid', b'')))
+            topic=_text(header[b'topic']), message_type=_text(fields.get(b'type', b'')),
+            checksum=_text(fields.get(b'md5sum', b'')), sender=_text(fields.get(b'callerid', b'')))
         if connection not in self.streams:
             self.streams[connection] = None
             if self._is_wanted(connection):

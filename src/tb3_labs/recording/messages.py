@@ -65,8 +65,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     """Returns the time [s] on the recorder's clock at which each message was sent. The times never
     decrease.
 
-    `robot_clock` is the clock of the odometry's sender. All senders that share this clock get the
-    same lag, so the differences between their stamps stay exact. A stamp is more exact than an
+    `robot_clock` is the clock of the odometry's sender. One lag is used for all senders that share
+    this clock, so the differences between their stamps stay exact. A stamp is more exact than an
     arrival. Messages arrive late while the recorder is busy, and early while a simulated clock
     stands still. The arrival is used only if the stamp is not plausible.
     """
@@ -164,7 +164,7 @@ def stamped_samples(part, message, prefix, start, received):
 
     `part` is a field of RunData, and `prefix` is the robot's namespace. `start` is the arrival of
     the recording's first message [s since 1970]. `received` has (arrival [s], sender, bytes) of
-    each message. The object `message` is used again for each message.
+    each message. All messages are read into the one object `message`.
     """
     samples_type, read = READERS[part]
     rows = []
@@ -178,7 +178,7 @@ def stamped_samples(part, message, prefix, start, received):
             continue
         stamp = arrival
         if header is not None:
-            # `start` is subtracted first, since a float of seconds since 1970 has steps of 0.2 us
+            # `start` is subtracted first: a float of seconds since 1970 is exact to 0.2 us only
             stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
         rows += [(arrival, stamp, *row) for row in found]
     samples = samples_type.from_rows(rows)
@@ -192,6 +192,6 @@ def stamped_samples(part, message, prefix, start, received):
 def resets_in(log: LogLines) -> Poses:
     """Returns the pose that each reset in a log declares."""
     declared = [(arrival, time, declared_pose(text))
-                for arrival, time, text in zip(log.arrival, log.time, log.texts)]
+                for arrival, time, text in zip(log.arrival, log.time, log.text)]
     return Poses.from_rows([(arrival, time, pose.x, pose.y, pose.yaw)
                             for arrival, time, pose in declared if pose is not None])

@@ -1,8 +1,8 @@
 """Reads a rosbag into a RunData. The bag needs an Imu topic and an Odometry topic.
 
 The library rosbag turns the message definitions in a bag into Python code, and runs this code. A
-bag may come from a stranger, so this module uses only the installed message classes. Other topics
-are not read.
+bag may come from a stranger, so this module uses only the installed message classes. Topics of
+other classes are not read.
 """
 import posixpath
 from dataclasses import replace
@@ -58,7 +58,8 @@ def _class_of(connection):
 
 def _run(bag, path, namespace):
     types = {each.topic: _class_of(each) for each in bag.streams}
-    samples, notes = {}, []
+    samples = {}
+    notes = []
     try:
         topics = choose_topics(types, namespace)
         prefix = parent(topics['odometry'])
@@ -118,9 +119,8 @@ def choose_topics(types, namespace):
 
 
 def _by_type(types, message_type, name, prefix):
-    """Returns the topic of this type in the namespace `prefix`. If `prefix` is None, all namespaces
-    are searched. If several topics have this type, the topic called `name` is returned. Raises
-    BagProblem if the topic does not exist or is ambiguous."""
+    """Returns the topic of this type in the namespace `prefix`. If several topics have this type,
+    the topic called `name` is returned. Raises BagProblem if the topic is missing or ambiguous."""
     topics = [topic for topic, made in types.items() if made is message_type
               and (prefix is None or topic.startswith(prefix))]
     if not topics:

@@ -52,7 +52,7 @@ class Samples:
 
     @classmethod
     def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
-        """Returns the samples of all `parts`, in order. A part may be of a subclass."""
+        """Returns the samples of all `parts`, in order."""
         if not parts:
             return cls.none()
         return cls(*(np.concatenate([getattr(part, column.name) for part in parts])
@@ -127,7 +127,7 @@ class Poses(Yaws):
         return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
 
     def pose_at(self, time: float) -> Pose2:
-        """Returns the interpolated pose at one time [s]; see `at`."""
+        """Returns the interpolated pose at one time [s]."""
         return self.at(np.array([time])).pose(0)
 
     def inverse(self) -> 'Poses':
@@ -143,14 +143,14 @@ class Poses(Yaws):
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
     def seen_from(self, parent_T_frame: Pose2) -> 'Poses':
-        """Returns the same poses in the parent frame of `parent_T_frame`."""
+        """Returns the poses, converted from `frame` to `parent` by `parent_T_frame`."""
         x, y = parent_T_frame.act(np.column_stack([self.x, self.y])).T
         return Poses(self.arrival, self.time, x, y, wrap_all(self.yaw + parent_T_frame.yaw))
 
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Poses in ``odom``, with the forward speed, and the rate of turn with firmware spikes."""
+    """Poses in ``odom``, and the robot's speeds. The rate of turn has the firmware's spikes."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -200,9 +200,9 @@ class States(Samples):
 class LogLines(Samples):
     """Lines on /rosout, each with a level, the name of a node, and a text."""
 
-    levels: np.ndarray
-    nodes: np.ndarray
-    texts: np.ndarray
+    level: np.ndarray
+    node: np.ndarray
+    text: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -239,11 +239,11 @@ class RunData:
     states: States = States.none()
     resets: Poses = Poses.none()                     # declared poses in local
     turn_requests: Numbers = Numbers.none()          # [rad], positive to the left
-    control: Numbers = Numbers.none()                # on ctrl_relinq; 1 if a node may drive
+    control: Numbers = Numbers.none()                # 1 if ctrl_relinq lets a node drive
     mouse: MouseSamples = MouseSamples.none()
-    log: LogLines = LogLines.none()                  # only nodes in the robot's namespace
+    log: LogLines = LogLines.none()                  # of the nodes in the robot's namespace
     devices: Tuple[str, ...] = ()                    # recorded device topics
-    starts: Tuple[float, ...] = ()                   # [s], when the node of a trial started
+    starts: Tuple[float, ...] = ()                   # times [s] at which a trial's node started
     letters: Numbers = Numbers.none()                # l is 1, r is -1, other letters are 0
     events: States = States.none()                   # on topic trial
     printed: States = States.none()                  # texts that the node printed in a trial

@@ -17,7 +17,7 @@ from tb3_labs.watch.variables import (
 MAX_READING_GAP = 0.4
 #: A longer pause [s] between commands is a mistake.
 MAX_COMMAND_GAP = 0.45
-#: A variable with at most this many values is not called constant.
+#: A variable with at most this many readings is never called constant.
 MIN_READINGS = 10
 
 
@@ -40,7 +40,8 @@ class NodeRun:
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         """`run` is a RunData. `node` is the node's name, by default the name of the node with the
         most readings. A command of an unknown sender counts as a command of the node."""
-        self.run, self.variables = run, variables_of(run, node)
+        self.run = run
+        self.variables = variables_of(run, node)
         self.commands = run.commands
         if node is not None:
             self.commands = run.commands.take(np.isin(run.commands.sender, ['', node]))
@@ -48,7 +49,7 @@ class NodeRun:
         self.cached = lru_cache(maxsize=None)(lambda function: function(self))
 
     def variable(self, name: str) -> Optional[Series]:
-        """Returns the first variable with this bare name, or None."""
+        """Returns the first variable with this `bare_name`, or None."""
         for full_name, series in self.variables.items():
             if bare_name(full_name) == name:
                 return series
@@ -71,8 +72,8 @@ class NodeRun:
         return bool(len(before) and time - before[-1] <= MAX_READING_GAP)
 
     def end_after(self, time: float) -> float:
-        """Returns the time of the last reading before the next gap in the readings; inf if there
-        is no reading after `time`."""
+        """Returns the time of the last reading before the next gap in the readings. Returns inf if
+        all readings are before `time`."""
         later = self.reading_times[self.reading_times >= time]
         is_last = np.diff(later, append=np.inf) > MAX_READING_GAP
         return float(later[is_last][0]) if len(later) else np.inf
@@ -88,7 +89,7 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
         word = 'line' if len(lines) == 1 else 'lines'
         place = f" ({name} is assigned in {word} {', '.join(map(str, lines[:5]))})"
     first_word = message.split()[0]
-    if '_' not in first_word and first_word != name:        # a variable keeps its first letter
+    if '_' not in first_word and first_word != name:        # a variable's name is not capitalized
         message = message[:1].upper() + message[1:]
     return f'{message}{place}.'
 
@@ -109,8 +110,8 @@ def worst_index(series: Series, should: np.ndarray) -> int:
 
 def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
     """Returns the BrokenLink of a variable that should follow the quantity `correct`. The clause
-    `behaviour` says what the variable does instead. The BrokenLink contains the wrong value and the
-    correct value at the moment when these two values differ most."""
+    `behaviour` describes the variable's wrong behaviour. The BrokenLink contains the wrong value
+    and the correct value at the moment when these two values differ most."""
     should = correct.at(series.time)
     worst = worst_index(series, should)
     name = correct.name.partition(',')[0]
@@ -145,6 +146,6 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
 
 
 def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on a field other than angular.z that is not 0; '' if all are 0."""
+    """Returns a clause on linear.x or an unused field that is not 0; '' if all are 0."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return f'; {clause}' if clause else ''

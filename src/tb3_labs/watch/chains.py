@@ -48,8 +48,8 @@ CONTROL_STEP = FOUR_STATES.at_step(2)
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
-#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain. Each
-#: criterion of these labs moves one input, so a failed criterion already names the mistake.
+#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain,
+#: since each criterion is about one input, and so names the mistake.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -111,13 +111,14 @@ def remarks(run: Any, lab: str) -> List[str]:
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, Link, BrokenLink) for each node of a known lab with a broken link."""
+    """Returns (node, Link, BrokenLink) for each node that has a broken link and a known lab."""
     rows = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)
         names = {bare_name(name) for name in node_run.variables}
         for lab, known_names in VARIABLES_OF_LAB.items():
-            first = first_broken(node_run, CHAINS[lab]) if known_names <= names else None
-            if first is not None:
-                rows.append((node, *first))
+            if known_names <= names:
+                first = first_broken(node_run, CHAINS[lab])
+                if first is not None:
+                    rows.append((node, *first))
     return rows

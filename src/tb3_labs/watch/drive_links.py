@@ -63,7 +63,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the constant variables of the goal have the requested values."""
     goals = node_run.run.goals
     if not len(goals) or not len(node_run.run.starts):
-        return      # without a trial, another node may have sent the goals
+        return      # outside a trial, the goals may be for another node
     for name, requested in zip(HANDOUT_GOAL, (goals.x[0], goals.y[0], goals.yaw[0])):
         series = node_run.variable(name)
         if series is None or not is_constant(series):
@@ -85,18 +85,19 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
     if part.state != ROTATE_TO_GOAL:
         targets.reverse()
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
-    yaw, imu = part.pose.yaw, node_run.run.imu
+    imu = node_run.run.imu
     latest = last_before(imu.arrival, part.commands.arrival).clip(0)
-    yaws = [('local_yaw', yaw), ('the yaw of the IMU', imu.yaw[latest]), ('0', np.zeros_like(yaw))]
+    yaws = [('local_yaw', part.pose.yaw), ('the yaw of the IMU', imu.yaw[latest]),
+            ('0', np.zeros(len(latest)))]
     for (target, angle), (heading, turned) in product(targets, yaws):
         yield f'{target} - {heading}', wrap_all(angle - turned)
         yield f'{target} - {heading}, not normalized', angle - turned
 
 
 def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
-    """Returns (formula, gain). The commands of a rotation are the gain times the heading error by
-    the formula. A formula with the handout's gain is preferred. If no formula fits, `formula` is
-    ''."""
+    """Returns (formula, gain). In a rotation, a command is the gain times the heading error. The
+    formula computes the heading error. A formula with the handout's gain is preferred. If no
+    formula fits, `formula` is ''."""
     requested = GAINS[part.state]
     angular = part.commands.angular
     another = '', requested
@@ -115,7 +116,7 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
             continue
         if has_handouts_gain:
             return formula, gain
-        # a constant command fits any constant angle with some gain
+        # some gain makes any constant angle a constant command
         if not another[0] and np.ptp(command) >= 0.1:
             another = formula, gain
     return another
@@ -143,7 +144,7 @@ def unknown_state(part: StateInterval) -> Iterator[BrokenLink]:
 
 
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Checks that commands come in a state, and that they are correct."""
+    """Checks that the node sends commands in a state, and that the commands are correct."""
     if not len(part.commands):
         # after a reset, a node may wait for the IMU and the odometry
         first = max(min(samples.between(part.begin, part.end).arrival, default=np.inf)
@@ -197,7 +198,8 @@ def missing_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     """Checks that the node leaves a state within a second when it is at the goal of the state."""
     times = node_run.reading_times
     times = times[(times >= part.begin) & (times <= part.end)]
-    error, tolerance = own_pose(node_run, times).error(part.state), TOLERANCES[part.state]
+    error = own_pose(node_run, times).error(part.state)
+    tolerance = TOLERANCES[part.state]
     near = np.flatnonzero(error < tolerance)
     if not len(near) or part.end - times[near[0]] <= 1.0:
         return

@@ -1,5 +1,5 @@
-"""Checks the variables local_x, local_y and local_yaw of the Transformation lab. Finds the wrong
-quantity that a wrong variable, or its reference, follows.
+"""Checks the variables local_x, local_y and local_yaw of the Transformation lab. If a variable is
+wrong, this module finds the quantity that the variable follows instead.
 
 In this file a place (x, y) is the complex number x + iy. Angles are compared on the unit circle, so
 that their range does not matter.
@@ -27,9 +27,8 @@ SCALE = POSE_TOLERANCE / SAME_SHARE
 
 
 def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may use as its local place in `frame`. The first two
-    quantities are correct, since the handout does not ask for a declared pose. Each other quantity
-    has a mistake."""
+    """Yields the quantities that a node may use as its local place in `frame`. Only the first two
+    quantities are correct. A node need not add the pose that the reset declares."""
     here, declared = samples.x + 1j * samples.y, frame.declared_place
     moved, turned = here - frame.place, frame.odometry_yaw - frame.declared_yaw
     displacement = 'the displacement since the reset, '
@@ -76,8 +75,8 @@ def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quan
 
 
 def pose_quantities(node_run: NodeRun, frame: Frame, name: str) -> List[Quantity]:
-    """Returns the quantities that the variable `name` may follow in a frame, in the form of
-    `comparable`. The first two quantities are correct. Returns [] without samples of a sensor."""
+    """Returns the quantities that the variable `name` may follow in a frame. The first two are
+    correct. `comparable` converts the values. Returns [] without samples of a sensor."""
     window = frame.begin - MAX_PROBE_LAG, frame.end
     imu, odometry = (samples.take(slice(*np.searchsorted(samples.arrival, window)))
                      for samples in (node_run.run.imu, node_run.run.odometry))
@@ -101,8 +100,8 @@ def comparable(name: str, value: np.ndarray) -> np.ndarray:
 
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks the variables of the local pose. If a variable is wrong, its wrong references are
-    yielded before the variable."""
+    """Checks the variables of the local pose. If a variable and its reference are wrong, the
+    reference is yielded first."""
     for frame, name in product(node_run.cached(local_frames), REFERENCES_OF):
         for wrong in wrong_in_frame(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
@@ -111,9 +110,10 @@ def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
-    """Checks the reference `name` in a frame. A wrong reference is yielded if the reset did not
-    change the reference, or if the reference is another yaw."""
-    run, series = node_run.run, node_run.variable(name)
+    """Checks the reference `name` in a frame. A wrong reference is yielded only if its cause is
+    known: the reset did not change the reference, or the node used another yaw."""
+    run = node_run.run
+    series = node_run.variable(name)
     sensor, correct = {
         'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
         'initial_odom_yaw': ('the yaw of the odometry', frame.odometry_yaw),
@@ -146,7 +146,8 @@ def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Brok
 
 def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
     """Checks that the variable `name` follows the correct quantity in a frame."""
-    series, quantities = node_run.variable(name), pose_quantities(node_run, frame, name)
+    series = node_run.variable(name)
+    quantities = pose_quantities(node_run, frame, name)
     if series is None or not quantities:
         return
     correct = quantities[0]
@@ -171,8 +172,8 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
 
 
 def behaviour_text(part: Series, correct: Quantity, others: List[Quantity]) -> str:
-    """Returns a clause on a variable that does not follow the quantity `correct`. The variable may
-    follow one of the `others`."""
+    """Returns a clause on a variable that does not follow the quantity `correct`. If the variable
+    follows one of the `others`, the clause names this quantity."""
     if len(set(part.text)) == 1:
         return 'stayed ' + shortened_value(part.text[0])
     moved = np.nan_to_num(np.abs(part.value - part.value[0])).max()

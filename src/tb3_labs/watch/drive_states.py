@@ -110,13 +110,13 @@ def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
 
 
 def unit_of(series: Series) -> float:
-    """Returns the unit of a yaw, in radians. The unit is a degree if any value exceeds 7."""
+    """Returns the size [rad] of a yaw's unit. The unit is a degree if any value exceeds 7."""
     return np.pi / 180.0 if (np.abs(series.value) > 7.0).any() else 1.0
 
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = MAX_PROBE_LAG) -> Series:
-    """Returns the readings in `part` before which the node had control for at least these
-    `seconds`. The variable has_control, or else ctrl_relinq, shows who has control. Without
+    """Returns the readings in `part` at which the node has control and also had control `seconds`
+    earlier. The variable has_control, or else ctrl_relinq, shows who has control. Without
     has_control and ctrl_relinq, all readings are returned."""
     control, own = node_run.run.control, node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
@@ -154,7 +154,7 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
     series, sent = node_run.variable('state'), node_run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
-    # a new frame, a message on ctrl_relinq, or a gap in the readings ends an interval, too
+    # a new frame, a message on ctrl_relinq, and a gap in the readings also end an interval
     cuts = [*(each.begin for each in node_run.cached(local_frames)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])

@@ -13,14 +13,14 @@ from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, should_
 from tb3_labs.watch.variables import (
     Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
-#: If a variable follows no quantity, `followed_quantity` compares the variable a second time. The
-#: second tolerance is larger by this factor, because samples come late or are lost on a busy
-#: computer. A node may also round its heading to whole degrees.
+#: If a variable follows no quantity, `followed_quantity` compares a second time. The second
+#: tolerance is larger by this factor, because on a busy computer samples come late or are lost. A
+#: node may also round its heading to whole degrees.
 COARSE_FACTOR = 30.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: (name, formula) of each range that a node may use for a yaw. The arguments of a formula are a yaw
-#: (from -180 to 180 degrees) and a whole turn, both in the node's unit. The third formula adds 360
-#: in any unit.
+#: (from -180 to 180 degrees) and a whole turn, both in the node's unit. The third formula adds the
+#: number 360 even if the unit is not degrees.
 RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
     ('from 0 to 360', lambda yaw, turn: np.where(yaw < 0.0, yaw + turn, yaw)),
     ('from -180 to 180', lambda yaw, turn: yaw),
@@ -72,7 +72,7 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
 
 
 def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
-    """Is a quantity the correct heading, up to a degree, in any range and unit?"""
+    """Is this the correct heading, in any range and unit? An error below 1 degree is ignored."""
     unit = quantity.per_degree
     if not unit:
         return False
@@ -81,8 +81,8 @@ def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
 
 
 def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
-    """Returns the quantity that a variable follows, or None. `per_degree` is 0 if a node cannot use
-    the quantity as its heading in a turn. The first of the `quantities` is the correct heading."""
+    """Returns the quantity that a variable follows, or None. The first of the `quantities` is the
+    correct heading. If a node cannot turn by the returned quantity, `per_degree` is 0."""
     correct = quantities[0]
     matching = matching_quantities(series, quantities)
     candidates = matching or matching_quantities(
@@ -144,13 +144,12 @@ def broken_heading(series: Series, correct: Quantity, followed: Optional[Quantit
 
 def printed_headings(node_run: NodeRun) -> Series:
     """Returns the headings that the node printed in its first run."""
-    printed = node_run.run.printed
-    starts = node_run.run.starts
-    end_of_run = starts[1] if len(starts) > 1 else np.inf
-    texts = [str(text) for text in printed.text]
-    time_of_letter = np.repeat(printed.arrival, [len(text) for text in texts])
+    run = node_run.run
+    end_of_run = run.starts[1] if len(run.starts) > 1 else np.inf
+    texts = [str(text) for text in run.printed.text]
+    time_of_character = np.repeat(run.printed.arrival, [len(text) for text in texts])
     lines = list(HEADING_LINE.finditer(''.join(texts)))
-    times = np.array([time_of_letter[line.end() - 1] for line in lines], dtype=float)
+    times = np.array([time_of_character[line.end() - 1] for line in lines], dtype=float)
     numbers = np.array([line.group(1) for line in lines], dtype=object)
     return Series('the printed number', times, numbers, numbers.astype(float)).take(
         times < end_of_run)

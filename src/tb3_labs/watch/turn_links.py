@@ -16,16 +16,16 @@ from tb3_labs.watch.variables import shortened_value, to_number
 #: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. If the robot is
 #: already turning, it turns some degrees before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
-#: The side to which a node must turn is clear if the error is farther than this [deg] from 0 and
-#: 180.
+#: The side of a turn is judged only if the error differs by more than this angle [deg] from 0 and
+#: from 180.
 CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
 #: A node sends the first command of a turn within this time [s] after the letter.
 FIRST_COMMAND_TIME = 0.4
-#: When the error is half the handout's tolerance, a node ends its turn within this time [s].
+#: When the error is below half the handout's tolerance, the turn must end within this time [s].
 MAX_STOP_TIME = 0.5
-#: A node with a finer tolerance than the handout's ends its turn within this time [s].
+#: A turn with a finer tolerance must end within this time [s].
 FINE_STOP_TIME = 2.5
 
 
@@ -39,7 +39,8 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that each letter sets goal_yaw to curr_yaw plus or minus 90 degrees."""
-    series, heading = node_run.variable('curr_yaw'), own_heading(node_run)
+    series = node_run.variable('curr_yaw')
+    heading = own_heading(node_run)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
     if series is None or heading is None or goal is None:
         return
@@ -148,7 +149,7 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that each turn ends within the tolerance, in time, and by a zero command. Then checks
+    """Checks that each turn ends within the tolerance, in time, and by a zero command. Also checks
     that the variable `turning` becomes False."""
     for turn in node_run.cached(letter_turns):
         if len(turn.moving_indices):
@@ -192,7 +193,7 @@ def late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
 
 
 def own_tolerance_text(node_run: NodeRun) -> str:
-    """Returns a clause on the node's HDG_TOL; '' if its value is the handout's."""
+    """Returns a clause on the node's HDG_TOL; '' if HDG_TOL has the value of the handout."""
     series = node_run.variable('hdg_tol')
     if series is None or series.value[-1] == HDG_TOL:
         return ''
@@ -201,11 +202,11 @@ def own_tolerance_text(node_run: NodeRun) -> str:
 
 def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the variable `turning` is False when the next letter is typed."""
-    turning, turns = node_run.boolean_variable('turning'), node_run.cached(letter_turns)
+    turning = node_run.boolean_variable('turning')
     if turning is None or not len(node_run.run.letters):
         return
     was_cut = False
-    for turn in turns:
+    for turn in node_run.cached(letter_turns):
         if turning.at(turn.begin - READING_PERIOD) == 1.0 and not was_cut:
             yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
                              'not become False at the goal before', turn.begin, turning.name)

@@ -26,7 +26,7 @@ class NodeTurn:
     """The turn after a typed letter, until the next letter. `letter` is l, r or UNKNOWN_LETTER. A
     turn `is_cut` if the mouse was moved, or the node ended, before the next letter was typed.
 
-    Angles are in the node's own unit. `begin_yaw` is the curr_yaw at which the letter was typed.
+    Angles are in the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
     letter; both are '' if the node has no goal_yaw. The arrays have a value for each command of the
     turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is
@@ -69,7 +69,7 @@ class NodeTurn:
 
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. If the difference is more than half a
-        turn, the clause contains the difference and the wrapped error."""
+        turn, the clause contains both the difference and the wrapped error."""
         clause = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
             clause = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
@@ -118,16 +118,17 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     """Returns the times at which `turning` became True. Returns no times if goal_yaw changes in a
-    turn. Letters may wait in a queue in this case, and cannot be assigned to commands."""
+    turn, since the node may then keep letters in a queue."""
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)
     goal_changes = np.empty(0) if goal is None else goal.changes
     for time in goal_changes:
-        if turning.at(time - 2.0 * READING_PERIOD) == turning.at(time) == 1.0:
+        was_turning = turning.at(time - 2.0 * READING_PERIOD)
+        if was_turning and turning.at(time):
             return np.empty(0)
     becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
-    # the node may have read the letter up to two periods of the probe earlier
+    # the probe may show the change up to two periods after the node read the letter
     return becomes_true - 2.0 * READING_PERIOD
 
 
@@ -156,9 +157,8 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
         goal_yaw = begin_yaw + TURNS_DEG.get(letter, np.nan) * heading.per_degree
         goals = np.full(len(times), goal_yaw)
     else:
-        last_moment = np.nextafter(end, 0.0)
-        goals = np.array([goal.at(min(max(time, read_at) + READING_PERIOD, last_moment))
-                          for time in times])
+        shown_at = np.maximum(times, read_at) + READING_PERIOD
+        goals = np.array([goal.at(min(time, np.nextafter(end, 0.0))) for time in shown_at])
     return NodeTurn(
         begin=begin, end=end, is_cut=is_cut, letter=letter, begin_yaw=begin_yaw,
         goal_before=goal_before, goal_after=goal_after, time=times, command=commands.angular,

@@ -1,8 +1,8 @@
 """Finds the quantities that the variables of a node follow in a run.
 
 probe/sitecustomize.py reads the variables. A quantity is a number that a formula gives for each
-message of a sensor. A variable follows a quantity if each value of the variable is the quantity's
-number for a recent message.
+message of a sensor. A variable follows a quantity if the formula gives each value of the variable
+for a recent message.
 
 In this folder a `run` is a RunData (:mod:`tb3_labs.recording.run_data`). All times are arrivals at
 the recorder [s].
@@ -19,8 +19,8 @@ from tb3_labs.geometry.arrays import last_before, last_until
 SAME_SHARE = 3e-4
 #: A variable follows a quantity if at least this share of its values comes from recent samples.
 FOLLOWING_SHARE = 0.98
-#: A variable follows a quantity with a delay if DELAYED_SHARE of its values come at most MAX_DELAY
-#: [s] late.
+#: A variable follows a quantity with a delay if at least DELAYED_SHARE of the variable's values are
+#: late by at most MAX_DELAY [s].
 DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
 #: A sample is recent until this time [s] after the next sample's arrival. The last sample is always
 #: recent.
@@ -109,8 +109,8 @@ def bare_name(name: str) -> str:
 
 class Quantity(NamedTuple):
     """A number for each sample of a sensor. `name` names the number and its unit. The range of the
-    number is about `scale`. If the quantity is a heading, one degree to the left changes it by
-    `per_degree`; else `per_degree` is 0."""
+    number is about `scale`. If the quantity is a heading, a turn of one degree to the left adds
+    `per_degree` to the number. If it is not a heading, `per_degree` is 0."""
 
     name: str
     time: np.ndarray
@@ -125,23 +125,23 @@ class Quantity(NamedTuple):
 
 
 def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
-    """Returns an age [s] for each value of a variable: the age of the newest sample with this
-    value, or inf if no sample of the last `longest` seconds has this value. A sample has the age 0
-    until the next sample comes."""
+    """Returns the age [s] of each value of a variable. The age of a value is the age of the newest
+    sample with this value. The age is inf if no sample of the last `longest` seconds has this
+    value. A sample has the age 0 until the next sample comes."""
     times, readings = quantity.time, series.time
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     recent_samples = int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2
-    most = min(len(times), recent_samples)
+    count = min(len(times), recent_samples)
     # in each array a row is a reading, and a column is a sample, newest first
     newest = last_before(times, readings + ARRIVAL_LEAD)
-    sample = newest[:, None] - np.arange(most)
-    exists = sample >= 0
-    sample = sample.clip(0)
-    replaced_at = np.append(times[1:], np.inf)    # the age begins with the next sample
-    age = (readings[:, None] - replaced_at[sample]).clip(0.0)
-    distance = np.abs(series.value[:, None] - quantity.value[sample])
+    indices = newest[:, None] - np.arange(count)
+    exists = indices >= 0
+    indices = indices.clip(0)
+    replaced_at = np.append(times[1:], np.inf)    # a sample is replaced by the next sample
+    age = (readings[:, None] - replaced_at[indices]).clip(0.0)
+    distance = np.abs(series.value[:, None] - quantity.value[indices])
     is_equal = exists & (age <= longest) & (distance <= SAME_SHARE * quantity.scale)
     return np.where(is_equal, age, np.inf).min(axis=1)
 
@@ -167,7 +167,7 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the delay [s] that DELAYED_SHARE of a variable's values do not exceed. Returns inf if
-    this delay exceeds MAX_DELAY, or if the variable does not follow the quantity."""
+    """Returns the delay [s] with which a variable follows a quantity. DELAYED_SHARE of the values
+    have at most the returned delay. Returns inf if the delay exceeds MAX_DELAY."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
     return float(ages[int(DELAYED_SHARE * (len(ages) - 1))]) if len(ages) else math.inf

@@ -79,7 +79,7 @@ class Gamepad:
         future.add_done_callback(self.reset_pose_done_callback)
 
     def call_async(self, request):
-        # rospy has no call_async(): a thread calls the service, and a Future gets the answer
+        # rospy has no call_async(), so a thread calls the service, and a Future gets the answer
         future = Future()
 
         def call():

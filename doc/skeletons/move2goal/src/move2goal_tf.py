@@ -41,8 +41,8 @@ class MoveToGoal:
         self.local_yaw = 0.0
         self.initial_global_x = None
         self.initial_global_y = None
-        self.initial_global_yaw = None    # of the IMU
-        self.initial_odom_yaw = None      # of the odometry, with another zero
+        self.initial_global_yaw = None    # measured by the IMU
+        self.initial_odom_yaw = None      # measured by the odometry
         self.state = 'ROTATE_TO_GOAL'
         self.has_control = False
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=10)

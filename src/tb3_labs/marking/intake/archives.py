@@ -20,7 +20,7 @@ ZIP = '.zip'
 UNPACKED = '.unpacked'
 #: The copy of a submission has at most MAX_FILES files and MAX_SUBMISSION_BYTES bytes.
 MAX_FILES, MAX_SUBMISSION_BYTES = 5000, 200000000
-#: A file with more bytes is not copied.
+#: A file is copied if it has at most this many bytes.
 MAX_COPIED_BYTES = 20000000
 #: A submission is not judged if a file is inside of more than this many folders.
 MAX_FOLDER_DEPTH = 50
@@ -126,7 +126,6 @@ class SubmissionCopy:
     """The copy of a submission. If a limit is exceeded, the methods raise ``NotJudged``."""
 
     def __init__(self, folder: Path) -> None:
-        """Make the folder of the copy."""
         folder.mkdir(parents=True)
         self._folder = folder
         self._files = self._bytes = 0

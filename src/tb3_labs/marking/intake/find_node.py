@@ -16,7 +16,7 @@ from typing import List, NamedTuple, Tuple
 from tb3_labs.marking.intake.archives import UNPACKED, NotJudged, files_in, shortened
 from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
 from tb3_labs.marking.intake.packages import (
-    FOLDERS, is_aside, package_folder, package_name, source_of)
+    NODE_FOLDERS, is_old_or_copy, node_package, package_folder, package_name)
 from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
@@ -41,12 +41,12 @@ class Choice(NamedTuple):
 class _Candidate(NamedTuple):
     """A file that may be the node. Candidates are compared as tuples. The smallest is chosen."""
 
-    aside: bool             # is the file in a folder of old or copied files?
+    is_old: bool            # is the file in a folder of old or copied files?
     package_rank: int       # see _package_rank
     missing_signs: int      # how many signs of the node are missing; see _signs
     name_rank: int          # index of the file's name in the usual names; see _rank
-    is_outside_zip: bool    # is the file in no zip file, possibly without its modules?
-    folder_rank: int        # index of the file's folder in FOLDERS; see _rank
+    is_outside_zip: bool    # was the file handed in outside of a zip file, maybe without modules?
+    folder_rank: int        # index of the file's folder in NODE_FOLDERS; see _rank
     depth: int
     path: str
     found_signs: Tuple[bool, ...]       # see _signs
@@ -69,8 +69,8 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     """Returns the Choice of a lab's node among the files below `folder`.
 
     A file can be the node if its name is usual, or if its class and its ROS node have the names of
-    the handout. A file that listens to the lab's topic can also be the node, if its name is not
-    usual for the node of another lab. If `package` or `name` is given, the file must have this
+    the handout. A file that listens to the lab's topic can also be the node, unless another lab's
+    node usually has the file's name. If `package` or `name` is given, the file must have this
     package or name. `name` may also be a file's path, as in the list that the instructor sees.
 
     Raises ``NotJudged`` if no file can be the node.
@@ -81,8 +81,8 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     package_of = {path: package_folder(path, folder) for path in handed_in if _is_program(path)}
     names_of = {above: _package_names(above, folder) for above in set(package_of.values())}
     programs = sorted(
-        _candidate(lab, str(path.relative_to(folder)), names_of[above],
-                   path.read_bytes().decode(errors='replace'), packages, names)
+        _candidate(lab, str(path.relative_to(folder)), path.read_bytes().decode(errors='replace'),
+                   names_of[above], usual_packages=packages, usual_files=names)
         for path, above in package_of.items())
     candidates = [program for program in programs if _can_be_the_node(program, names, name)]
     if package:
@@ -112,17 +112,16 @@ def _starting_program(module, programs, folder):
     path = folder / module.path
     if read_program(path).acts:
         return None
-    package = source_of(path, folder)
+    package = node_package(path, folder)
     for program in programs:
         script = folder / program.path
-        is_in_package = package in script.parents and program.aside <= module.aside
+        is_in_package = package in script.parents and (module.is_old or not program.is_old)
         if is_in_package and read_program(script).acts and path in programs_of(script, package):
             return program
     return None
 
 
 def _remarks_and_findings(candidates, names):
-    """Returns (remarks, findings) on the choice of the first candidate."""
     best, *others = candidates
     if not others:
         if best.name_rank < len(names):
@@ -144,7 +143,7 @@ def _is_doubtful(best, other, names):
         return False
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
     only_other_has_usual_name = best.name_rank == len(names) and other.name_rank < len(names)
-    in_same_place = (other.aside, other.package_rank) == (best.aside, best.package_rank)
+    in_same_place = (other.is_old, other.package_rank) == (best.is_old, best.package_rank)
     has_better_name = only_other_has_usual_name and in_same_place
     has_better_package = other.has_usual_package and not best.has_usual_package
     is_elsewhere = other.is_outside_zip != best.is_outside_zip
@@ -160,29 +159,28 @@ def _is_program(path):
 
 
 def _package_names(package, folder):
-    """Returns the _PackageNames of `package`, which is a folder below `folder`, or None."""
+    """`package` is a folder below `folder`, or None."""
     if package is None:
         return _PackageNames([], 0)
     places = package.relative_to(folder).parts
     return _PackageNames([package_name(package), *places[-1:]], len(places))
 
 
-def _candidate(lab, path, package, text, packages, names):
+def _candidate(lab, path, text, package, usual_packages, usual_files):
     *folders, name = path.lower().split('/')
     own_names, outer_names = package.names + folders[package.depth:], folders[:package.depth]
     found_signs = _signs(lab, text)
     return _Candidate(
-        aside=is_aside(path),
-        package_rank=min(_package_rank(usual, own_names, outer_names) for usual in packages),
+        is_old=is_old_or_copy(path),
+        package_rank=min(_package_rank(usual, own_names, outer_names) for usual in usual_packages),
         missing_signs=found_signs.count(False),
-        name_rank=_rank(name, [usual.lower() for usual in names]),
+        name_rank=_rank(name, [usual.lower() for usual in usual_files]),
         is_outside_zip=UNPACKED + '/' not in path,
-        folder_rank=_rank(''.join(folders[-1:]), FOLDERS),
+        folder_rank=_rank(''.join(folders[-1:]), NODE_FOLDERS),
         depth=len(folders), path=path, found_signs=found_signs, text=text)
 
 
 def _rank(name, usual_names):
-    """Returns the index of `name` in `usual_names`, or else len(usual_names)."""
     return usual_names.index(name) if name in usual_names else len(usual_names)
 
 
@@ -202,7 +200,7 @@ def _package_rank(usual, own_names, outer_names):
 
 
 def _normalized(name):
-    """Returns a name in small letters and without gaps before numbers. Lab_02 becomes lab2."""
+    """Returns a name in small letters. The names Lab_02 and lab-2 become lab2."""
     return re.sub(r'(?<=[a-z])[ _.-]*0*(?=\d)', '', name.lower())
 
 
@@ -231,4 +229,5 @@ def _can_be_the_node(candidate, names, name):
     listens, has_class, has_node_name, *_ = candidate.found_signs
     # a node of another lab may listen to the same topic
     is_other = any(os.path.basename(candidate.path) in other.files for other in LAB_NODES.values())
-    return listens + has_class + has_node_name >= 2 or (listens and not is_other)
+    has_two_signs = listens + has_class + has_node_name >= 2
+    return has_two_signs or (listens and not is_other)

@@ -14,14 +14,14 @@ import rospkg
 
 from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
-    INTERFACES, MAX_MANIFEST_BYTES, definitions_in, distance, interface_files, is_aside)
+    INTERFACES, MAX_MANIFEST_BYTES, definitions_in, distance, interface_files, is_old_or_copy)
 from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_name, nodes_of
 
-#: A program does something if a statement of these kinds has a call.
+#: A program acts, and does not only define names, if one of these statements has a call.
 ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
-#: A file with more bytes is not a program.
+#: A program has at most this many bytes.
 MAX_PROGRAM_BYTES = 1000000
 #: These modules may be installed, but they cannot be imported without a screen.
 NEED_SCREEN = 'pynput', 'pyautogui'
@@ -103,8 +103,7 @@ def _acts(tree):
 
 def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
     """Returns {file: ParsedProgram} of the node and of all modules in the folder `package` that the
-    node needs. A module is needed if the node, or another needed module, imports the module's
-    name."""
+    node imports, directly or through other modules."""
     modules: Dict[str, List[Path]] = {}
     for path in files_in(package):
         if path.suffix == '.py' and path.stat().st_size <= MAX_PROGRAM_BYTES:
@@ -128,7 +127,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
 
     A node may import types from a package that was not handed in, or that was handed in under
     another name. This function makes the missing package in `folder`, and adds the package to
-    `packages`. The new package has the types of the submission and of tb3_labs.
+    `packages`. The new package gets copies of the submission's types and of the types of tb3_labs.
     """
     programs = programs_of(node, package).values()
     own_modules = {name for path in files_in(folder) if path.suffix == '.py'
@@ -148,7 +147,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     for name in sorted(stand_ins):
         _copy_definitions(definitions, packages.setdefault(name, folder / STAND_INS / name))
     missing = [item for item in missing if item.package not in stand_ins]
-    # `from module import *` may give a name to anything
+    # `from module import *` may define any name
     used_names = {'*'}.union(*(program.used for program in programs))
     used = {item.module for item in missing if used_names.intersection(item.bound)}
     used_packages = {module.split('.')[0] for module in used}
@@ -181,12 +180,12 @@ def _can_stand_in(item, program, types):
 
 
 def _definitions(node, folder):
-    """Returns the files of messages and services. The files of this package come first. The
-    submission's files follow, the nearest to the node last."""
+    """Returns the message and service files of tb3_labs, and after them the submission's files. The
+    file nearest to the node is last."""
     course = interface_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
     own = [path for path in definitions_in(folder)
            if is_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
-           and not is_aside(str(path.relative_to(folder)))]
+           and not is_old_or_copy(str(path.relative_to(folder)))]
     own.sort(key=lambda path: distance(path, node, folder), reverse=True)
     return course + own
 

@@ -22,7 +22,7 @@ import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-#: The program leaves out a larger example.
+#: An example has at most this many bytes.
 MAX_EXAMPLE_BYTES = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 #: The check fills in fields of these types. The values are formats of the module struct. In a
@@ -48,7 +48,7 @@ def describe(search, definitions):
             GENERATORS[kind]().generate(
                 genmsg.MsgContext.create_default(), f'{package}/{name}', path, target,
                 search)
-        except Exception as problem:    # the other files may be valid
+        except Exception as problem:    # an invalid file must not end the program
             result['problems'][os.path.relpath(path, 'in')] = str(problem).replace(
                 path + ': ', '') or repr(problem)
             if os.path.exists(module):

@@ -17,10 +17,11 @@ MAX_MANIFEST_BYTES = 100000
 MESSAGES = 'msg'
 INTERFACES = MESSAGES, 'srv'
 #: The folders of a package where nodes usually are, likeliest first.
-FOLDERS = ('scripts', 'nodes', 'src')
+NODE_FOLDERS = ('scripts', 'nodes', 'src')
 #: A file is old or a copy if a part of its path begins with a dot, or contains one of these words.
-ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
-                   r'archived?|deleted)(?![a-z])', re.IGNORECASE)
+OLD_OR_COPY = re.compile(
+    r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
+    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
@@ -34,12 +35,12 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
     return None
 
 
-def source_of(node: Path, folder: Path) -> Path:
+def node_package(node: Path, folder: Path) -> Path:
     """Returns the folder of a node's package. Without a package.xml the folder is guessed."""
     package = package_folder(node, folder)
     if package is not None:
         return package
-    in_usual = node.parent.name in FOLDERS and node.parent != folder
+    in_usual = node.parent.name in NODE_FOLDERS and node.parent != folder
     return node.parent.parent if in_usual else node.parent
 
 
@@ -58,16 +59,16 @@ def package_name(package: Path) -> str:
     return name if NAME.fullmatch(name.replace('-', '_')) else ''
 
 
-def is_aside(path: str) -> bool:
+def is_old_or_copy(path: str) -> bool:
     """Does a part of the path begin with a dot, or contain a word such as old or copy?"""
-    return any(map(ASIDE.search, Path(path).parts))
+    return any(map(OLD_OR_COPY.search, Path(path).parts))
 
 
 def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
     """Returns a key that sorts paths in `folder`, the nearest to `node` first. If paths are equally
     near, old or copied files come last."""
     common = set(path.parents) & set(node.parents)
-    return -len(common), is_aside(str(path.relative_to(folder))), len(path.parts), str(path)
+    return -len(common), is_old_or_copy(str(path.relative_to(folder))), len(path.parts), str(path)
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
@@ -101,7 +102,7 @@ def interface_files(package: Path) -> List[Path]:
     return files
 
 
-def modules_of(package: Path, name: str) -> List[Path]:
+def module_folders(package: Path, name: str) -> List[Path]:
     """Returns the folders of modules that a package's setup.py may install, the deepest first.
     `name` is the package's name."""
     setup = package / 'setup.py'

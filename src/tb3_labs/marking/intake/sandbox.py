@@ -1,11 +1,11 @@
-"""Protects the marker from a submission's node by limits, and by a sandbox of bubblewrap.
+"""Protects the instructor from a submission's node by limits, and by a sandbox of bubblewrap.
 
 The rostest, master, robot, check and node of a submission share a network that has only a loopback
-interface. All processes of a submission end together with the marker. The node runs in a sandbox
+interface. All processes of a submission end together with mark.py. The node runs in a sandbox
 inside the shared network. The sandbox has its own processes, its own /tmp and its own home folder.
 The node sees only the parts of the system that a node needs, and cannot write these parts. An
 ordinary user makes the sandbox with a user namespace. If root runs mark.py, the node runs as a user
-that owns nothing, since Linux does not count root's processes.
+that owns nothing, since Linux does not limit the number of root's processes.
 """
 import os
 import platform
@@ -30,8 +30,8 @@ INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
 #: The folder of rospy's log files in a sandbox.
 LOGS = HOME + '/.ros/log'
-#: If root runs mark.py, programs run as users with these numbers. The users own nothing, and
-#: systemd uses the same numbers for this purpose.
+#: If root runs mark.py, programs run as users with these numbers. systemd gives these numbers to
+#: temporary users, which own nothing.
 UNUSED_USER_IDS = range(61184, 65519)
 #: The first version of Linux that counts the processes of each user namespace separately.
 LINUX_WITH_COUNT = 5, 14
@@ -42,7 +42,7 @@ ETC_PARTS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.co
              'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: A student's program sees only these parts of tb3_labs.
 SHARED_PARTS = ('package.xml', 'cmake', 'msg', 'srv')
-READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
+READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 #: In a sandbox, python3 -c first runs this program. The first argument is the number of a user, or
 #: ''. The further arguments are a command. The program makes the user's folders writable, and
 #: becomes the user. Next the program makes the folder of log files, since rospy would try to change
@@ -96,12 +96,12 @@ class Protection:
         return dict(base)
 
     def hand_over(self, folder: Path) -> None:
-        """Make the user who runs the program the owner of `folder`, which has copies."""
+        """Make the user that runs the program own `folder`, which must have only copies."""
 
 
 class OtherUser(Protection):
     """The protection if root cannot make sandboxes, for example in a container. A program runs as a
-    user that owns nothing, so the program can neither write the marks nor kill the marker."""
+    user that owns nothing, so the program can neither write the marks nor kill mark.py."""
 
     def __init__(self) -> None:
         self.user = random.choice(UNUSED_USER_IDS)
@@ -202,12 +202,12 @@ def _counts_processes():
 def _mount_options(readable):
     """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders.
 
-    In the functions below, a mount is a tuple of the words of one option. The tuple's last word is
+    A mount is one option as a tuple of words, such as ('--proc', '/proc'). A mount's last word is
     the path in the sandbox.
     """
     hidden, shared = _own_package()
     mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden] + shared
-    mounts += [(READ_ONLY_TRY, folder, folder) for folder in readable]
+    mounts += [(READ_ONLY_IF_EXISTS, folder, folder) for folder in readable]
     options = _with_parents(mounts)
     for folder in hidden + ['/dev', '/']:
         options += ['--remount-ro', folder]
@@ -216,13 +216,13 @@ def _mount_options(readable):
 
 def _system_mounts():
     mounts = [(READ_ONLY, '/usr', '/usr'), ('--proc', '/proc'), ('--dev', '/dev'),
-              (READ_ONLY_TRY, '/sys/devices/system/cpu', '/sys/devices/system/cpu')]
+              (READ_ONLY_IF_EXISTS, '/sys/devices/system/cpu', '/sys/devices/system/cpu')]
     for name in ('bin', 'sbin', 'lib', 'lib32', 'lib64', 'libx32'):
         if os.path.islink('/' + name):
             mounts.append(('--symlink', os.readlink('/' + name), '/' + name))
         else:
-            mounts.append((READ_ONLY_TRY, '/' + name, '/' + name))
-    mounts += [(READ_ONLY_TRY, '/etc/' + name, '/etc/' + name) for name in ETC_PARTS]
+            mounts.append((READ_ONLY_IF_EXISTS, '/' + name, '/' + name))
+    mounts += [(READ_ONLY_IF_EXISTS, '/etc/' + name, '/etc/' + name) for name in ETC_PARTS]
     return mounts + [(EMPTY, folder) for folder in OWN_FOLDERS]
 
 
@@ -254,9 +254,9 @@ def _own_package():
 def _with_parents(mounts):
     """Returns bubblewrap's options for `mounts`.
 
-    A folder is mounted before its subfolders, since Python may be in a hidden folder, and a hidden
-    folder may be in a folder of ROS. The options also make the parent folders of each mount. If
-    bubblewrap made the parent folders, only root could enter some of them.
+    A folder is mounted before its subfolders, since a mount hides earlier mounts below its path.
+    The options also make the parent folders of each mount. If bubblewrap made the parent folders,
+    only root could enter some of them.
     """
     options = []
     made = {Path('/')}

@@ -4,7 +4,7 @@ each submission, this module copies the files, chooses the node, and finds the n
 Moodle gives a folder a name such as ``Ann Miller_12345_assignsubmission_file_``. If a file was
 handed in, Moodle adds the file's name at the end. Canvas writes ``millerann_12345_67890_lab2.zip``.
 If a student is late, Canvas adds ``_LATE`` to the student's name. If ``lab2.zip`` is handed in
-again, Canvas writes ``lab2-1.zip``. A name may be any bytes, so this module checks each name.
+again, Canvas writes ``lab2-1.zip``. A file's name may have any bytes, so each name is checked.
 
 No handed-in file is changed or run. A separate process reads a submission, since a stranger's file
 may use all memory, or take hours to read. If a limit ends the reading process, the marking goes on.
@@ -22,7 +22,7 @@ from tb3_labs.marking.intake.archives import (
     IGNORED_PATHS, ZIP, NotJudged, copy_submission, digest, is_zip, shortened)
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import find_missing
-from tb3_labs.marking.intake.packages import package_name, packages_in, source_of
+from tb3_labs.marking.intake.packages import node_package, package_name, packages_in
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
 from tb3_labs.marking.student_nodes import NodeNames
 
@@ -32,7 +32,7 @@ CANVAS = re.compile(
     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that is handed in again.
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
-#: The folder of marks, or Linux, uses these names, so a student's file gets another name.
+#: These names are special in Linux or in the folder of marks, so a student's file is renamed.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: A name has at most this many bytes. Linux allows 255 bytes, so there is space for an ending.
 MAX_NAME_LENGTH = 180
@@ -143,7 +143,6 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
 
 
 def _refusal(path):
-    """Returns the reason why `path` is not a submission, or ''."""
     if path.is_symlink():       # a link may lead to another student's work
         return 'a link'
     if path.is_dir():
@@ -208,7 +207,7 @@ def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any],
     remarks = copy_submission({Path(path): own_name for path, own_name in files.items()}, copy)
     path, why, findings = find_node(copy, NodeNames(*lab), package, name)
     node = copy / path
-    source = source_of(node, copy)
+    source = node_package(node, copy)
     packages = packages_in(copy, node)
     missing = find_missing(node, source, copy, packages)
     if missing.used:

@@ -22,14 +22,14 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.packages import INTERFACES, MESSAGES, interface_files, modules_of
+from tb3_labs.marking.intake.packages import INTERFACES, MESSAGES, interface_files, module_folders
 from tb3_labs.marking.intake.sandbox import PYTHONPATH, Protection
 from tb3_labs.marking.intake.submissions import ParsedSubmission
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
 from tb3_labs.marking.student_nodes import NAME, NODE_PREFIX, OWN_PACKAGE, NodeStart, is_name
 from tb3_labs.watch import PROBE, watched
 
-#: The beginning of a node's first line, if the line names the Python that runs the node.
+#: Matches a first line such as #!/usr/bin/env python3. The group is the interpreter's name.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
 #: The text of an empty module. Each name that a program imports from an empty module is None.
 EMPTY_MODULE = '''def __getattr__(name):
@@ -63,9 +63,7 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
     packages = {name: copy / parsed.packages[name] for name in own[-MAX_PACKAGES:]}
     _repair(node, remarks, parsed.findings)
     environment = dict(environment)
-    environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
-        *map(str, dict.fromkeys([source, *packages.values()])),
-        environment.get('ROS_PACKAGE_PATH')]))
+    _put_first(dict.fromkeys([source, *packages.values()]), environment, 'ROS_PACKAGE_PATH')
     types = build(packages, node, made, environment, remarks, protection)
     for module in parsed.unused:
         place = made
@@ -77,12 +75,17 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
     if parsed.unused:
         remarks.append(f"{', '.join(parsed.unused)}: imported, but not used, and the marking "
                        'machine cannot import it: left out.')
-    environment[PYTHONPATH] = ':'.join(filter(None, [str(made), environment.get(PYTHONPATH)]))
+    _put_first([made], environment, PYTHONPATH)
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
         NODE_PREFIX + protection.program_command([]),
         protection.program_environment(environment), types, protection.isolates, str(node),
         _shown_name(parsed.name, node.name), str(copy))
+
+
+def _put_first(folders, environment, variable):
+    parts = [*map(str, folders), environment.get(variable)]
+    environment[variable] = ':'.join(filter(None, parts))
 
 
 def _shown_name(package, file):
@@ -132,7 +135,7 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     if the code of `node` names the package.
     """
     own_modules = {own.name: own for name, package in packages.items()
-                   for own in modules_of(package, name)}
+                   for own in module_folders(package, name)}
     # Python first looks for a module in the node's folder
     own_modules.update({name: node.parent / name for name in packages
                         if (node.parent / name / '__init__.py').is_file()})

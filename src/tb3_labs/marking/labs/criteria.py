@@ -1,6 +1,6 @@
 """Defines criteria and verdicts, and has the criteria that several labs share.
 
-Students read the `meaning` of a criterion, its place in a lab sheet, and the Reason that its
+Students read the `meaning` of a criterion, the `place` in a lab sheet, and the Reason that the
 function `judge` returns. No text that students read contains the solution.
 """
 from dataclasses import dataclass
@@ -32,7 +32,6 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
-#: Places in a sheet that the criteria of several labs name.
 IMU_EXTRAS = SheetStep(IMU_SHEET, 'Beyond the handout')
 BEYOND = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
 
@@ -44,10 +43,10 @@ class Criterion:
     name: str
     part: str                # the part of the lab that tests the requirement
     meaning: str             # the requirement
-    place: SheetStep             # the place in a lab sheet that explains the requirement
+    place: SheetStep         # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
     extra: bool = False      # is the criterion beyond the handout?
-    limits: str = ''         # the limits that `meaning` leaves out
+    limits: str = ''         # the limits that `meaning` does not name
 
     @property
     def label(self) -> str:
@@ -79,7 +78,7 @@ class Verdict:
 
     @property
     def line(self) -> str:
-        """A line with the outcome, the points, the requirement and the sentence."""
+        """A line with the outcome, the points, the requirement and the property `sentence`."""
         points = f'{self.points:g} of {self.worth:g}'
         if self.criterion.extra and not self.worth:
             points = 'extra'
@@ -131,7 +130,7 @@ def why_not_started(observation: Observation) -> Reason:
 
 
 def clean_exit_criterion(part: str, place: SheetStep) -> Criterion:
-    """Returns the criterion that the node ends by itself at Ctrl+C, and prints no traceback."""
+    """Returns a criterion. The node must end by itself at Ctrl+C, and print no traceback."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', place,
         _why_no_clean_exit,
@@ -158,7 +157,8 @@ def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
         soon, _ = scene.commands_before_and_after(STOP_TIME)
-        if (soon[:, 1:] == 0.0).all(axis=1).any():
+        is_zero = (soon[:, 1:] == 0.0).all(axis=1)
+        if is_zero.any():
             return ''
     observation.moment = scenes[-1].begin
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
@@ -177,19 +177,24 @@ def why_not_printed(observation: Observation, text: str) -> Reason:
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
+def any_moves(commands: np.ndarray) -> bool:
+    """Is one of the commands not zero?"""
+    return bool(commands[:, 1:].any())
+
+
 def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
     scene began. `event` is a clause that says how the scene began."""
     soon, late = scene.commands_before_and_after(limit)
-    if late[:, 1:].any():
+    if any_moves(late):
         return f'the robot was still driven {limit:g} s after {event}'
-    return '' if len(soon) and not soon[-1, 1:].any() else NO_ZERO.format(event)
+    return '' if len(soon) and not any_moves(soon[-1:]) else NO_ZERO.format(event)
 
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
                           place: SheetStep) -> Criterion:
-    """Returns the criterion, beyond the handout, that the node stops the robot after the device
-    fell silent. `stimulus` is the name of the stimulus in which the device falls silent."""
+    """Returns a criterion beyond the handout. The node must stop the robot after a `device` fell
+    silent in the stimulus called `stimulus`."""
     def why_not_stopped_when_lost(observation: Observation) -> Reason:
         scene = observation.scene(stimulus)
         if not scene.facts[WAS_MOVING]:
@@ -218,14 +223,16 @@ ROUNDING = 0.005
 def why_not_steered(observation: Observation, name: str, linear: Bounds = STANDING,
                     angular: Bounds = STANDING, skip_zeros: bool = False) -> Reason:
     """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
-    [m/s] and `angular` [rad/s]. With `skip_zeros`, the last command that is not zero is judged."""
+    [m/s] and `angular` [rad/s]. If `skip_zeros` is true, zero commands are left out."""
     scene = observation.scene(name)
     commands = scene.moving if skip_zeros else scene.commands
-    if not commands[-1:, 1:].any():
+    if not any_moves(commands[-1:]):
         silent = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
         return f'with the {name} {silent} commanded: {why_idle(scene)}'
     linear_speed, angular_speed = commands[-1, 1:]
-    if linear[0] <= linear_speed <= linear[1] and angular[0] <= angular_speed <= angular[1]:
+    is_linear_right = linear[0] <= linear_speed <= linear[1]
+    is_angular_right = angular[0] <= angular_speed <= angular[1]
+    if is_linear_right and is_angular_right:
         return ''
     asked = []
     if linear not in (STANDING, ANY_SPEED):

@@ -32,7 +32,7 @@ HALF_SHARE = (0.25, 0.75)
 UNBLOCKED_TIME = 0.7
 #: The name of the pad with the handout's numbers.
 HANDOUT_PAD = 'handout'
-#: The step of the sheet that explains the usual mistakes in a reset.
+#: This step of the sheet explains the usual mistakes in a reset.
 Y_STEP = BY_THUMB.at_step(3)
 
 
@@ -54,12 +54,14 @@ def pad_text(name: str) -> str:
 
 
 def _why_not_driven(observation: Observation) -> Reason:
-    reason = (why_not_steered(observation, LEFT_STICK_UP, FULL_STICK_SPEED)
-              or why_not_steered(observation, LEFT_STICK_DOWN, scaled(FULL_STICK_SPEED, -1.0)))
+    back = scaled(FULL_STICK_SPEED, -1.0)
+    reason = (why_not_steered(observation, LEFT_STICK_UP, linear=FULL_STICK_SPEED)
+              or why_not_steered(observation, LEFT_STICK_DOWN, linear=back))
     if reason:
         return reason
     full = observation.scene(LEFT_STICK_UP).commands[-1, LINEAR]
-    return why_not_steered(observation, BOTH_STICKS, scaled(HALF_SHARE, full), ANY_SPEED)
+    half = scaled(HALF_SHARE, full)
+    return why_not_steered(observation, BOTH_STICKS, linear=half, angular=ANY_SPEED)
 
 
 def _why_not_turned(observation: Observation) -> Reason:
@@ -69,7 +71,8 @@ def _why_not_turned(observation: Observation) -> Reason:
     if reason:
         return reason
     full = observation.scene(RIGHT_STICK_RIGHT).commands[-1, ANGULAR]
-    return why_not_steered(observation, BOTH_STICKS, ANY_SPEED, scaled(HALF_SHARE, full))
+    half = scaled(HALF_SHARE, full)
+    return why_not_steered(observation, BOTH_STICKS, linear=ANY_SPEED, angular=half)
 
 
 def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
@@ -79,7 +82,6 @@ def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
 
 
 def _why_not_published(observation: Observation, name: str, wanted: bool) -> Reason:
-    """Judges whether ctrl_relinq has the value `wanted` after the button `name` was pressed."""
     scene = observation.scene(name)
     published = scene.facts[RELINQUISHED]
     if published is wanted:

@@ -16,7 +16,7 @@ from tb3_labs.watch.chains import HEADING_EXERCISE
 
 #: A printed heading may differ by this angle [deg] from the IMU's heading.
 HEADING_TOLERANCE = 1.0
-#: A node may print this many headings after its goodbye. In the handout's code, a callback that
+#: A node may print this many headings after IMU_GOODBYE. In the handout's code, a callback that
 #: runs at the time of Ctrl+C prints one more heading.
 MAX_LATE_HEADINGS = 1
 
@@ -41,7 +41,7 @@ def _headings_at_rest(observation):
         if not before:
             why = why_unprinted(scenes[-1])
         raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {why}')
-    for scene in map(observation.scene, STANDING_HEADINGS):    # scene() sets the verdict's moment
+    for scene in map(observation.scene, STANDING_HEADINGS):    # scene() sets observation.moment
         yield scene.facts[HEADING_DEG], printed_headings(scene.printed)
 
 
@@ -55,8 +55,7 @@ def _why_no_heading(observation: Observation) -> Reason:
 def _why_wrong_heading(observation: Observation) -> Reason:
     for heading, printed in _headings_at_rest(observation):
         for number in printed:
-            is_right = abs(wrap_all(number - heading, 360.0)) <= HEADING_TOLERANCE
-            if not is_right:
+            if abs(wrap_all(number - heading, 360.0)) > HEADING_TOLERANCE:
                 return f'printed {number:.1f} degrees while the IMU said {heading:.1f}'
     return ''
 
@@ -64,7 +63,7 @@ def _why_wrong_heading(observation: Observation) -> Reason:
 def _why_not_from_0_to_360(observation: Observation) -> Reason:
     for heading, printed in _headings_at_rest(observation):
         for number in printed:
-            if number < 0.0 or number >= 360.0:
+            if not 0.0 <= number < 360.0:
                 return f'printed {number:.1f} degrees while the robot stood at {heading:.0f}'
     return ''
 

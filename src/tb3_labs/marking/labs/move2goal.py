@@ -13,7 +13,7 @@ from tb3_labs.handout import (
     MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
-    clean_exit_criterion, lost_device_criterion, why_not_started, why_not_stopped,
+    any_moves, clean_exit_criterion, lost_device_criterion, why_not_started, why_not_stopped,
     why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
     ANGLE_BEFORE_RESET, AT_GOAL, CONTROL, CONTROL_TAKEN, DECLARED, DECLARED_DRIVE, DRIVE,
@@ -27,7 +27,7 @@ from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.chains import (
     FOUR_STATES, THE_LOCAL_POSE, THE_RESET, TRANSFORMATION_SHEET, SheetStep)
 
-#: The node may send commands for this time [s] after its arrival.
+#: The node may send commands for this time [s] after the robot arrived at the goal.
 SILENT_AFTER = 0.5
 #: A correct node turns the robot by at least this angle [deg] after a reset in a drive.
 MIN_TURN_IN_DRIVE = 20.0
@@ -40,7 +40,6 @@ COAST_DEG = 2.0             # [deg]
 #: The tolerances of the criterion `exact`, which is beyond the handout.
 EXACT_DISTANCE = 0.02       # [m]
 EXACT_DEG = 1.0             # [deg]
-#: Texts of several criteria on the robot's place and heading.
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
     f'{within(REACTION_TIME)}, over {within(DRIVE_TIME)}, never {FARTHEST:g} m away'
@@ -48,7 +47,7 @@ HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees),
     f'{COAST_DEG:g} degrees for stopping'
 
 ANALYSIS = SheetStep(TRANSFORMATION_SHEET, '6. Analysis')
-#: The step of the sheet that explains the usual mistakes in a drive after a reset.
+#: This step of the sheet explains the usual mistakes in a drive after a reset.
 SECOND_DRIVE_STEP = THE_RESET.at_step(2)
 TWO_ZEROS_STEP = THE_LOCAL_POSE.at_step(4)
 
@@ -77,7 +76,8 @@ def _why_not_at_heading(observation: Observation, name: str,
 
 
 def _exceeded_limit(scene: Scene) -> str:
-    distance = np.hypot(*(scene.truth[-1] - scene.truth[0])[1:3])
+    _, dx, dy, _ = scene.truth[-1] - scene.truth[0]
+    distance = math.hypot(dx, dy)
     limit = f'more than {FARTHEST:g} m from its start' if distance > FARTHEST else 'the limit'
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 
@@ -109,7 +109,7 @@ def _why_not_silent_at_goal(observation: Observation) -> Reason:
     drive = _scene_of_drive(observation, FIRST_DRIVE)
     if not drive.facts[RESTED]:
         return 'it never arrived'
-    if drive.commands[-1, 1:].any():
+    if any_moves(drive.commands[-1:]):
         return NO_ZERO.format('its arrival')
     _, late = observation.scene(AT_GOAL).commands_before_and_after(SILENT_AFTER)
     if len(late):
@@ -122,11 +122,10 @@ def _why_not_within_limits(observation: Observation) -> Reason:
         drive.commands for drive in observation.scenes((FIRST_DRIVE, SECOND_DRIVE))])
     if not len(commands):
         return 'it commanded nothing'
-    angular = observation.greatest_speed(commands, ANGULAR)
-    linear = np.abs(commands[:, LINEAR]).max()
-    if linear > MAX_LINEAR_SPEED + ROUNDING:
-        observation.greatest_speed(commands, LINEAR)    # this call sets the moment of the verdict
-    elif angular <= MAX_ANGULAR_SPEED + ROUNDING:
+    linear, angular = np.abs(commands[:, 1:]).max(axis=0)
+    is_slow = linear <= MAX_LINEAR_SPEED + ROUNDING
+    observation.set_moment_of_fastest(commands, ANGULAR if is_slow else LINEAR)
+    if is_slow and angular <= MAX_ANGULAR_SPEED + ROUNDING:
         return ''
     return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
 

@@ -49,8 +49,8 @@ def fields_of(message):
 
 
 def fill_pose(message, pose):
-    """Write a Pose2 into the geometry_msgs/Pose of a request, or into a request of ResetPose.
-    Returns False if the request has no fields for a pose."""
+    """Write a Pose2 into a request. Returns False if the request has no geometry_msgs/Pose, and is
+    not a ResetPoseRequest."""
     for _, type_name, value in fields_of(message):
         if type_name == 'geometry_msgs/Pose':
             value.position.x, value.position.y = pose.x, pose.y
@@ -70,12 +70,13 @@ class ResetCaller:
         last_names = {name: name.rsplit('/', 1)[-1].lower() for name in graph.at_role(OFFERS)}
         likely = sorted(name for name, last in last_names.items()
                         if any(word in last for word in RESET_WORDS))
-        usual = [name for wanted in RESET_NAMES for name in likely if last_names[name] == wanted]
+        usual = [name for name in likely if last_names[name] in RESET_NAMES]
+        usual.sort(key=lambda name: RESET_NAMES.index(last_names[name]))
         #: The name of the reset service; '' if the node offers no reset service.
         self.name = (usual + likely + [''])[0]
         #: The name of the reset service if the name is wrong; '' if the name is SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
-        self._kind = graph.service(self.name) if self.name else None
+        self._kind = graph.service_class(self.name) if self.name else None
         #: Does a request of the service have fields for a pose?
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
 
@@ -116,7 +117,7 @@ class Control:
     def __init__(self, trial):
         self._trial = trial
         self._control = rospy.Publisher(CTRL_RELINQ_TOPIC, Bool, queue_size=1, latch=True)
-        self.take()     # a node may ignore a True that comes first
+        self.take()     # a node may ignore a True before the first False
 
     def give(self):
         self._control.publish(Bool(True))
@@ -125,7 +126,7 @@ class Control:
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """Give control as the stimulus `name`, until the robot has arrived or is too far away.
+        """Give control as the stimulus `name`, which ends when the robot arrives or is too far.
 
         When the robot stood at its true pose `start`, it had the pose `local_T_base` in the local
         frame. By default `start` is the robot's pose at the call.
@@ -134,10 +135,11 @@ class Control:
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
         self._trial.record_motion(
-            name, self.give, stimuli.REACTION_TIME, ARRIVAL_REST_TIME, stimuli.DRIVE_TIME,
-            {GOAL_POSE: stimuli.GOAL,
-             LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]},
-            lambda: recorder.pose.distance_to(start) > stimuli.FARTHEST)
+            name, self.give, begins_within=stimuli.REACTION_TIME, rest_time=ARRIVAL_REST_TIME,
+            ends_within=stimuli.DRIVE_TIME, facts={
+                GOAL_POSE: stimuli.GOAL,
+                LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]},
+            is_astray=lambda: recorder.pose.distance_to(start) > stimuli.FARTHEST)
 
     def start_driving(self):
         """Make the node drive. Returns True if the robot drives. A node that runs gets a reset. A
@@ -188,8 +190,8 @@ def try_reset(trial):
 
 def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
                   straight=True):
-    """Call the reset service with `pose` as the stimulus `name`, and wait for `seconds` [s].
-    Returns False if the call failed. `straight` is the value of the fact DROVE_STRAIGHT."""
+    """Call the reset service with `pose`, wait for `seconds` [s], and record both as the stimulus
+    `name`. Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
     facts = {WAS_MOVING: trial.recorder.moves(ros_time() - INTERRUPTION_TIME),
              stimuli.DROVE_STRAIGHT: straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
@@ -248,7 +250,7 @@ def try_offset_imu(trial):
         trial.not_offered([stimuli.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()
-    time.sleep(3.2)     # longer than the board's calibration
+    time.sleep(3.2)     # the board calibrates itself in a shorter time
     trial.node.start()
     reset_to_origin(trial)
     control.drive(stimuli.OFFSET_DRIVE)

@@ -6,8 +6,7 @@ from contextlib import suppress
 import rospy
 from geometry_msgs.msg import Quaternion
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool as BoolMessage
-from std_msgs.msg import Header
+from std_msgs.msg import Bool, Header
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_INFO_TOPIC
@@ -23,9 +22,9 @@ from tb3_labs.ros.conversions import to_quaternion
 
 #: The topic of the IMU that the marker plays. The marker remaps the node's topic imu to this topic.
 MARKERS_IMU = 'probe/imu'
-#: The marker repeats an odd sample for this time [s].
+#: The marker repeats each unusual sample for this time [s].
 ODD_SAMPLE_TIME = 0.6
-#: The yaws [rad] of the samples just below zero.
+#: The marker sends samples with these yaws [rad], which are slightly less than zero.
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
 #: A turn is over if the robot rests, and if the node has commanded no movement for this time [s].
 TURN_REST_TIME = 0.4
@@ -75,7 +74,8 @@ class HeldMouse(Repeater):
         self.y_sign = 1
         self._recording = recording
         self._last_sent = None
-        self._kind = graph.kind_of(MOUSE_INFO_TOPIC) or graph.types.message(MouseController._type)
+        self._kind = (graph.message_class(MOUSE_INFO_TOPIC)
+                      or graph.types.message(MouseController._type))
         #: The package of the message type.
         self.package = self._kind._type.split('/')[0]
         #: `remarks` are sentences on fields whose names differ from the mouse lab's names.
@@ -88,7 +88,7 @@ class HeldMouse(Repeater):
         message = self._kind()
         for name, value in zip(self._names, (active, x, self.y_sign * y)):
             message.put(name, value)
-        self._last_sent = BoolMessage(active), x, y
+        self._last_sent = Bool(active), x, y
         self.hold(message)
         time.sleep(seconds)
 
@@ -102,8 +102,9 @@ class HeldMouse(Repeater):
         self._recording.add(MOUSE_INFO_TOPIC, MouseController(Header(stamp=now), *self._last_sent))
 
 
-#: The names of the fields in the mouse lab, and the types of a flag and of a number.
+#: The names of the fields in the mouse lab.
 STATUS, X, Y = 'status', 'xPos', 'yPos'
+#: A flag has one of the types FLAGS, and a number has one of the types NUMBERS.
 FLAGS = ('bool', 'std_msgs/Bool')
 NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
@@ -113,19 +114,18 @@ def mouse_fields(fields):
     list has a sentence on each name that differs from the name in the mouse lab. `fields` is a list
     of (name, type, ...).
 
-    The fields for x and y are the first numbers whose names begin with x and y. If a name with x or
-    y is missing, the fields for x and y are the first two numbers. Raises ``ValueError`` with a
-    clause if the message has no flag, or fewer than two numbers.
+    The fields for x and y are the first numbers whose names begin with x and y. If no name begins
+    with x, or no name begins with y, the fields for x and y are the first two numbers. Raises
+    ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
     """
     flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
     numbers = [name for name, type_name, *_ in fields if type_name in NUMBERS]
     if not flags or len(numbers) < 2:
         known = ', '.join(f'{type_name} {name}' for name, type_name, *_ in fields)
         raise ValueError(f"its message has no flag and two numbers, but {known or 'no field'}")
-    x_and_y = [next((name for name in numbers if name.lower().startswith(letter)), '')
-               for letter in 'xy']
-    if not all(x_and_y):
-        x_and_y = numbers[:2]
+    with_x = [name for name in numbers if name.lower().startswith('x')]
+    with_y = [name for name in numbers if name.lower().startswith('y')]
+    x_and_y = [with_x[0], with_y[0]] if with_x and with_y else numbers[:2]
     chosen = [STATUS if STATUS in flags else flags[0], *x_and_y]
     remarks = [f'Your {name} was taken for {usual}.'
                for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
@@ -174,8 +174,9 @@ def _begin_at(trial, heading):
 
 
 def _try_turn(trial, name, typed, facts=(), seconds=stimuli.TURN_TIME):
-    trial.record_motion(name, lambda: trial.node.type(typed), stimuli.TURN_REACTION,
-                        TURN_REST_TIME, seconds, facts)
+    trial.record_motion(
+        name, lambda: trial.node.type(typed), begins_within=stimuli.TURN_REACTION,
+        rest_time=TURN_REST_TIME, ends_within=seconds, facts=facts)
 
 
 def try_mouse(trial):

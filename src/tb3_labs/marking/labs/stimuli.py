@@ -77,8 +77,8 @@ TYPED_NONSENSE = 'x'        # the invalid input
 TURN_REACTION = 3.0
 #: A turn lasts at most this time [s].
 TURN_TIME = 8.0
-#: A turn beside an active mouse may take this time [s]. The turn is slow if the node sends a zero
-#: for each message of the mouse.
+#: A turn may take this time [s] while the mouse is active. The turn is slow if the node sends a
+#: zero velocity for each message of the mouse.
 BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
 #: The node answers an invalid input within this time [s].
 ANSWER_TIME = 1.0
@@ -122,7 +122,7 @@ DROVE_STRAIGHT = 'straight'     # did the robot drive forward after the marker h
 OBSERVATION_TIME = 1.5
 #: The reset service answers within this time [s].
 RESET_REPLY_TIME = 3.0
-#: The node prints its line about a reset within this time [s] after its answer to the call.
+#: The node prints its line about a reset within this time [s] after the service's answer.
 PRINT_AFTER_RESET_TIME = 0.5
 #: The marker turns the robot by this angle [deg] between the first drive and the reset.
 ANGLE_BEFORE_RESET = 100.0
@@ -141,7 +141,6 @@ FARTHEST = 3.0
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
-#: The stimuli of the sticks.
 LEFT_STICK_UP, LEFT_STICK_DOWN = 'left stick up', 'left stick down'
 BOTH_STICKS = 'left stick half up, right stick half right'
 RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = 'right stick left', 'right stick right'
@@ -155,7 +154,6 @@ STICK_POSITIONS = {
 HAND_OVER, UP_HANDED_OVER = 'A', 'left stick up after A'
 TAKE_BACK, UP_TAKEN_BACK = 'B', 'left stick up after B'
 RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
-#: The stimulus in which the pad sends no more messages.
 PAD_SILENT = 'pad silent'
 #: Keys of the facts about the buttons A and B.
 RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None without a message

@@ -10,8 +10,9 @@ from tb3_labs.handout import (
     TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE,
-    Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_printed,
-    why_not_started, why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
+    Criterion, Reason, any_moves, clean_exit_criterion, lost_device_criterion, scaled,
+    why_not_printed, why_not_started, why_not_steered, why_not_stopped,
+    why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
     AFTER_TURN, ANSWER_TIME, BESIDE_MOUSE_TIME, CARPET_SLIP, DEACTIVATED, HALF_WAY, IMU_SILENT,
     IN_TURN, MOUSE, MOUSE_AND_TURNS, MOUSE_LEFT, MOUSE_PLACES, MOUSE_REACTION, MOUSE_SILENT,
@@ -21,7 +22,6 @@ from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObs
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
 from tb3_labs.watch.chains import TURN_LAB
 
-#: Steps of the sheet.
 MOUSE_STEP = TURN_LAB.at_step(2)
 START_STEP = TURN_LAB.at_step(4)
 LAW_STEP = TURN_LAB.at_step(5)
@@ -38,12 +38,11 @@ EXACT_DEG = 1.0
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
-#: The bounds of a speed [m/s or rad/s] for a mouse at the edge of the screen.
+#: A mouse at the edge of the screen asks for a speed within these bounds [m/s or rad/s].
 EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
-#: The bounds of a speed [m/s or rad/s] for a mouse at 0.6 of the way to the edge. The bounds are
-#: wide, because the mouse lab does not say how the speed grows outside the dead zone.
+#: A mouse at 0.6 of the way to the edge asks for a speed within these bounds [m/s or rad/s]. The
+#: bounds are wide, because the mouse lab does not say how the speed grows outside the dead zone.
 HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
-#: Texts of the limits for the mouse and for the turns.
 MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
     '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_TIME), *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED,
                                     *MOUSE_PLACES[HALF_WAY])
@@ -69,8 +68,7 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
         return f'{after} {turned_text}, and was still moving after {seconds:g} s'
     error = abs(observed_deg - turn.requested_deg)
     if error <= tolerance:
-        ends_moving = scene.commands[-1:, 1:].any()
-        return NO_ZERO.format('its turn ' + after) if ends_moving else ''
+        return NO_ZERO.format('its turn ' + after) if any_moves(scene.commands[-1:]) else ''
     on_carpet = ', where the wheels slip,' if turn.slip else ''
     reason = f'{after}{on_carpet} {turned_text}, then stopped'
     if observed_deg * turn.requested_deg <= 0.0:
@@ -88,9 +86,9 @@ def _degrees(observed_deg):
     return f'{number} degrees to the {side}'
 
 
-def _why_turns_failed(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
-    """Returns the Reason for the first wrong turn in `names`; '' if all turns are right."""
-    reasons = (why_not_turned(observation, name, *tolerance) for name in names)
+def _why_turns_failed(observation: Observation, names: Iterable[str],
+                      tolerance: float = HDG_TOL + COAST_DEG) -> Reason:
+    reasons = (why_not_turned(observation, name, tolerance) for name in names)
     return next(filter(None, reasons), '')
 
 
@@ -105,7 +103,7 @@ def _commands_of_turns(observation):
 
 def _why_turned_too_fast(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
-    observation.greatest_speed(commands, ANGULAR)       # this call sets the moment of the verdict
+    observation.set_moment_of_fastest(commands, ANGULAR)
     rates = commands[:, ANGULAR]
     greatest = (rates.max(), 'left'), (-rates.min(), 'right')
     too_fast = [f'{rate:.1f} rad/s to the {side}' for rate, side in greatest
@@ -116,7 +114,9 @@ def _why_turned_too_fast(observation: Observation) -> Reason:
 
 
 def _why_not_on_the_spot(observation: Observation) -> Reason:
-    fastest = observation.greatest_speed(_commands_of_turns(observation), LINEAR)
+    commands = _commands_of_turns(observation)
+    observation.set_moment_of_fastest(commands, LINEAR)
+    fastest = np.abs(commands[:, LINEAR]).max()
     if fastest < ROUNDING:
         return ''
     return f'it commanded up to {fastest:.2f} m/s forward while turning'
@@ -176,9 +176,9 @@ def _why_not_driven_in_turn(observation: Observation) -> Reason:
 def expected_sign_at_top(observation: Observation) -> float:
     """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0.
 
-    If the direction of y in the submission's mouse client is known, the check sends y in this
-    direction, so the sign is 1.0. If the direction is unknown, the first speed that the node
-    commanded for a mouse at the upper edge has the right sign.
+    The marker sends y with the sign of the submission's mouse client, so the right sign is 1.0. If
+    the marker does not know this mouse client, the right sign is the sign of the node's first speed
+    at the upper edge.
     """
     if observation.mouse_y_sign:
         return 1.0
@@ -191,8 +191,8 @@ def expected_sign_at_top(observation: Observation) -> float:
 
 
 def any_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
-    """Does a command have the speed for a mouse at the upper edge, with one of the `signs`? A
-    command is (time, linear, angular)."""
+    """Does a command drive as fast as a mouse at the upper edge requires? The speed must have one
+    of the `signs`. A command is (time, linear, angular)."""
     return any(sign * command[LINEAR] > EDGE_SPEED[0] for command in commands for sign in signs)
 
 

@@ -14,13 +14,13 @@ from tb3_labs.recording.ros_bag import read_run
 from tb3_labs.recording.run_data import Numbers, Poses, RunData, SamplesType, States
 
 #: A node prints its line about a reset within this time [s] after the call.
-SAME_RESET = 1.0
-#: An Observation keeps at most this many characters from the start of a process's output, and as
-#: many from the end.
+SAME_RESET_TIME = 1.0
+#: An Observation keeps at most this many characters from the start of a process's output. The same
+#: limit holds for the end of the output.
 MAX_OUTPUT_LENGTH = 20000
 #: A code that sets the colour of a program's text on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
-#: {kind of event: the Observation's list for the event's sentence}
+#: {kind of event: an attribute of Observation}
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
 #: {key of a fact: field of NodeProcess} if the two names differ. The keys cannot change, because
 #: old bags have the same keys.
@@ -39,18 +39,15 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
     recording = read_run(str(path))
     if any(CLOCK_JUMPED in note for note in recording.notes):
         raise ValueError(f'{CLOCK_JUMPED}; type the same command again')
-    log_texts = np.array(list(map(cleaned, recording.log.texts)), dtype=object)
-    recording = replace(recording, log=replace(recording.log, texts=log_texts))
+    log_texts = np.array(list(map(cleaned, recording.log.text)), dtype=object)
+    recording = replace(recording, log=replace(recording.log, text=log_texts))
     observation = Observation('', '', recording)
-    printed, written = recording.printed, recording.events
-    texts = [(at, None, text) for at, text in zip(printed.arrival, printed.text)]
-    events = [(at, json.loads(cleaned(text)), '')
-              for at, text in zip(written.arrival, written.text)]
-    for at, event, text in sorted(texts + events, key=lambda entry: entry[0]):
-        if event is None:
-            _add_output(observation, text, text.count('\n'))
-        else:
-            _add_event(observation, event.pop('kind'), float(at), event)
+    printed = [(at, {'kind': 'output', 'text': text})
+               for at, text in zip(recording.printed.arrival, recording.printed.text)]
+    written = [(at, json.loads(cleaned(text)))
+               for at, text in zip(recording.events.arrival, recording.events.text)]
+    for at, event in sorted(printed + written, key=lambda entry: entry[0]):
+        _add_event(observation, event.pop('kind'), float(at), event)
     if not observation.lab:
         raise ValueError('the recording has no trial')
     observation.stimuli = [stimulus for stimulus in observation.stimuli
@@ -70,8 +67,8 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     returns the new recording. A reset has the time at which the node printed its line about the
     reset. If the node printed no line, the reset has the time of the call.
 
-    After a failed call the node's frame is unknown. Therefore the samples of variables between a
-    failed call and the node's next start are removed.
+    After a failed call of the reset the node's frame is unknown. Therefore the samples of variables
+    are removed until the node starts again.
     """
     declared = recording.resets
     known = np.ones(len(recording.variables), bool)
@@ -81,7 +78,7 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
             end = min([process.begin for process in observation.processes if process.begin > at],
                       default=math.inf)
             known &= (recording.variables.arrival < at) | (recording.variables.arrival > end)
-        elif not (np.abs(declared.arrival - at) < SAME_RESET).any():
+        elif not (np.abs(declared.arrival - at) < SAME_RESET_TIME).any():
             resets.append([at, *pose])
     goals, letters = [], []
     for stimulus in observation.stimuli:
@@ -135,6 +132,8 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         vars(observation.processes[-1]).update(_process_fields(facts))
     elif kind == 'stop':
         observation.processes[-1].end = at
+    elif kind == 'output':
+        _add_output(observation, facts['text'], facts['text'].count('\n'))
     elif kind == 'unprinted':
         _add_output(observation, f"\n... {facts['characters']} characters are left out here ...\n",
                     facts['lines'])

@@ -180,20 +180,18 @@ class Observation:
         return Scene(self, stimulus)
 
     def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
-        """Yields the Scene of each tried stimulus in `names`. Raises the error of `scene` for the
-        first name if no stimulus was tried."""
+        """Yields the Scene of each tried stimulus in `names`. If no stimulus was tried, the method
+        `scene` raises an exception."""
         tried = [name for name in names if self.has(name)]
         if not tried:
             tried = [names[0]]
         return (self.scene(name, may_die) for name in tried)
 
-    def greatest_speed(self, commands: np.ndarray, column: int) -> float:
-        """Returns the greatest speed in a column of commands. Sets `moment` to the time at which
-        the stimulus with this speed began."""
-        speeds = np.abs(commands[:, column])
-        at = commands[speeds.argmax(), 0]
+    def set_moment_of_fastest(self, commands: np.ndarray, column: int) -> None:
+        """Sets `moment` to the start of the stimulus with the greatest speed in a column of
+        `commands`."""
+        at = commands[np.abs(commands[:, column]).argmax(), 0]
         self.moment = max(stimulus.begin for stimulus in self.stimuli if stimulus.begin <= at)
-        return float(speeds.max())
 
 
 class Scene(Stimulus):

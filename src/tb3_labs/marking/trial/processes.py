@@ -19,8 +19,8 @@ from tb3_labs.marking.limits import (
 
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
-#: The final characters of each second's output are recorded, at most this many. If the bag is full,
-#: at most a tenth of this number is recorded.
+#: If a program prints more characters in one second, only the final characters are recorded. If the
+#: bag is full, a tenth of this number is recorded.
 MAX_CHARACTERS_PER_SECOND = 20000
 
 
@@ -90,14 +90,14 @@ class NodeOutput:
         self._text = ''
         #: The numbers of characters and lines that were left out before `_text`.
         self._omitted_characters = self._omitted_lines = 0
-        #: Time [s] until which output is collected. Until then only `flush` records the output.
-        self._free_at = 0.0
+        #: Before this time [s], the output is collected, and only `flush` records the output.
+        self._collects_until = 0.0
         #: The final part of the output since the latest call of `flush`.
         self.last = ''
 
     def add(self, text):
-        """Record a part of the output. A part that comes soon after another part waits, and is
-        recorded with the next part, or by `flush`."""
+        """Record a part of the output. A part that comes too soon is recorded later, by `flush` or
+        with the next part."""
         with self._guard:
             self.last = (self.last + text)[-MAX_CHARACTERS_PER_SECOND:]
             self._text += text
@@ -106,7 +106,7 @@ class NodeOutput:
                 self._omitted_characters += excess
                 self._omitted_lines += self._text.count('\n', 0, excess)
                 self._text = self._text[excess:]
-            if self._recording.now >= self._free_at:
+            if self._recording.now >= self._collects_until:
                 self._record()
 
     @property
@@ -129,18 +129,18 @@ class NodeOutput:
             self._recording.event('unprinted', characters=self._omitted_characters,
                                   lines=self._omitted_lines)
         at = self._recording.output(self._text)
-        self._free_at = at + len(self._text) / self._most_characters
+        self._collects_until = at + len(self._text) / self._most_characters
         self._text = ''
         self._omitted_characters = self._omitted_lines = 0
 
 
 class ResourceWatch:
-    """Kills a process group that exceeds a limit. Set the event `over` to end the watch."""
+    """Kills a process group that exceeds a limit, until the event `over` is set."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], check_parent_pid: int) -> None:
         """`pid` is the number of the group's first process, which starts the sandbox. `own_folders`
-        are paths in the sandbox. `check_parent_pid` is the number of the process that started
-        master, robot and check."""
+        are paths in the sandbox. `check_parent_pid` is the number of the process that started the
+        master, the robot and check_lab.py."""
         self._pid = pid
         self._own_folders = own_folders
         self._check_parent_pid = check_parent_pid

@@ -65,7 +65,7 @@ def version_errors(observation: Observation) -> List[str]:
             for line in dict.fromkeys(VERSION_ERROR.findall(printed))]
 
 
-def errors_in(observation: Observation, process: NodeProcess) -> List[str]:
+def exceptions_before_ctrl_c(observation: Observation, process: NodeProcess) -> List[str]:
     """Returns the exceptions that a process printed before Ctrl+C."""
     text = process.printed
     for stimulus in observation.stimuli:
@@ -76,7 +76,7 @@ def errors_in(observation: Observation, process: NodeProcess) -> List[str]:
 
 def why_idle(scene: Scene) -> str:
     """Returns a clause on the first reason why the node did not move the robot in the scene."""
-    errors = errors_in(scene.observation, scene.process)
+    errors = exceptions_before_ctrl_c(scene.observation, scene.process)
     if errors:
         return f'{STOPPED_BY}, {errors[0]!r}'
     if scene.not_finite:
@@ -88,7 +88,8 @@ def why_idle(scene: Scene) -> str:
         return f'{other_fields(scene)} in its commands on {CMD_VEL_TOPIC}'
     if len(scene.commands):
         return f'only zeros came on {CMD_VEL_TOPIC}'
-    return _why_no_command(scene.process) + _printed_text(scene)
+    printed = re.sub(r'^\w\r?\n', '', scene.printed)   # without the letter that the marker typed
+    return f'{_why_no_command(scene.process)}, and {_printed(printed)}'
 
 
 def other_fields(scene: Scene) -> str:
@@ -113,11 +114,6 @@ def other_topics(process: NodeProcess, topic: str) -> str:
     return f"it does not publish {topic}, but {' and '.join(sorted(process.published))}"
 
 
-def _printed_text(scene):
-    printed = re.sub(r'^\w\r?\n', '', scene.printed)   # without the letter that the marker typed
-    return ', and ' + _printed(printed)
-
-
 def _printed(text):
     return f'it printed {last_line(text)}' if text.strip() else 'it printed nothing'
 
@@ -125,7 +121,7 @@ def _printed(text):
 def why_unprinted(scene: Scene) -> str:
     """Returns a clause on the reason why the node did not print its line in the scene."""
     process = scene.process
-    errors = errors_in(scene.observation, process)
+    errors = exceptions_before_ctrl_c(scene.observation, process)
     if errors:
         return f'its callback failed: {errors[0]!r}'
     if process.unconnected:

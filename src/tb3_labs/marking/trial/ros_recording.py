@@ -47,11 +47,11 @@ MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000          # events of all kinds
 #: At most this many characters of a line of the log are recorded.
-LOG_LINE_LENGTH = 300
+MAX_LOG_LINE_LENGTH = 300
 #: A recorded message has at most this many bytes.
 MAX_MESSAGE_BYTES = 10000
 #: A command that equals the previous command is recorded only if this time [s] has passed.
-SAME_COMMAND = 0.04
+SAME_COMMAND_TIME = 0.04
 #: A bag with this many bytes is full.
 FULL_SIZE = 3 * 10 ** 6
 #: If the bag is full, only these topics are recorded.
@@ -83,8 +83,8 @@ class Recording:
 
     def add(self, topic, message, at=None):
         """Record a message at the time `at` [s], and return this time. By default `at` is the
-        current time, and each default time is later than the previous one. `message` is a ROS
-        message, or the tuple (type, bytes, checksum, class)."""
+        current time, and later than the previous default time. `message` is a ROS message, or the
+        tuple (type, bytes, checksum, class)."""
         with self._guard:
             if at is None:
                 at = self._last_time = max(ros_time(), self._last_time + 1e-6)
@@ -113,7 +113,7 @@ class Recording:
 
     def close(self):
         """Write the waiting messages, and close the bag. If the bag cannot be written, `problem` is
-        the error, and the bag is removed, since half a trial would cost the node points."""
+        the error. The bag is removed, since an incomplete bag would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -147,7 +147,7 @@ class Recorder:
         record_connections()
         rospy.Subscriber(CMD_VEL_TOPIC, Twist, guarded(self._on_command), tcp_nodelay=True)
         # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must use the same
-        # class, and ros_gamepad.py needs a Bool.
+        # class. For CTRL_RELINQ_TOPIC, ros_gamepad.py uses Bool.
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY_TOPIC, Joy, rospy.AnyMsg),
@@ -171,8 +171,7 @@ class Recorder:
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
     def _count_within(self, kind, most):
-        """Count a message of the given kind. Returns True if at most `most` messages were
-        counted."""
+        """Count a message. Returns True if at most `most` messages of this kind were counted."""
         self._counts[kind] = self._counts.get(kind, 0) + 1
         return self._counts[kind] <= most
 
@@ -188,7 +187,7 @@ class Recorder:
         with self._lock:
             if self._commands:
                 last_at, *last = self._commands[-1]
-                if last == [linear, angular] and at - last_at < SAME_COMMAND:
+                if last == [linear, angular] and at - last_at < SAME_COMMAND_TIME:
                     return
             if not self._count_within('commands', MAX_COMMANDS):
                 return
@@ -211,7 +210,8 @@ class Recorder:
         if self._count_within('log lines', MAX_LOG_LINES):
             self.recording.add('/rosout', Log(
                 header=Header(stamp=line.header.stamp), level=line.level,
-                name=line.name[:LOG_LINE_LENGTH], msg=line.msg[:LOG_LINE_LENGTH]), ros_time())
+                name=line.name[:MAX_LOG_LINE_LENGTH], msg=line.msg[:MAX_LOG_LINE_LENGTH]),
+                ros_time())
 
     def finish(self):
         """Record how many messages were not recorded."""

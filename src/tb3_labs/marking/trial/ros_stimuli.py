@@ -21,7 +21,7 @@ from tb3_labs.ros.node import guarded
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: The robot rests within this time [s] after its last command.
 STOP_REST_TIME = 2.0
-#: A stimulus interrupts a movement that has lasted for this time [s].
+#: A movement lasts for this time [s] before a stimulus interrupts the movement.
 INTERRUPTION_TIME = 0.5
 #: The output and the messages of a node reach the marker within this time [s].
 DELIVERY_TIME = 0.3
@@ -106,8 +106,8 @@ class Repeater:
         self._is_closed = True
 
     def hold(self, message):
-        """Send the message now, and repeat it. ``hold(None)`` ends the messages, as if the device
-        were unplugged."""
+        """Send the message now, and repeat the message. ``hold(None)`` ends the messages, as if the
+        device were unplugged."""
         self._message = message
         self._send_held()
 

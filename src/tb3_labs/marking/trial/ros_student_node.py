@@ -24,7 +24,7 @@ from tb3_labs.marking.student_nodes import OWN_FOLDERS, NodeStart
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import watched
 
-#: A node's roles at a topic or a service, in the order of the lists in the master's system state.
+#: A role of a node is the index of a list in the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
 #: Every node may have these topics, so these topics are left out.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
@@ -127,7 +127,7 @@ class StudentNode:
         self._output.flush()
         self._recording.event('stop')
         self._process = None
-        self.graph.forget()
+        self.graph.unregister()
 
     def interrupt(self, seconds):
         """Send Ctrl+C. Returns True as soon as the node has ended, False after `seconds` [s]."""
@@ -186,7 +186,8 @@ class Graph:
         return nodes
 
     def at_role(self, role):
-        """Returns the topics or services at which the student's node has the `role`.
+        """Returns the names of the topics that the student's node publishes (PUBLISHES) or
+        subscribes to (LISTENS), or of the services that the node offers (OFFERS).
 
         Raises an error if the master does not answer. The error ends the trial, so that the silence
         of the master does not cost the node points.
@@ -215,9 +216,8 @@ class Graph:
         return sorted(subscribed), {topic: kinds.get(topic, '') for topic in sorted(published)}
 
     def unconnected(self, needed):
-        """Returns the topics in `needed` that the student's node subscribes to, but without a
-        connection to the robot. There is no connection if the node and the robot use different
-        types."""
+        """Returns the topics in `needed` to which the student's node subscribes without a
+        connection to the robot. Different types prevent a connection."""
         connections = []
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))
@@ -229,12 +229,12 @@ class Graph:
         return [topic.strip('/') for topic in needed
                 if topic in subscribed and topic not in connected]
 
-    def kind_of(self, topic):
-        """Returns the message class of a topic; None for an unknown class."""
+    def message_class(self, topic):
+        """Returns the class of a topic's messages; None for an unknown class."""
         kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
         return self.types.message(kind) if kind else None
 
-    def service(self, name):
+    def service_class(self, name):
         """Returns the class of an offered service; None for an unknown class."""
         try:
             kind = rosservice.get_service_type(name)
@@ -242,8 +242,8 @@ class Graph:
             return None
         return self.types.service(kind) if kind else None
 
-    def forget(self):
+    def unregister(self):
         """Remove the node from the master, since a killed node does not unregister itself."""
-        left = [name for name in self.names if name in self.nodes()]
-        if left:
-            rosnode.cleanup_master_blacklist(self._master, left)
+        registered = [name for name in self.names if name in self.nodes()]
+        if registered:
+            rosnode.cleanup_master_blacklist(self._master, registered)

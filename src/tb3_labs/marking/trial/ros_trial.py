@@ -47,7 +47,7 @@ class Trial:
         self.pad = pad
         self.part = ''
         self.node = StudentNode(node, LAB_NODES[lab].sensors, self.recording)
-        self._name = node
+        self._package, self._executable = package, executable
         self._print_line = print_line
         self._slip = 0.0
 
@@ -63,7 +63,7 @@ class Trial:
         self.recording.event('end', facts=stimulus.facts, died=not self.node.alive)
 
     def observe(self, name, seconds, act=lambda: None, facts=None):
-        """Call `act()` as the stimulus `name`, and wait for `seconds` [s]."""
+        """Call `act()`, wait for `seconds` [s], and record both as the stimulus `name`."""
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)
@@ -76,19 +76,18 @@ class Trial:
         if copy:
             return read_findings([copy])
         known = rospkg.RosPack()
-        names = {self._name.split('/')[0], *packages} - {OWN_PACKAGE}
+        names = {self._package, *packages} - {OWN_PACKAGE}
         return read_findings([known.get_path(name) for name in names.intersection(known.list())])
 
     def record_assigned(self):
         """Record the lines of the node's file that assign each variable. Record nothing if the
         package has several files with the name of the node's file."""
-        package, name = self._name.split('/')
         program = NodeStart.from_environment().program
         if program:
             files = {program}
         else:
-            folder = Path(rospkg.RosPack().get_path(package))
-            patterns = ['*/' * depth + name for depth in range(MAX_PACKAGE_DEPTH + 1)]
+            folder = Path(rospkg.RosPack().get_path(self._package))
+            patterns = ['*/' * depth + self._executable for depth in range(MAX_PACKAGE_DEPTH + 1)]
             files = {str(path.resolve()) for pattern in patterns for path in folder.glob(pattern)}
         assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
         self.recording.event('program', assigned=assigned)
@@ -115,8 +114,8 @@ class Trial:
 
     def record_motion(self, name, act, begins_within, rest_time, ends_within, facts=(),
                       is_astray=lambda: False):
-        """Call `act()` as the stimulus `name`, and wait for a motion of the robot. All times are in
-        [s].
+        """Record the stimulus `name`, in which `act()` should start a motion of the robot. All
+        times are in [s].
 
         The stimulus ends if no motion begins within `begins_within`. The stimulus also ends if the
         robot rests and got no command to move for `rest_time`, if the node ends, or if
@@ -150,18 +149,18 @@ class Trial:
         return False
 
     def falls_silent(self, name, was_moving, silence):
-        """Call `silence()`, which ends the messages of a device, as the stimulus `name`."""
+        """Record the stimulus `name`, in which `silence()` ends the messages of a device."""
         self.observe(name, LOST_STOP_TIME + 0.5, silence, {WAS_MOVING: was_moving})
 
     def sensor_falls_silent(self, name, was_moving, switch):
-        """Make a sensor silent by the robot's setting `switch`, as the stimulus `name`. After the
-        stimulus the sensor sends again."""
+        """Record the stimulus `name`, in which the robot's setting `switch` makes a sensor silent.
+        After the stimulus the sensor sends again."""
         self.falls_silent(name, was_moving, lambda: self.robot.change(**{switch: True}))
         self.robot.change(**{switch: False})
 
     def set_slip(self, share):
-        """Let a share of the wheels' travel slip. First end the node, because a running node may
-        report the change of the slip as a fault of a sensor."""
+        """Make the wheels slip by a share of their travel. First end the node, because a running
+        node may report the change of the slip as a fault of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change(slip=share)
@@ -186,7 +185,7 @@ class Trial:
         """Send Ctrl+C as the stimulus `name`. Then kill the node if it still runs."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as stimulus:
             ended = self.node.interrupt(EXIT_TIME)
-            if not (ended or was_moving):   # in Python 3.13 input() first waits for Enter
+            if not (ended or was_moving):   # in Python 3.13 input() waits for Enter after Ctrl+C
                 self.node.type('')
                 ended = wait_until(lambda: not self.node.alive, STOP_TIME)
             stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin if ended else None

@@ -1,8 +1,8 @@
 """Makes classes for a student's messages and services, and runs no code of the student.
 
 An import of a student's modules, even of generated modules, would run the student's code in the
-marker. Therefore a sandbox makes an example of each type, as bytes (see message_examples.py). The
-classes of this module replace a few fields of an example, and read no field.
+marker. Therefore a sandbox makes an example message of each type, as bytes (message_examples.py).
+A class of this module replaces a few fields of an example message, and reads no field.
 """
 import importlib
 import struct

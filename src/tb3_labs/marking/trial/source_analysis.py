@@ -1,7 +1,7 @@
 """Finds facts in the program text of a submission that no trial shows:
 
 * the sign of y in the submission's own mouse client,
-* a function that assigns an angle to an orientation instead of a quaternion,
+* a function that assigns an angle, and not a quaternion, to an orientation,
 * the lines that assign each variable.
 
 The text comes from a stranger, so a separate process with limited memory and time reads the text.
@@ -41,9 +41,8 @@ ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
 ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a yaw becomes a ' \
     'quaternion by sine and cosine of its half. Y sends 0, so it costs no points.'
 
-#: {variable: slope of its value}. The slope is positive if the value grows with the pixel's y,
-#: negative if the value falls, 0 if the value does not depend on y, and NaN if the dependence is
-#: unknown.
+#: {variable: slope}. The slope is positive if the variable grows with the pixel's y, negative if
+#: the variable falls, 0 if the variable does not depend on y, and NaN if the dependence is unknown.
 Slopes = Dict[str, float]
 
 
@@ -78,8 +77,8 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
 
 
 def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
-    """Returns {name: the lines that assign this variable or field}. A field of a field has two
-    names, NAME and FIELD.NAME."""
+    """Returns {name: the lines that assign this variable or field}. For `self.pose.x` the names are
+    `x` and `pose.x`."""
     lines: Dict[str, List[int]] = {}
     for node in nodes:
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MAX_NAMES:
@@ -127,7 +126,7 @@ def _slopes_sent(nodes: List[Any]) -> List[float]:
     # in Python 3.8 a keyword has no line number
     steps.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
-    for step in steps + steps:      # each step twice, since the callback may be the last step
+    for step in steps + steps:      # two passes are needed, since the callback may be the last step
         for name, slope in _assigned_slopes(step, slopes):
             # a later constant, such as a reset to 0, does not change a known slope
             if slope or not slopes.get(name):
@@ -141,7 +140,7 @@ def _slopes_sent(nodes: List[Any]) -> List[float]:
 
 
 def _assigned_slopes(node: Any, slopes: Slopes) -> Iterator[Tuple[str, float]]:
-    """Yields (name, slope) for each variable to which a node of ASSIGNMENTS gives a value."""
+    """Yields (name, slope) for each variable to which a syntax tree node gives a value."""
     if isinstance(node, ast.FunctionDef):       # def on_move(self, x, y)
         slope = 1.0 if PIXEL_NAME.search(node.name) else math.nan
         for parameter in node.args.args:
@@ -156,13 +155,13 @@ def _assigned_slopes(node: Any, slopes: Slopes) -> Iterator[Tuple[str, float]]:
         for target in node.targets:
             if not isinstance(target, ast.Tuple):
                 yield _dotted_name(target), _slope(node.value, slopes)
-            elif len(target.elts) > 1:          # x, y = position is read as y = position[1]
+            elif len(target.elts) > 1:          # `x, y = position` means `y = position[1]`
                 part = ast.Subscript(node.value, ast.Constant(1), ast.Load())
                 yield _dotted_name(target.elts[1]), _slope(part, slopes)
 
 
 def _slope(node: Any, slopes: Slopes) -> float:
-    """Returns the slope of an expression, see Slopes."""
+    """Returns the slope of an expression; Slopes explains the values."""
     name = _dotted_name(node)
     if name in slopes:
         return slopes[name]
@@ -190,7 +189,7 @@ def _slope(node: Any, slopes: Slopes) -> float:
 
 
 def _sign(factor: Any) -> float:
-    """Returns -1 if a factor has a minus in front, else 1."""
+    """Returns -1 if a minus stands before the expression, else 1."""
     return -1.0 if isinstance(getattr(factor, 'op', None), ast.USub) else 1.0
 
 

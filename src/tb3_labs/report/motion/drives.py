@@ -3,7 +3,7 @@
 The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge case: a value is NaN if the ground truth for it, or a sample near its time, was not recorded.
+Edge case: a value is NaN if its ground truth or its samples were not recorded.
 """
 import math
 from dataclasses import dataclass
@@ -18,15 +18,14 @@ from tb3_labs.recording.run_data import MIN_GAP, Poses, RunData
 from tb3_labs.report.motion.resets_and_goals import (
     FrameInterval, RecordedState, frame_intervals, recorded_states)
 
-#: The errors of a drive are measured when the robot rests, at most this time [s] after the drive.
+#: A drive's errors are measured at rest, at the latest this time [s] after the end of the drive.
 SETTLE_TIME = 1.0
-#: The turn before a straight line may last until this time [s] after the line's first command.
+#: The turn to the goal may last until this time [s] after the begin of MOVE_FORWARD.
 STRAIGHT_AFTER = 0.3
 #: If a reset begins a drive, the new frame comes at most this time [s] after the drive's begin.
 RESET_DELAY = 0.1
 #: An unknown (distance, angle) has this value.
 UNKNOWN = math.nan, math.nan
-#: The states of a drive.
 TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
 
 
@@ -38,8 +37,8 @@ class DriveReport:
     end: float
     goal: Optional[Pose2]             # in local
     outcome: str                      # 'reached', or why the drive ended
-    measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
-    true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
+    error: Tuple[float, float]        # (distance [m], angle [rad]) to the goal, by local_pose
+    true_error: Tuple[float, float]   # (distance, angle) to the goal, by the ground truth
     drift: float                      # [rad], change of the heading in MOVE_FORWARD
 
 
@@ -58,7 +57,7 @@ def drives(run: RunData) -> List[DriveReport]:
     return reports
 
 
-def frame_interval_of(in_order: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
+def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
     """Returns the FrameInterval in which a drive from `begin` to `end` [s] took place.
 
     A reset may begin the drive, and the pose may show this reset a moment after `begin`. A reset in
@@ -66,7 +65,7 @@ def frame_interval_of(in_order: Sequence[FrameInterval], begin: float, end: floa
     returned.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
-    return [interval for interval in in_order if interval.begin <= latest][-1]
+    return [interval for interval in frames if interval.begin <= latest][-1]
 
 
 def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
@@ -86,22 +85,22 @@ def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[Record
     after the drive, and is empty if the recording ended during the drive."""
     begin, end, goal = parts[0].begin, parts[-1].end, parts[0].goal
     interval = frame_interval_of(frames, begin, end)
-    rest = end
+    measured_until = end
     if next_states and next_states[0].state != TURN_TO_GOAL:
-        rest = min(end + SETTLE_TIME, next_states[0].end)
-    local, truth = (poses.between(interval.begin, min(rest, interval.end))
+        measured_until = min(end + SETTLE_TIME, next_states[0].end)
+    local, truth = (poses.between(interval.begin, min(measured_until, interval.end))
                     for poses in (run.local_pose, run.ground_truth))
     true_error = UNKNOWN
     if interval.local_T_world is not None:
         true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
     return DriveReport(begin, end, goal, outcome=_outcome(next_states),
-                       measured=_final_error(local, goal, end), true=true_error,
+                       error=_final_error(local, goal, end), true_error=true_error,
                        drift=_drift(run, parts))
 
 
 def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
-    """Returns (distance, angle) from the last pose to the goal of a drive; UNKNOWN without a pose
-    near the drive's `end` [s]."""
+    """Returns (distance, angle) from the last pose to the goal. Returns UNKNOWN without a pose near
+    the drive's `end` [s]."""
     if goal is None or not len(poses) or poses.time[-1] < end - MIN_GAP:
         return UNKNOWN
     last = poses.pose(-1)

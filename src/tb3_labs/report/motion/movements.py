@@ -54,13 +54,13 @@ class MovementKind(Enum):
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement from `begin` to `end`. The commands have a forward speed from `forward` to
-    `turns_again`. `forward` equals `turns_again` if no command has a forward speed."""
+    """A movement from `begin` to `end`. The commands have a forward speed from `forward_begin`
+    to `forward_end`. `forward_begin` equals `forward_end` if no command has a forward speed."""
 
     kind: MovementKind
     begin: float
-    forward: float
-    turns_again: float
+    forward_begin: float
+    forward_end: float
     end: float
 
 
@@ -83,21 +83,20 @@ def movements(run: RunData) -> List[Movement]:
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
-    """Returns the Movement of the commands with the indices `moves`. `ends` are the times
-    [s] at which the run's commands end."""
+    """`moves` are indices of commands. `ends` are the times [s] at which the commands end."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
-    forward = turns_again = end
+    forward_begin = forward_end = end
     ahead = moves[np.abs(run.commands.linear[moves]) > NO_SPEED]
     if len(ahead):
-        forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
+        forward_begin, forward_end = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
     kind = MovementKind.DRIVE
     has_mouse = 'mouse_info' in run.devices
     if len(run.control) or 'joy' in run.devices:
         is_by_node = has_control(run, (begin + end) / 2.0)
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
-        length = run.odometry.pose_at(forward).distance_to(run.odometry.pose_at(turns_again))
+        length = run.odometry.pose_at(forward_begin).distance_to(run.odometry.pose_at(forward_end))
         is_by_node = has_turn and not has_mouse and length >= MIN_DRIVE_LENGTH
     else:
         kind = MovementKind.TURN
@@ -105,12 +104,12 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
         is_by_node = not has_mouse or fastest > MOUSE_FULL + NO_SPEED
     if not is_by_node:
         kind = MovementKind.BY_HAND
-    return Movement(kind, begin, forward, turns_again, end)
+    return Movement(kind, begin, forward_begin=forward_begin, forward_end=forward_end, end=end)
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? Before the first message on ctrl_relinq, the answer
-    is the opposite of this message."""
+    """Did a node have control at this time [s]? The first message on ctrl_relinq is assumed to
+    change the control."""
     if not len(run.control):
         return False
     before = run.control.value[run.control.time <= time]
@@ -137,10 +136,10 @@ def _with_local(run: RunData) -> RunData:
     declared = declared.take(np.argsort(declared.time, kind='stable'))
     frames = odometry.at(declared.time) @ declared.inverse()
     imu_yaws = run.imu.yaw_at(declared.time) - declared.yaw
-    number = last_until(declared.time, odometry.time).clip(0)
-    odom_T_local = replace(frames.take(number), arrival=odometry.arrival, time=odometry.time)
+    frame_index = last_until(declared.time, odometry.time).clip(0)
+    odom_T_local = replace(frames.take(frame_index), arrival=odometry.arrival, time=odometry.time)
     local = odom_T_local.inverse() @ odometry
-    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws[number])
+    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws[frame_index])
     return replace(run, local_pose=replace(local, yaw=heading), frames=odom_T_local,
                    derived=run.derived + ('local_pose', 'frames'))
 
@@ -149,7 +148,7 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
     states = []
     for movement in movements(run):
         if movement.kind is MovementKind.DRIVE:
-            begins = movement.begin, movement.forward, movement.turns_again
+            begins = movement.begin, movement.forward_begin, movement.forward_end
             states += [(begin, begin, state) for begin, state in zip(begins, DRIVING)
                        if begin < movement.end]
             if movement.end < run.duration:

@@ -2,8 +2,8 @@
 
 A *frame interval* is the time from one reset of ``local`` to the next. The log line of a reset
 comes a moment before or after the first pose in the new frame. A frame interval begins at the
-largest jump of local_pose that is at most `NEAR_RESET` before or after the log line. Motion that
-the odometry shows, too, is not a jump.
+largest jump of local_pose within `NEAR_RESET` of the log line. A jump is a motion that the odometry
+does not show.
 
 ``local`` may move in ``odom`` within a frame interval. If the odometry jumps while the robot rests,
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
@@ -27,12 +27,11 @@ from tb3_labs.recording.run_data import Poses, RunData
 
 #: The log line of a reset, and the first pose in the new frame, are at most this time [s] apart.
 NEAR_RESET = 0.3
-#: Each second between the log line and a jump reduces the jump's weight by this length [m]. If a
-#: reset declares the pose that the robot already has, the frame begins at the pose nearest to the
-#: log line.
+#: The weight of a jump is its size [m] minus this length [m] for each second between the jump and
+#: the log line. If no pose jumps, the frame begins at the pose nearest to the log line.
 LOSS_PER_SECOND = 0.05
-#: A new frame begins midway between its own first message and the previous message, but at most
-#: this time [s] before its own first message.
+#: A new frame begins midway between the last message in the old frame and the first message in the
+#: new frame. The first message comes at most this time [s] after the begin.
 MAX_TIME_BEFORE = 0.05
 #: A goal that arrived at most this time [s] after a state belongs to the state.
 SAME_MOMENT = 0.1
@@ -55,7 +54,7 @@ class RecordedState:
     state: str
     begin: float
     end: float
-    goal: Optional[Pose2]             # in local, None if unknown
+    goal: Optional[Pose2]             # in local; None if the goal is unknown
 
 
 @lru_cache(maxsize=1)
@@ -64,15 +63,15 @@ def frame_intervals(run: RunData) -> List[FrameInterval]:
     frames = _frames(run)
     begins = [-math.inf] + _interval_begins(run)
     ends = begins[1:] + [math.inf]
-    # the first transform of an interval on tf has the exact pose of ``local``
+    # at an interval's begin, the first transform on tf has the exact pose of ``local``
     first = np.searchsorted(frames.time, begins).clip(max=len(frames) - 1)
     return [FrameInterval(begin, end, frames.pose(int(k)), _local_T_world(run, begin, end))
             for k, begin, end in zip(first, begins, ends)]
 
 
 def _interval_begins(run: RunData) -> List[float]:
-    """Returns the time [s] at which each frame interval begins, without the first interval. Two
-    resets never begin the same interval."""
+    """Returns the begin [s] of each frame interval after the first. Two resets never begin the same
+    interval."""
     local = run.local_pose
     moved_in_local = _displacements(local)
     moved_in_odom = _displacements(run.odometry.at(local.time))
@@ -101,14 +100,14 @@ def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
 
 
 def _frames(run: RunData) -> Poses:
-    """Returns the poses of ``local`` in ``odom``, from tf, or from local_pose without tf."""
+    """Returns the poses of ``local`` in ``odom``. Without tf, local_pose shows the frame."""
     if len(run.frames):
         return run.frames
     return run.odometry.at(run.local_pose.time) @ run.local_pose.inverse()
 
 
 def _begins_of_frames(frames: Poses) -> np.ndarray:
-    """Returns the time [s] at which each frame comes into force, without the first frame."""
+    """Returns the time [s] at which each of the `frames` after the first comes into force."""
     last, first = frames.time[:-1], frames.time[1:]
     return np.maximum((last + first) / 2.0, first - MAX_TIME_BEFORE)
 

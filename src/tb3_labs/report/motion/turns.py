@@ -23,12 +23,12 @@ from tb3_labs.robot.samples import REST_ANGULAR
 
 #: A robot rests if its mean rate of turn over this time [s] is below REST_ANGULAR.
 REST_WINDOW = 0.15
-#: The robot rests at most this time [s] after the last command.
+#: The robot has come to rest within this time [s] after the last command.
 REST_WAIT = 2.0
-#: The heading at rest is the mean over this time [s], after the robot has rested for REST_WINDOW.
+#: After REST_WINDOW at rest, the heading is averaged over this time [s].
 REST_MEAN = 0.3
-#: The recorder may miss the first commands of a new node. So a turn may begin up to this time [s]
-#: before its first recorded command.
+#: A turn may begin up to this time [s] before its first recorded command, since the recorder may
+#: miss the first commands of a new node.
 MAX_MISSED = 1.0
 #: Without a message on `turn`, a movement by a smaller angle [rad] is not a turn.
 MIN_TURN = math.radians(45.0)
@@ -43,7 +43,7 @@ class TurnReport:
     """The report of a turn, from rest to rest."""
 
     begin: float
-    end: float                        # when the robot rests again
+    end: float                        # from then on the robot rests again
     requested: float
     turned: float                     # by the IMU
     error: float                      # turned beyond the requested angle; negative if too short
@@ -54,11 +54,11 @@ class TurnReport:
 def turn_reports(run: RunData) -> List[TurnReport]:
     """Returns a TurnReport for each turn, in order."""
     driven = [interval for interval in recorded_states(run) if interval.state in DRIVING]
-    everything = movements(run)
-    next_begins = [movement.begin for movement in everything[1:]] + [run.duration]
+    all_movements = movements(run)
+    next_begins = [movement.begin for movement in all_movements[1:]] + [run.duration]
     reports: List[TurnReport] = []
     since = 0.0
-    for movement, next_begin in zip(everything, next_begins):
+    for movement, next_begin in zip(all_movements, next_begins):
         is_driven = any(
             interval.begin < movement.end and movement.begin < interval.end for interval in driven)
         if movement.kind is not MovementKind.TURN or is_driven:
@@ -74,8 +74,8 @@ def turn_reports(run: RunData) -> List[TurnReport]:
 def _separate_turns(run: RunData, movement: Movement,
                     until: float) -> List[Tuple[float, float, float]]:
     """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
-    the time of the first command after the movement. A pause of TURN_PAUSE separates two turns, so
-    a quick correction is a part of the turn that it corrects."""
+    the time of the first command after the movement. Only a pause of TURN_PAUSE separates two
+    turns, so a turn includes its quick corrections."""
     commands = run.commands.between(movement.begin, movement.end)
     times = commands.time[np.abs(commands.angular) > NO_SPEED]
     first_after_pause = np.flatnonzero(np.diff(times) > TURN_PAUSE) + 1

@@ -28,10 +28,10 @@ FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
 
 class Markup(str):
-    """A text that is HTML already."""
+    """A text in HTML, which is not escaped."""
 
 
-def number(value: float, form: str, unknown: str = DASH) -> str:
+def formatted(value: float, form: str, unknown: str = DASH) -> str:
     """Returns the value in the format `form`, or `unknown` if the value is not finite. A zero never
     has a minus sign."""
     if not math.isfinite(value):
@@ -42,7 +42,7 @@ def number(value: float, form: str, unknown: str = DASH) -> str:
 
 def degrees(angle: float, form: str) -> str:
     """Returns the angle [rad] in degrees, in the format `form`; a dash if not finite."""
-    return number(math.degrees(angle), form)
+    return formatted(math.degrees(angle), form)
 
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:
@@ -56,7 +56,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], texts: Sequence[s
     """Returns an HTML table. Texts are escaped. Markup is not escaped.
 
     `texts` are the heads of the columns that are aligned left, in addition to the first column. On
-    a narrow screen each cell begins with the head of its column, if the table is not plain.
+    a narrow screen each cell begins with the head of its column, unless `is_plain`.
     """
     attributes = [' class="words"' if head in texts else '' for head in heads]
     headings = [TAG.sub('', _html(head)) for head in heads]

@@ -35,7 +35,7 @@ WIDTH = 7.2
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: Successive curves have these (colour, line style).
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-# Agg in Noetic cannot draw more points than this in one part
+# the renderer Agg in Noetic fails on a longer line, so matplotlib draws the line in parts
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn also shows these times [s] before and after the turn.
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
@@ -96,10 +96,10 @@ def turns_figure(run: RunData) -> Figure:
 def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     """Returns a figure with two panels: the path in odom, and the path in local. Both panels show
     the axes of both frames, and the goals of the drives. The axes of a panel's own frame are black.
-    The path after a reset has the same colour as the axes of the other frame after this reset."""
+    The path after a reset and the axes of the other frame have one colour."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
-    frames, local = frame_intervals(run), run.local_pose
+    frames = frame_intervals(run)
     for number, interval in enumerate(frames):
         colour, _ = STYLES[number % len(STYLES)]
         # after the last colour the first colour follows again, with another line style
@@ -108,7 +108,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
         name = f'path after reset {number}' if number else 'path'
         path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
         draw_path(in_odom, run.odometry.between(interval.begin, interval.end), **path_style)
-        draw_path(in_local, local.between(interval.begin, interval.end), **path_style)
+        draw_path(in_local, run.local_pose.between(interval.begin, interval.end), **path_style)
         _draw_axes(in_odom, interval.odom_T_local, colour)
         _draw_axes(in_local, interval.odom_T_local.inverse(), colour)
         if interval.local_T_world is not None:
@@ -120,7 +120,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
             draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **truth_style)
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
-    _draw_ends(in_local, local, [goal for _, goal in goals])
+    _draw_ends(in_local, run.local_pose, [goal for _, goal in goals])
     for panel, title in ((in_odom, 'global frame odom (black axes)'),
                          (in_local, 'local frame (black axes)')):
         _draw_axes(panel, Pose2(), 'black')
@@ -139,7 +139,6 @@ def draw_path(panel: Axes, poses: Poses, **style: Any) -> None:
 
 def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
              goal: Pose2) -> Pose2:
-    """Returns the pose that the goal of a drive has in odom at the end of the drive."""
     last = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 

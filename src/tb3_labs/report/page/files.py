@@ -22,13 +22,12 @@ from tb3_labs.report.motion.drives import STRAIGHT_AFTER, drives
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import figures, timeline
-from tb3_labs.report.page.document import document, number, safe, table
+from tb3_labs.report.page.document import document, formatted, safe, table
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A path shorter than this [m] is not drawn.
 MIN_PATH_LENGTH = 0.05
-#: {name of a figure: its caption}.
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Remaining angle, and rate of turn, from the first command on.'}
@@ -54,7 +53,7 @@ class Column(NamedTuple):
     def text(self, report: Any) -> str:
         """Returns the text of the cell for one report."""
         value = self.value(report)
-        return number(value, self.form, '') if self.form else safe(value)
+        return formatted(value, self.form, '') if self.form else safe(value)
 
 
 TURN_COLUMNS = (
@@ -74,14 +73,13 @@ DRIVE_COLUMNS = (
            lambda drive: math.degrees((drive.goal or NO_GOAL).yaw), '{:.1f}'),
     Column('outcome', 'outcome', lambda drive: drive.outcome, ''),
     Column('time_s', 'time [s]', lambda drive: drive.end - drive.begin, '{:.2f}'),
-    Column('distance_error_m', 'off by [m]', lambda drive: drive.measured[0], '{:.4f}'),
-    Column('angle_error_deg', 'off by [deg]', lambda drive: math.degrees(drive.measured[1]),
+    Column('distance_error_m', 'off by [m]', lambda drive: drive.error[0], '{:.4f}'),
+    Column('angle_error_deg', 'off by [deg]', lambda drive: math.degrees(drive.error[1]),
            '{:+.2f}'),
-    Column('true_distance_error_m', 'truly off [m]', lambda drive: drive.true[0], '{:.4f}'),
-    Column('true_angle_error_deg', 'truly off [deg]', lambda drive: math.degrees(drive.true[1]),
-           '{:+.2f}'),
+    Column('true_distance_error_m', 'truly off [m]', lambda drive: drive.true_error[0], '{:.4f}'),
+    Column('true_angle_error_deg', 'truly off [deg]',
+           lambda drive: math.degrees(drive.true_error[1]), '{:+.2f}'),
     Column('drift_deg', 'heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'))
-#: The note below the table of drives.
 DRIFT_NOTE = (f'Drift: the heading by the IMU at the end of MOVE_FORWARD, minus the heading '
               f'{STRAIGHT_AFTER} s after its start.')
 
@@ -135,7 +133,7 @@ def samples_csv(run: RunData) -> str:
     """Returns a CSV file with a row for each odometry message."""
     at = run.odometry.time
     commands = run.commands.in_force()
-    newest = last_until(commands.time, at)        # -1 before the first command
+    newest = last_until(commands.time, at)        # -1 before the first command, so a NaN is read
     columns = {
         'time_s': at, 'odom_x_m': run.odometry.x, 'odom_y_m': run.odometry.y,
         'odom_yaw_deg': np.degrees(run.odometry.yaw),
@@ -151,7 +149,6 @@ def samples_csv(run: RunData) -> str:
 
 
 def _rows(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
-    """Returns a row of texts for each report. The first text is the number of the report."""
     return [[str(count), *(column.text(report) for column in columns)]
             for count, report in enumerate(reports, 1)]
 

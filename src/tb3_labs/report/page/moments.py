@@ -14,8 +14,8 @@ from tb3_labs.report.motion.drives import DriveReport
 from tb3_labs.report.motion.movements import movements
 from tb3_labs.report.motion.resets_and_goals import frame_intervals, recorded_states
 from tb3_labs.report.motion.turns import TurnReport
-from tb3_labs.report.page.document import degrees, hints, number
-from tb3_labs.report.page.timeline import TimelineEvent, first_of_runs, timeline_event
+from tb3_labs.report.page.document import degrees, formatted, hints
+from tb3_labs.report.page.timeline import TimelineEvent, changed_rows, timeline_event
 from tb3_labs.watch.broken_link import sentence
 from tb3_labs.watch.chains import broken_links_of_nodes
 
@@ -43,7 +43,7 @@ def moments(run: RunData, turned: Sequence[TurnReport],
                for k, interval in enumerate(frame_intervals(run)[1:], 1)]
     events += [timeline_event('stop', interval.begin, interval.state)
                for interval in recorded_states(run) if ':' in interval.state]
-    for k in np.flatnonzero(first_of_runs(run.control.value[:, np.newaxis])):
+    for k in np.flatnonzero(changed_rows(run.control.value[:, np.newaxis])):
         kind, words = 'stop', 'control taken from the node'
         if run.control.value[k]:
             kind, words = 'start', 'control given to the node'
@@ -63,8 +63,8 @@ def _turn_event(k: int, turn: TurnReport) -> TimelineEvent:
 
 
 def _drive_event(k: int, drive: DriveReport) -> TimelineEvent:
-    distance, angle = drive.measured
-    off = f"{number(distance, '{:.3f}')} m and {degrees(angle, '{:.1f}')} deg off"
+    distance, angle = drive.error
+    off = f"{formatted(distance, '{:.3f}')} m and {degrees(angle, '{:.1f}')} deg off"
     return timeline_event('drive', drive.begin, f'drive {k}: {drive.outcome}, {off}', drive.end)
 
 
@@ -78,7 +78,7 @@ def _by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:
 def printed_faults(run: RunData) -> str:
     """Returns a paragraph of HTML for each exception and each open TODO that nodes printed."""
     faults: Dict[str, List[float]] = {}         # {sentence: times}
-    for time, text in zip(run.log.time.tolist(), run.log.texts):
+    for time, text in zip(run.log.time.tolist(), run.log.text):
         todo = OPEN_TODO.match(text)
         if todo:
             faults.setdefault(f'The node said: {todo.group()}.', []).append(time)

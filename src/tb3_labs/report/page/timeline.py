@@ -23,9 +23,9 @@ from tb3_labs.report.motion.resets_and_goals import (
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.watch.variables import Series, variables_by_node
 
-#: The HTML of the timeline, to which timeline.js and timeline.css belong.
+#: The HTML of the timeline. The program and the style are in timeline.js and timeline.css.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
-#: The bounds [m], [deg], [m/s], [rad/s] of tracks whose numbers are not yet rounded.
+#: The bounds [m], [deg], [m/s], [rad/s] of tracks, without the error of rounding.
 PLACE_BOUND, ANGLE_BOUND, SPEED_BOUND, RATE_BOUND = 0.002, 0.2, 0.005, 0.03
 #: A longer text is cut to this number of characters.
 MAX_TEXT_LENGTH = 1000
@@ -42,10 +42,10 @@ TimelineEvent = Dict[str, Any]
 
 def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
                  breaks: Sequence[int]) -> np.ndarray:
-    """Returns the indices of the samples that suffice to draw a curve. The straight lines between
-    these samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks`
-    are the indices, in order, at which a new stretch of the curve begins. Both ends of a stretch
-    are kept.
+    """Returns the indices of the samples that suffice to draw a curve. `values` has the shape
+    (n, k), and `bounds` has the shape (k,). The straight lines between the kept samples differ from
+    the `values` by at most `bounds`. `breaks` are the indices, in order, at which a new stretch of
+    the curve begins. Both ends of a stretch are kept.
 
     Source: Douglas and Peucker (1973), but distances are measured along the axis of the values.
     """
@@ -78,7 +78,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[floa
     values = np.column_stack(columns)
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > MIN_GAP) + 1)})
     shown = kept_samples(time, values, np.array(bounds), begins)
-    # the numbers are rounded to one digit more than their bound has
+    # numbers with a bound of 0.002 get four digits
     digits = [1 - math.floor(math.log10(bound)) for bound in bounds]
     return {'time': np.round(time[shown], 3),
             'columns': list(map(np.round, values[shown].T, digits)),
@@ -130,15 +130,15 @@ def _resets(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
 
 
 def _commands(commands: Commands) -> List[List[Optional[float]]]:
-    """Returns [time, linear, angular] of the commands that differ from their previous command. When
+    """Returns [time, linear, angular] of each command that differs from the previous command. When
     the robot's timeout ends a command, both speeds become None."""
     sent = commands.in_force()
     rows = np.round(np.column_stack([sent.time, sent.linear, sent.angular]), 3)
-    kept = rows[first_of_runs(rows[:, 1:])]
+    kept = rows[changed_rows(rows[:, 1:])]
     return [[None if math.isnan(number) else number for number in row] for row in kept.tolist()]
 
 
-def first_of_runs(rows: np.ndarray) -> np.ndarray:
+def changed_rows(rows: np.ndarray) -> np.ndarray:
     """Returns a mask of the rows that differ from the previous row, and of the first row."""
     is_first = np.ones(len(rows), dtype=bool)
     is_first[1:] = (rows[1:] != rows[:-1]).any(axis=1)
@@ -153,7 +153,7 @@ def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> Time
 
 def _lines(log: LogLines) -> List[List[Any]]:
     return [[round(float(at), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
-            for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
+            for at, level, node, text in zip(log.time, log.level, log.node, log.text)
             if node.rpartition('/')[2] != RECORDER]
 
 
@@ -174,9 +174,9 @@ def variables(run: RunData) -> List[List[Any]]:
 
 def _changes(variable: Series) -> Tuple[List[float], List[Optional[str]]]:
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
-    is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # before a gap or the end
+    is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # a gap or the end follows
     follows_gap = np.append(False, is_last[:-1])
-    is_new = follows_gap | first_of_runs(values[:, np.newaxis])
+    is_new = follows_gap | changed_rows(values[:, np.newaxis])
     times: List[float] = []
     texts: List[Optional[str]] = []
     for k in np.flatnonzero(is_new | is_last):
@@ -202,6 +202,6 @@ def section(data: Dict[str, Any]) -> str:
     styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
     style = ''.join(path.read_text(encoding='utf-8') for path in styles)
     page = TIMELINE_PAGE.read_text(encoding='utf-8').format(
-        data=text.replace('<', '\\u003c'),      # a node's text cannot end the data
+        data=text.replace('<', '\\u003c'),      # a </script> in a text must not end the data
         script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
     return f'<style>\n{style}</style>\n{page}'

@@ -2,8 +2,8 @@
 
 Python imports sitecustomize when it starts, and scripts/watch.py puts this folder on the node's
 path. The probe removes the folder again, so that the node has its usual path. A thread of the probe
-waits until the node calls rospy.init_node(). From then on, the thread reads the node's variables 20
-times a second. The thread publishes this topic while the topic has a subscriber:
+waits until the node calls rospy.init_node(). After this call, the thread publishes the node's
+variables 20 times a second, if the topic has a subscriber:
 
     variables    diagnostic_msgs/DiagnosticArray, with the node's name and its variables
 
@@ -26,7 +26,8 @@ from types import FunctionType, ModuleType
 READ_PAUSE, SEARCH_PAUSE = 0.05, 0.25
 #: The searches for objects take at most this share of the time.
 SEARCH_SHARE = 0.003
-#: At most this many variables, objects, and objects of one class are shown.
+#: The probe shows at most MAX_SHOWN variables, of at most MAX_OBJECTS objects. At most
+#: MAX_OF_A_CLASS of the objects have the same class.
 MAX_SHOWN, MAX_OBJECTS, MAX_OF_A_CLASS = 40, 20, 3
 #: A text is shown up to this number of characters.
 MAX_VALUE_LENGTH = 200
@@ -42,10 +43,10 @@ def leave_the_path():
     own = os.path.dirname(os.path.abspath(__file__))
     sys.path[:] = [folder for folder in sys.path if folder != own]
     folders = os.environ.get('PYTHONPATH', '').split(os.pathsep)
-    left = os.pathsep.join(folder for folder in folders if folder != own)
+    remaining = os.pathsep.join(folder for folder in folders if folder != own)
     os.environ.pop('PYTHONPATH', None)
-    if left:
-        os.environ['PYTHONPATH'] = left
+    if remaining:
+        os.environ['PYTHONPATH'] = remaining
     this = sys.modules.pop(__name__)
     try:
         import sitecustomize    # noqa: F401
@@ -59,7 +60,7 @@ def leave_the_path():
 # -- the node's script and its objects
 
 def script_frames():
-    """Returns the stack frames of the node's script, the main program first; [] before it runs."""
+    """Returns the stack frames of the node's script, outermost first; [] before the script runs."""
     frames = []
     frame = sys._current_frames().get(threading.main_thread().ident)
     while frame is not None:
@@ -92,7 +93,7 @@ class WatchedNode:
         self._next_search = 0.0
 
     def is_own(self, kind):
-        """Is this class from the script, a module beside the script, or its package's src?"""
+        """Is this class from the script, from a module beside it, or from the package's `src`?"""
         if kind not in self._is_own:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
@@ -103,7 +104,7 @@ class WatchedNode:
         return self._is_own[kind]
 
     def is_object(self, value):
-        """Is this an object of an own class of the node, but no type, Enum, tuple or exception?"""
+        """Is this an object of the node's classes, and not a type, Enum, tuple or exception?"""
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
@@ -113,25 +114,26 @@ class WatchedNode:
             self._search()
         objects = [reference() for reference in self._objects]
         objects = [each for each in objects if each is not None]
-        held = {id(each): attributes(each) for each in objects}
-        inner = {id(part) for each in held.values() for part in each.values()}
-        shown, known = {}, set()
+        attributes_of = {id(each): attributes(each) for each in objects}
+        part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
+        shown = {}
+        shown_ids = set()
         # if two variables have the same name, the second name begins with its class or function
-        for each in sorted(objects, key=lambda each: id(each) in inner):
-            if id(each) not in known:
-                known.add(id(each))
-                self._add(shown, held[id(each)], type(each).__name__, known)
+        for each in sorted(objects, key=lambda each: id(each) in part_ids):
+            if id(each) not in shown_ids:
+                shown_ids.add(id(each))
+                self._add(shown, attributes_of[id(each)], type(each).__name__, shown_ids)
         for frame in frames[1:]:
-            self._add(shown, dict(frame.f_locals), frame.f_code.co_name, known)
-        self._add(shown, dict(self._script), 'globals', known)
+            self._add(shown, dict(frame.f_locals), frame.f_code.co_name, shown_ids)
+        self._add(shown, dict(self._script), 'globals', shown_ids)
         for each in objects:
             for kind in filter(self.is_own, type(each).__mro__):
-                self._add(shown, {name: value for name, value in list(vars(kind).items())
-                                  if name not in held[id(each)]}, kind.__name__, known)
+                class_variables = {name: value for name, value in list(vars(kind).items())
+                                   if name not in attributes_of[id(each)]}
+                self._add(shown, class_variables, kind.__name__, shown_ids)
         return shown
 
     def _search(self):
-        """Find the node's objects again, because the node may have created new ones."""
         self._next_search = time.monotonic() + SEARCH_PAUSE
         begin = time.thread_time()
         counts = Counter()
@@ -145,8 +147,8 @@ class WatchedNode:
         duration = time.thread_time() - begin
         self._next_search += duration / SEARCH_SHARE
 
-    def _add(self, shown, held, owner, known):
-        for name, value in held.items():
+    def _add(self, shown, variables, owner, shown_ids):
+        for name, value in variables.items():
             if len(shown) >= MAX_SHOWN:
                 return
             with suppress(Exception):       # a value that cannot be read is left out
@@ -154,29 +156,28 @@ class WatchedNode:
                     continue
                 # the private name _Class__name is shown as __name
                 name = name.replace(f"_{owner.lstrip('_')}__", '__')
-                for path, text in self._texts(name, value, known):
+                for path, text in self._texts(name, value, shown_ids):
                     if path in shown:
                         path = f'{owner}.{path}'
                     if len(shown) < MAX_SHOWN:
                         shown.setdefault(sendable(path), text)
 
-    def _texts(self, name, value, known, depth=0):
+    def _texts(self, name, value, shown_ids, depth=0):
         """Yields (name, text) of a simple value, or of each part of a message or an object."""
         text = simple_text(value)
         if text is not None:
             yield name, text
             return
         if depth < MAX_NESTED:
-            for part, each in self._parts(value, known).items():
-                yield from self._texts(f'{name}.{part}', each, known, depth + 1)
+            for part, each in self._parts(value, shown_ids).items():
+                yield from self._texts(f'{name}.{part}', each, shown_ids, depth + 1)
 
-    def _parts(self, value, known):
-        """Returns {name: value} of the parts of a message, or of an object of the node."""
+    def _parts(self, value, shown_ids):
         kind = type(value)
         if module_of(kind).startswith('geometry_msgs.msg'):
             return {part: getattr(value, part, None) for part in kind.__slots__}
-        if self.is_object(value) and id(value) not in known:
-            known.add(id(value))
+        if self.is_object(value) and id(value) not in shown_ids:
+            shown_ids.add(id(value))
             return attributes(value)
         return {}
 
@@ -231,7 +232,8 @@ def run():
     import rospy
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     publisher = rospy.Publisher('variables', DiagnosticArray, queue_size=1)
-    node, status = None, DiagnosticStatus(name=rospy.get_name())
+    node = None
+    status = DiagnosticStatus(name=rospy.get_name())
     message = DiagnosticArray(status=[status])
 
     def read():
