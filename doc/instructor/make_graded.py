@@ -17,7 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 POINTS = ROOT / 'launch' / 'checks' / 'points.yaml'
 #: A table of a lab, or a list of a lab's extra criteria, with the comment before the table or list.
 #: If a sheet has no list for a lab, the table has the extra criteria.
-MADE_PART = re.compile(r'(<!-- (\w+)( extras)?: made by make_graded\.py -->\n\n)((?:[|*].*\n)*)')
+MADE_PART = re.compile(r'(<!-- (\w+)( extras)?: make_graded\.py -->\n\n)((?:[|*].*\n)*)')
 HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
 
@@ -26,7 +26,7 @@ def extras(lab):
     lines = []
     for criterion in LABS[lab].criteria:
         if criterion.extra:
-            limits = f', {criterion.limits}' if criterion.limits else ''
+            limits = f' ({criterion.limits})' if criterion.limits else ''
             lines.append(f'* `{criterion.label}`: {criterion.meaning}{limits}.\n')
     return ''.join(lines)
 

@@ -23,7 +23,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the number in `word`, or the text `word`, which a Config refuses."""
+    """Returns `word` as a number if possible, and otherwise as a text, which a Config refuses."""
     try:
         return float(word)
     except ValueError:
@@ -56,7 +56,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
             file.write(content)
         os.replace(str(part), str(path))
     finally:
-        part.unlink(missing_ok=True)    # after a failure the part still exists
+        part.unlink(missing_ok=True)    # after a failure the file `part` still exists
 
 
 def failure_text(problem: BaseException) -> str:

@@ -9,6 +9,7 @@ from typing import Any, Iterable, Mapping, Optional, Sequence, Type, TypeVar
 
 #: A parameter that was not given has this value.
 NOT_GIVEN = 'default'
+TYPE_TEXTS = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}
 ConfigType = TypeVar('ConfigType', bound='Config')
 
 
@@ -66,8 +67,7 @@ def bounds_text(item: Field) -> str:
     rule = item.metadata
     if rule['choices']:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])
-    text = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
-        type(item.default)]
+    text = TYPE_TEXTS[type(item.default)]
     if rule['low'] is not None:    # a whole number of 32 bits has at most ten digits
         text += f' from {rule["low"]:.10g} to {rule["high"]:.10g}'
     return f'{text} {rule["unit"]}'.rstrip()

@@ -105,7 +105,7 @@ class Still:
     def on_imu(self, *_):
         pass
 
-    on_odometry = on_command = pop_fix = on_imu
+    on_odometry = on_command = pop_pose = on_imu
 
     def on_reset(self, reset, *_):
         reset.declared = reset.requested.pose

@@ -58,7 +58,7 @@ def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=Fa
         time += TICK
         if abs(remaining) > NEAR:
             near_at = time
-        rests = abs(speed) < 1e-4 and abs(approach.way_after_stop.value) <= 0.003
+        rests = abs(speed) < 1e-4 and abs(approach.predicted_remaining.value) <= 0.003
         still = still + 1 if rests else 0
     return remaining, overshoot, near_at, greatest
 
@@ -111,8 +111,8 @@ def test_noisy_samples_are_averaged_while_the_robot_moves():
     for _ in range(20):
         remaining -= speed * TICK
         speed = approach.step(remaining, speed, 1.0, TICK, noise=0.3)
-        assert speed == 1.0 and approach.way_after_stop.value == pytest.approx(remaining)
-    assert approach.way_after_stop.uncertainty < 0.3
+        assert speed == 1.0 and approach.predicted_remaining.value == pytest.approx(remaining)
+    assert approach.predicted_remaining.uncertainty < 0.3
 
 
 def test_a_sample_that_is_used_twice_counts_once():
@@ -121,7 +121,7 @@ def test_a_sample_that_is_used_twice_counts_once():
     uncertainties = []
     for age in (0.01, 0.01 + TICK, 0.045):
         approach.step(1.0, 0.0, 1.0, TICK, noise=0.1, age=age)
-        uncertainties.append(approach.way_after_stop.uncertainty)
+        uncertainties.append(approach.predicted_remaining.uncertainty)
     assert uncertainties == pytest.approx([0.2, 0.2, 0.2 / math.sqrt(2.0)], rel=1e-3)
 
 
@@ -129,6 +129,6 @@ def test_a_sample_that_is_used_twice_counts_once():
 def test_the_way_is_uncertain_by_2_ms_of_the_faster_speed(speed, doubt):
     """The error is two standard deviations, after an exact sample that is used twice."""
     approach = make_approach(1e4, MotorResponse(0.0, 0.0))
-    assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0 and approach.way_after_stop.uncertainty == 0.0
+    assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0 and approach.predicted_remaining.uncertainty == 0.0
     approach.step(1.0, speed, 1.0, TICK, age=TICK)
-    assert approach.way_after_stop.uncertainty == pytest.approx(doubt)
+    assert approach.predicted_remaining.uncertainty == pytest.approx(doubt)

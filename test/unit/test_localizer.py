@@ -30,55 +30,55 @@ def late(seed, most=0.004):
 
 
 def feed(localizer, messages):
-    """(fixes, resets carried out) of a localizer that gets `messages`."""
-    fixes, resets = [], []
+    """(poses, resets carried out) of a localizer that gets `messages`."""
+    poses, resets = [], []
     for arrival, sample in messages:
         take = localizer.on_imu if isinstance(sample, ImuSample) else localizer.on_odometry
         take(sample, arrival)
         resets += localizer.pop_resets()
-        fix = localizer.pop_fix()
-        if fix is not None:
-            fixes.append(fix)
-    return fixes, resets
+        stamped = localizer.pop_pose()
+        if stamped is not None:
+            poses.append(stamped)
+    return poses, resets
 
 
 def feed_with_a_reset(messages, requested_at, declared=DECLARED, sample_delay=0.0):
-    """(localizer, reset, fixes after the request) of a localizer that gets `messages`."""
+    """(localizer, reset, poses after the request) of a localizer that gets `messages`."""
     localizer = TimedPart.localizer()
     feed(localizer, [message for message in messages if message[0] <= requested_at])
     reset = localizer.reset(RequestedPose(as_pose2(declared)), requested_at, sample_delay)
-    fixes, resets = feed(localizer, [message for message in messages if message[0] > requested_at])
+    poses, resets = feed(localizer, [message for message in messages if message[0] > requested_at])
     assert resets == ([reset] if reset.is_over else [])
-    return localizer, reset, fixes
+    return localizer, reset, poses
 
 
-def assert_fixes(fixes, robot, declared, since, metres=1e-4, radians=1e-6):
-    """Check that every fix is `declared` times the true motion since the instant `since`."""
-    assert fixes
-    for fix in fixes:
-        time = fix.stamp - robot.clock_ahead
-        assert_pose(fix.local_T_base, declared.then(*robot.moved(time - since)),
+def assert_poses(poses, robot, declared, since, metres=1e-4, radians=1e-6):
+    """Check that every pose is `declared` times the true motion since the instant `since`."""
+    assert poses
+    for stamped in poses:
+        time = stamped.stamp - robot.clock_ahead
+        assert_pose(stamped.local_T_base, declared.then(*robot.moved(time - since)),
                     metres, radians)
 
 
 def drive_with_a_reset(robot, requested_at, declared=DECLARED, end=4.0, **delays):
-    """(localizer, reset, fixes after it) of a drive with one reset."""
-    localizer, reset, fixes = feed_with_a_reset(
+    """(localizer, reset, poses after it) of a drive with one reset."""
+    localizer, reset, poses = feed_with_a_reset(
         robot.messages(0.0, end, **delays), requested_at, declared)
     assert reset.is_done
-    return localizer, reset, [fix for fix in fixes
-                              if fix.stamp - robot.clock_ahead > requested_at + 0.01]
+    return localizer, reset, [stamped for stamped in poses
+                              if stamped.stamp - robot.clock_ahead > requested_at + 0.01]
 
 
 @pytest.mark.parametrize('silent', [ImuSample, object])
 def test_a_dropout_does_not_change_the_frame(silent):
     messages = [(arrival, sample) for arrival, sample in CURVING.messages(0.0, 8.0)
                 if not (isinstance(sample, silent) and 2.0 < arrival < 6.3)]
-    fixes, _ = feed(TimedPart.localizer(), messages)
-    times = [fix.stamp - CURVING.clock_ahead for fix in fixes]
+    poses, _ = feed(TimedPart.localizer(), messages)
+    times = [stamped.stamp - CURVING.clock_ahead for stamped in poses]
     assert not [time for time in times if 2.01 < time < 6.29]
     assert max(times) > 7.9
-    assert_fixes(fixes, CURVING, ZERO, since=0.0)
+    assert_poses(poses, CURVING, ZERO, since=0.0)
 
 
 # Resets -------------------------------------------------------------------------------------------
@@ -90,15 +90,15 @@ def test_a_reset_in_motion_is_as_exact_as_at_rest(robot, seed):
     """Messages come up to 4 ms late; only the sender's clock can show how late."""
     declared = (ZERO, DECLARED, Truth(-0.61 + 0.61j, -math.pi))[seed % 3]
     requested_at, most = random.Random(seed).uniform(1.0, 2.0), 0.004 * (seed > 2)
-    localizer, reset, fixes = drive_with_a_reset(robot, requested_at, declared,
+    localizer, reset, poses = drive_with_a_reset(robot, requested_at, declared,
                                                  imu_delay=late(seed, most),
                                                  odometry_delay=late(seed + 100, most))
     measured_at = reset.stamp - robot.clock_ahead
     assert -1e-9 <= requested_at - measured_at <= most + 1e-9
     if not most:
         assert_pose(reset.pose_before, Truth(*robot.moved(requested_at)), 1e-4, 1e-6)
-    assert len(fixes) >= 58
-    assert_fixes(fixes, robot, declared, measured_at, metres=1e-4 if robot is CURVING else 1e-9)
+    assert len(poses) >= 58
+    assert_poses(poses, robot, declared, measured_at, metres=1e-4 if robot is CURVING else 1e-9)
     # Place and heading were taken at one and the same instant.
     frame = localizer.frame
     assert angle_between(frame.imu_yaw_of_x - frame.odom_T_local.yaw, robot.imu_offset) < 1e-7
@@ -109,9 +109,9 @@ def test_a_reset_allows_for_the_sample_delay(sample_delay):
     """Both sensors are read at one instant, in the middle of a spin."""
     older = replace(SPINNING, clock_ahead=SPINNING.clock_ahead + sample_delay)
     messages = [(arrival + sample_delay, sample) for arrival, sample in older.messages(0.0, 4.0)]
-    _, reset, fixes = feed_with_a_reset(messages, 2.0, sample_delay=sample_delay)
+    _, reset, poses = feed_with_a_reset(messages, 2.0, sample_delay=sample_delay)
     assert reset.stamp == pytest.approx(2.0 + SPINNING.clock_ahead)
-    assert_fixes([fix for fix in fixes if fix.stamp > reset.stamp], older, DECLARED, since=2.0)
+    assert_poses([stamped for stamped in poses if stamped.stamp > reset.stamp], older, DECLARED, since=2.0)
 
 
 @pytest.mark.parametrize('stall, requested_at', [
@@ -119,11 +119,11 @@ def test_a_reset_allows_for_the_sample_delay(sample_delay):
 def test_a_reset_during_a_stall_is_exact_or_not_carried_out(stall, requested_at):
     """Nothing is lost: messages from 2.0 s on are delayed, then delivered at once."""
     messages = held_back(SPINNING.messages(0.0, 8.0), 2.0, 2.0 + stall)
-    _, reset, fixes = feed_with_a_reset(messages, requested_at)
+    _, reset, poses = feed_with_a_reset(messages, requested_at)
     if reset.is_done:
-        assert_fixes(fixes[-30:], SPINNING, DECLARED, requested_at)
+        assert_poses(poses[-30:], SPINNING, DECLARED, requested_at)
     else:
-        assert_fixes(fixes[-30:], SPINNING, ZERO, since=0.0)
+        assert_poses(poses[-30:], SPINNING, ZERO, since=0.0)
     assert reset.is_done or stall > 1.0
 
 
@@ -144,9 +144,9 @@ def test_a_new_clock_or_board_ends_a_waiting_reset(
 
 
 def test_a_reset_before_the_first_message_waits():
-    _, reset, fixes = feed_with_a_reset(SPINNING.messages(1.0, 3.0), 0.5)
+    _, reset, poses = feed_with_a_reset(SPINNING.messages(1.0, 3.0), 0.5)
     assert not reset.is_over
-    assert_fixes(fixes, SPINNING, ZERO, since=1.0)
+    assert_poses(poses, SPINNING, ZERO, since=1.0)
 
 
 def test_a_reset_may_be_the_first_frame():
@@ -158,7 +158,7 @@ def test_a_reset_may_be_the_first_frame():
             reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), 0.05)
     assert localizer.pop_resets() == [reset]
     assert reset.pose_before is None and reset.is_done
-    assert_pose(localizer.pop_fix().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
+    assert_pose(localizer.pop_pose().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
 
 
 # Motion -------------------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ class CoreRobot:
 
     def tick(self):
         output = self.core.tick(self.now, self.now)
-        self.fix = output.fix
+        self.stamped_pose = output.stamped_pose
         self.refused += [line.text for line in output.log_lines
                          if line.warning and not line.text.startswith('Goal')]
         return output
@@ -105,7 +105,7 @@ def test_a_reset_starts_the_drive_again_in_the_new_frame():
     given_up.give_up()
     robot.run(0.05)
     assert reset.is_done and not given_up.is_done
-    pose = robot.fix.local_T_base
+    pose = robot.stamped_pose.local_T_base
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((5.0, -1.0, math.pi / 2.0), abs=1e-9)
     assert robot.status.state.value == 'ROTATE_TO_GOAL' and robot.status.attempt == 2
 
@@ -114,13 +114,13 @@ def test_a_reset_starts_the_drive_again_in_the_new_frame():
     (Pose2(), 'set to zero'), (Pose2(4.0, 2.0, 0.3), 'jumped by 3.00 m')])
 def test_odometry_that_jumps_stops_the_drive_and_leaves_the_pose(odom_pose, words):
     robot = driving()
-    before = robot.fix.local_T_base
+    before = robot.stamped_pose.local_T_base
     robot.odom_pose = odom_pose
     assert set(robot.run(0.5)[1:]) == {None}
     assert words in robot.status.failure
     line, = robot.refused
     assert words in line and 'the local pose is kept' in line
-    after = robot.fix.local_T_base
+    after = robot.stamped_pose.local_T_base
     assert (after.x, after.y, after.yaw) == pytest.approx((before.x, before.y, before.yaw))
     robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
     assert None not in robot.run(0.2)[2:]
@@ -139,7 +139,7 @@ def test_after_a_loss_of_the_pose_the_robot_rests_until_a_reset(silence, is_reac
     assert set(robot.run(0.5)) <= {None}
     lost = 'gave up: pose lost: reset_pose, or place the robot and reset'
     assert robot.status.text == lost and not robot.status.active
-    assert robot.fix is None
+    assert robot.stamped_pose is None
     robot.control(False)
     robot.control(True)
     assert set(robot.run(0.5)) <= {None}
@@ -169,7 +169,7 @@ def test_a_reset_in_a_spin_waits_for_samples_of_the_moment_of_its_request(monkey
         robot.imu_yaw += 0.01
         robot.run(0.01)
         resets += [robot.reset()] if tick == 20 else []
-    assert resets[0].is_done and robot.fix.local_T_base.yaw == pytest.approx(0.1, abs=1e-6)
+    assert resets[0].is_done and robot.stamped_pose.local_T_base.yaw == pytest.approx(0.1, abs=1e-6)
 
 
 def test_a_new_grant_starts_a_given_up_drive_again():
@@ -203,7 +203,7 @@ def test_a_new_grant_does_not_start_the_drive_to_a_reached_goal():
 
 def test_the_status_text_from_waiting_to_the_end_of_a_drive():
     robot = CoreRobot(has_control=False)
-    assert robot.status.goal is None and robot.tick().fix is None
+    assert robot.status.goal is None and robot.tick().stamped_pose is None
     robot.core.set_goal(Pose2(0.5, 0.0, 0.0))
     assert robot.status.text == WAITING_FOR_CONTROL and not is_stopped(WAITING_FOR_CONTROL)
     robot.control(True)

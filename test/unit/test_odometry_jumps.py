@@ -40,7 +40,7 @@ class DrivenRobot:
                 else:
                     localizer.on_odometry(seen, robot.now)
                     self.odometry.append(seen)
-            localizer.pop_fix()
+            localizer.pop_pose()
             self.jumps.extend(localizer.jumps.pop_all())
 
     @property
@@ -170,7 +170,7 @@ def test_after_a_silence_the_odometry_waits_for_the_imu(heard_before):
     def hear(now, x, odom_yaw, imu_yaw):
         localizer.on_odometry(sample(x, 0.0, odom_yaw, now), now)
         localizer.on_imu(ImuSample(now, imu_yaw, 0.0), now + 0.004)
-        localizer.pop_fix()
+        localizer.pop_pose()
     for k in range(-heard_before, 30):
         if k < 0:
             hear(10.0 + 0.033 * k, 0.2, 0.873, 0.905)

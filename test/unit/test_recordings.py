@@ -63,8 +63,8 @@ def recording(request):
 
 
 def replay(recording, requested=()):
-    """(fixes, resets) of a localizer, `requested` being [(time of the recorder, declared pose)]."""
-    localizer, waiting, resets, fixes = TimedPart.localizer(), list(requested), [], []
+    """(poses, resets) of a localizer, `requested` being [(time of the recorder, declared pose)]."""
+    localizer, waiting, resets, poses = TimedPart.localizer(), list(requested), [], []
     for arrival, sample in recording.arrivals:
         while waiting and waiting[0][0] <= arrival:
             resets.append(localizer.reset(RequestedPose(waiting[0][1]), waiting.pop(0)[0]))
@@ -72,20 +72,20 @@ def replay(recording, requested=()):
             localizer.on_imu(sample, arrival)
         else:
             localizer.on_odometry(sample, arrival)
-        fix = localizer.pop_fix()
-        if fix is not None:
-            fixes.append(fix)
-    return fixes, resets
+        stamped = localizer.pop_pose()
+        if stamped is not None:
+            poses.append(stamped)
+    return poses, resets
 
 
-def assert_follows(recording, fixes, declared, reset_stamp, begin=0.0):
+def assert_follows(recording, poses, declared, reset_stamp, begin=0.0):
     """From `begin` on, the place is within 1 mm, the heading within 0.2 deg of the recording's transform."""
-    assert any(fix.stamp >= begin for fix in fixes)
-    for fix in (fix for fix in fixes if fix.stamp >= begin):
-        x, y, yaw = recording.expected(declared, reset_stamp, fix.stamp)
-        pose = fix.local_T_base
-        assert math.hypot(pose.x - x, pose.y - y) <= METRES, (fix, x, y)
-        assert angle_between(pose.yaw, yaw) <= RADIANS, (fix, yaw)
+    assert any(stamped.stamp >= begin for stamped in poses)
+    for stamped in (stamped for stamped in poses if stamped.stamp >= begin):
+        x, y, yaw = recording.expected(declared, reset_stamp, stamped.stamp)
+        pose = stamped.local_T_base
+        assert math.hypot(pose.x - x, pose.y - y) <= METRES, (stamped, x, y)
+        assert angle_between(pose.yaw, yaw) <= RADIANS, (stamped, yaw)
 
 
 def assert_instant(recording, reset):
@@ -99,9 +99,9 @@ def assert_instant(recording, reset):
     (Pose2(), 5.0), (Pose2(1.0, -2.0, 2.5), 11.1), (Pose2(-0.61, 0.61, math.pi), 23.45)])
 def test_a_reset_on_the_way(recording, declared, seconds):
     requested_at = recording.arrivals[0][0] + seconds
-    fixes, (reset,) = replay(recording, [(requested_at, declared)])
-    assert len(fixes) >= 0.95 * len(recording.odometry)
+    poses, (reset,) = replay(recording, [(requested_at, declared)])
+    assert len(poses) >= 0.95 * len(recording.odometry)
     assert_instant(recording, reset)
-    before = [fix for fix in fixes if fix.stamp < reset.stamp]
-    assert_follows(recording, before, Pose2(), fixes[0].stamp)
-    assert_follows(recording, fixes, declared, reset.stamp, reset.stamp + 0.2)
+    before = [stamped for stamped in poses if stamped.stamp < reset.stamp]
+    assert_follows(recording, before, Pose2(), poses[0].stamp)
+    assert_follows(recording, poses, declared, reset.stamp, reset.stamp + 0.2)

@@ -168,12 +168,12 @@ def test_a_robot_settles_by_the_samples_of_one_rest():
     settling = Settling()
     for at in (1.0, 1.0 + 0.9 * SETTLING_TIME):
         settling.update(True, at)
-        assert not settling.rests
+        assert not settling.has_settled
     settling.update(True, 1.0 + 1.5 * SETTLING_TIME)
-    assert settling.rests and settling.rested_for == pytest.approx(1.5 * SETTLING_TIME)
+    assert settling.has_settled and settling.rested_for == pytest.approx(1.5 * SETTLING_TIME)
     settling.update(False, 4.0)
-    assert settling.rested_for == 0.0 and not settling.rests
+    assert settling.rested_for == 0.0 and not settling.has_settled
     settling.update(True, 5.0)
-    assert settling.rest_began_at == 5.0 and not settling.rests
+    assert settling.rest_began_at == 5.0 and not settling.has_settled
     settling.update(True, 3.0)       # the clock was set back
     assert settling.rest_began_at == 3.0 and settling.rested_for == 0.0

@@ -69,7 +69,7 @@ def test_the_values_of_the_four_states():
 
 def test_the_lines_after_the_goal():
     """The line of the sheet stands before the last publish of control_loop."""
-    assert 'at most one more line after this line: ```text then=lab Goal reached!' in text_of(
+    assert 'prints this line, and at most one more line: ```text then=lab Goal reached!' in text_of(
         'transformation_lab.md')
     plain, sent = runpy.run_path(str(ROOT / 'scripts' / 'plain_move2goal_tf.py'))['MoveToGoal'], []
     node = plain.__new__(plain)

@@ -1,15 +1,15 @@
 """An approach moves the robot to a goal, and stops the robot at the goal in spite of delays.
 
 If a controller looks only at the measured position, it brakes too late, and overshoots. An approach
-is a Smith predictor, which controls the *way after a stop*. The way after a stop is the way that
-would remain if the robot were commanded to stop now:
+is a Smith predictor, which controls the *predicted remaining way*. If a stop is commanded now, the
+predicted remaining way is the distance from the resting robot to the goal. The formula is
 
     remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
 
-The term with `lag` is the way that the motors run on after a stop, since the integral of v exp(-t /
-lag) is v lag. Each sample predicts the way after a stop, with the delay, lag and gain from
-`motor_response`. An `Estimate` filters the noise of the predictions. Between two samples, only the
-command changes the way after a stop. A braking profile gives the speed for each way after a stop.
+After the command 0, a motor with the speed v still travels v lag, which is the integral of v
+exp(-t/lag). Each sample gives one prediction, with the delay, lag and gain from `motor_response`.
+An `Estimate` filters the noise of the predictions. Between two samples, only the commands change
+the predicted remaining way. A braking profile gives the speed for each predicted remaining way.
 After the first stop, *nudges*, which are short commands, correct the remaining error.
 
 Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
@@ -25,7 +25,7 @@ from tb3_labs.geometry.angles import clamp
 
 #: Two times of samples are equal if they differ by less than this [s], since times are rounded.
 SAME_SAMPLE_TIME = 1e-6
-#: The divisor of a nudge's gain is larger by this, since a nudge may last two periods.
+#: For a nudge, this number is added to the divisor of the gain, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 
 
@@ -40,11 +40,11 @@ class ApproachConfig:
     #: Deceleration of the braking profile [1/s^2]. `braking` is less than `acceleration`, so that
     #: the robot can follow the profile in spite of disturbances.
     braking: float
-    #: Near zero the speed is this gain [1/s] times the way after a stop.
+    #: Near the goal, the speed is this gain [1/s] times the predicted remaining way.
     gain: float
     #: The lowest speed of a motion, since a slower robot would take too long to arrive.
     slowest: float
-    #: The robot is stopped if the way after a stop is shorter than this. Without this limit, the
+    #: The command is 0 if the predicted remaining way is shorter than this. Without this limit, the
     #: robot would move to and fro about the goal at the lowest speed.
     close_enough: float
     #: For a nudge, `close_enough` is at least this.
@@ -85,18 +85,18 @@ class Approach:
         """Start a new approach of a robot at rest."""
         self._now = 0.0                     # time [s] since the start
         self._measured_at = -math.inf       # time [s] of the latest sample
-        #: The way that would remain if the robot were commanded to stop now.
-        self.way_after_stop = Estimate()
+        #: The predicted remaining way [m or rad].
+        self.predicted_remaining = Estimate()
         self._direction = 0.0        # sign of the latest motion; 0 before the first motion
         self._reversals = 0          # number of reversals so far
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)    # the first step calls _begin again, with its sample
+        self._begin(math.nan, 0.0)    # the first step replaces these values
 
-    def move_goal(self, by: float) -> None:
-        """Make the remaining way longer by `by`, which may be negative."""
-        self._start_remaining += by
-        self.way_after_stop.shift(by, 0.0)
+    def move_goal(self, change: float) -> None:
+        """Add `change`, which may be negative, to the remaining way."""
+        self._start_remaining += change
+        self.predicted_remaining.shift(change)
 
     def only_stops_obeyed(self, age: float) -> bool:
         """In the last `age` [s], did the robot obey only commands to stop?"""
@@ -114,7 +114,7 @@ class Approach:
         self._now += dt
         if self._direction:
             self._advance(speed, dt)
-        else:    # before the first command to move
+        else:    # no motion was commanded yet
             dt = self._config.period
             self._begin(remaining, speed)
         self._identification.update(
@@ -122,7 +122,7 @@ class Approach:
         self._motor_speed = self._speed_of_motors(speed, dt)
         if self._now - age > self._measured_at + SAME_SAMPLE_TIME:
             self._measured_at = self._now - age
-            self.way_after_stop.add(self._predicted_way(remaining, age), noise)
+            self.predicted_remaining.add(self._prediction(remaining, age), noise)
         latest = self._history.command
         if self._direction and not latest:
             self._has_stopped = True
@@ -146,9 +146,9 @@ class Approach:
         before = history.commanded_travel(history.period_start)
         history.advance(dt)
         travel = history.commanded_travel(history.period_start) - before
-        faster = max(abs(speed), abs(history.command))
-        self.way_after_stop.shift(-self._identification.estimate.gain * travel,
-                                  TIME_DEVIATION * faster)
+        fastest = max(abs(speed), abs(history.command))
+        self.predicted_remaining.shift(-self._identification.estimate.gain * travel,
+                                       TIME_DEVIATION * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
         if self._config.speed_is_prompt:
@@ -157,22 +157,23 @@ class Approach:
         return first_order_response(
             self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
 
-    def _predicted_way(self, remaining: float, age: float) -> float:
+    def _prediction(self, remaining: float, age: float) -> float:
         estimate = self._identification.estimate
         under_way = self._history.travel_under_way(estimate.delay + age)
         return remaining - self._motor_speed * estimate.lag - estimate.gain * under_way
 
     def _speed_to_zero(self, fastest: float) -> float:
         config = self._config
-        distance = self.way_after_stop.value
+        distance = self.predicted_remaining.value
         dead_band = config.close_enough
         gain_divisor = 1.0 + self._reversals
         if self._has_stopped:
             dead_band = max(dead_band, config.nudge_dead_band)
             gain_divisor += NUDGE_GAIN_DIVISOR
-        near = self.way_after_stop.uncertainty + dead_band
-        is_far = distance > near or distance < -max(near, config.backwards_from)
-        if not is_far:
+        near = self.predicted_remaining.uncertainty + dead_band
+        is_before_goal = distance > near
+        is_beyond_goal = distance < -max(near, config.backwards_from)
+        if not is_before_goal and not is_beyond_goal:
             return 0.0
         speed = braking_speed(abs(distance), config.braking, config.gain / gain_divisor)
         speed = clamp(speed, min(config.slowest, fastest), fastest)

@@ -16,7 +16,7 @@ from typing import NamedTuple, Optional
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: All steps after the first are due this time [s] early, since a sample may arrive up to 5 ms late.
+#: Each step after the first is due earlier by this time [s], since a sample may be up to 5 ms late.
 #: Until a new command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
 #: A node that does not drive reads a sample after each period of this length [s].
@@ -40,7 +40,7 @@ class LawStep(NamedTuple):
 
 
 class Pace:
-    """Finds when the next step is due, on average one step in each `period` [s]."""
+    """Finds when the next step is due. The mean time between two steps is one `period` [s]."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -114,7 +114,7 @@ class CommandHistory:
 
     def send(self, command: float) -> None:
         """Remember the command for the period that begins now."""
-        if len(self._sent) == 1:    # _sent has only the stop before the start
+        if len(self._sent) == 1:    # no command was sent yet
             self.first_command = command
         if command != self.command:
             self._same_since = self.now
@@ -130,7 +130,7 @@ class CommandHistory:
         return sent.travel + sent.command * (until - sent.start)
 
     def travel_under_way(self, delay: float) -> float:
-        """Returns the travel that was commanded between `delay` [s] ago and `period_start`."""
+        """Returns the travel of the commands that were sent less than `delay` [s] ago."""
         since = min(self.now - delay, self.period_start)
         return self.commanded_travel(self.period_start) - self.commanded_travel(since)
 

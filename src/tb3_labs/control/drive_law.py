@@ -40,9 +40,9 @@ class DriveConfig(Config):
                                           unit='rad/s^2', low=1.0, high=80.0)
 
 
-def sum_of_turns(start: float, face: float, end: float) -> float:
-    """Returns the sum [rad] of two turns: from yaw `start` to `face`, and from `face` to `end`."""
-    return abs(difference(face, start)) + abs(difference(end, face))
+def sum_of_turns(start: float, line: float, end: float) -> float:
+    """Returns the sum [rad] of two turns: from yaw `start` to `line`, and from `line` to `end`."""
+    return abs(difference(line, start)) + abs(difference(end, line))
 
 
 class DriveLaw:
@@ -56,13 +56,13 @@ class DriveLaw:
     period = PreciseTurn.period
     #: The robot starts to drive when its heading is within this angle [rad] of the line.
     FACING_ANGLE = 0.1
-    #: The robot has arrived if a stop now would end at most this distance [m] before the goal.
+    #: The robot has arrived if it would stop at most this distance [m] before the goal.
     STOP_AHEAD = 0.0005
     #: The robot steers towards a point on the line, which is this distance [m] ahead of the robot.
     #: A larger distance calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD = 0.20
-    #: A moving robot has arrived only if a stop now would end at most this share of the tolerance
-    #: beyond the goal.
+    #: A moving robot has not arrived if it would stop farther beyond the goal than this share of
+    #: the tolerance.
     OVERSHOOT_SHARE = 0.3
 
     def __init__(self, config: DriveConfig, model: RobotModel,
@@ -103,7 +103,7 @@ class DriveLaw:
                           finished=abs(turn.remaining) < self.FACING_ANGLE)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Drive along the line. The state is finished when a stop now would end at the goal.
+        """Drive along the line, until a command to stop would bring the robot to rest at the goal.
 
         If a command is delayed, the robot may drive past the goal. A robot past the goal comes to
         rest, and backs up straight if it is outside the tolerance.
@@ -135,11 +135,11 @@ class DriveLaw:
                 f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
     def _has_arrived(self, linear: float) -> bool:
-        way = self._driving.way_after_stop.value
+        remaining = self._driving.predicted_remaining.value
         farthest = self._backup_distance
         if abs(linear) > REST_LINEAR:    # a moving robot may stop later than predicted
             farthest = self.OVERSHOOT_SHARE * self.distance_tolerance
-        return -farthest <= way <= self.STOP_AHEAD
+        return -farthest <= remaining <= self.STOP_AHEAD
 
     def _heading_along(self, direction: float) -> float:
         return wrap(direction + math.pi) if self._reverse else direction
@@ -148,7 +148,7 @@ class DriveLaw:
         self._turning.start(pose.yaw, difference(goal_yaw, pose.yaw))
 
     def _turn(self, motion: Motion, dt: float) -> LawStep:
-        measured = motion.pose.yaw - motion.extrapolated
+        measured = motion.pose.yaw - motion.extrapolated_turn
         return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 
     def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool) -> LawStep:

@@ -115,7 +115,7 @@ class GoalMachine:
     def _has_settled(self, motion: Motion) -> bool:
         """Do IMU and odometry show that the robot has settled? The law checks only the IMU."""
         rest_began_at = self._settling.rest_began_at
-        if rest_began_at is None or not self._settling.rests:
+        if rest_began_at is None or not self._settling.has_settled:
             return False
         return self._time - motion.odometry_age >= rest_began_at
 

@@ -22,7 +22,7 @@ class GoalState(Enum):
 
 #: Names of the states in which the robot drives, in order.
 DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
-#: A text on the topic `goal_state` is the name of a state, or begins with one of these words.
+#: A text on `goal_state` is the name of a state, or begins with WAITING, STOPPED or GAVE_UP.
 WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
 WAITING_FOR_CONTROL = WAITING + ' for control'
 

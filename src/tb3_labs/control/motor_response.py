@@ -23,7 +23,7 @@ the speed v = gain u (1 - exp(-(t - delay) / lag)). It follows that
 
 The measured delay is the time of the command's way to the robot, plus the time of the sample's way
 back. The stamp of a delayed sample looks fresh, since the robot sets its clock over the same slow
-network. The *sample delay* is the measured delay without `COMMAND_TIME`, which a command needs.
+network. The *sample delay* is the measured delay minus `COMMAND_TIME`.
 
 Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -48,7 +48,7 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: Time [s] until a real robot's motors begin to follow a command. The network takes 8 ms (firmware
 #: 1.2.6, on a fast and on a slow host). The wait for the firmware takes half a control period.
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: The delays of two commands may differ by this time [s] without any sample delay.
+#: The delay of a command varies by up to this time [s], even if samples are not delayed.
 COMMAND_SPREAD = 0.025
 #: A sample delay is clipped to these limits [s]. On a fast host, the sample delay is the lower
 #: limit.
@@ -59,13 +59,13 @@ MAX_DELAY, MAX_LAG = 0.4, 0.15
 FIRST_GAIN_DEVIATION = 0.03
 FIRST_DELAY_DEVIATION = 0.03    # [s]
 FIRST_LAG_DEVIATION = 0.05      # [s]
-#: Standard deviation [s] of a lag that is not identified, since only mean speeds are measured.
+#: Standard deviation [s] of a lag that cannot be identified from mean speeds.
 FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation [s] of a sample's time, and of a command's time.
 TIME_DEVIATION = 0.002
 #: A measurement at steady speed has this weight in the start values of the next approach.
 LEARNING_WEIGHT = 0.1
-#: Each measurement of the delay has at least this weight in the usual delay.
+#: Each measurement of the delay has at least this weight in the mean delay.
 MIN_LEARNING_WEIGHT = 0.01
 #: A steady speed differs from the command by less than this share of the command.
 CRUISE_DEVIATION = 0.08
@@ -96,12 +96,12 @@ class MotorResponse:
         self.lag = lag      # time constant of the motors [s]
         self.gain = gain    # steady speed as a share of the command
         self._count = 0             # number of measurements
-        self._usual_delay = 0.0     # mean of the measured delays [s]
+        self._mean_delay = 0.0      # mean of the measured delays [s]
 
     @property
     def sample_delay(self) -> float:
         """The part [s] of a sample's age that the sample's stamp does not show."""
-        excess = self._usual_delay - COMMAND_TIME
+        excess = self._mean_delay - COMMAND_TIME
         if excess <= MIN_SAMPLE_DELAY + COMMAND_SPREAD:
             return MIN_SAMPLE_DELAY
         return min(excess, MAX_SAMPLE_DELAY)
@@ -110,7 +110,7 @@ class MotorResponse:
         """Take in one measurement of delay, lag and gain."""
         self._count += 1
         weight = max(MIN_LEARNING_WEIGHT, 1.0 / self._count)
-        self._usual_delay += weight * (other.delay - self._usual_delay)
+        self._mean_delay += weight * (other.delay - self._mean_delay)
         self.delay += LEARNING_WEIGHT * (other.delay - self.delay)
         self.lag += LEARNING_WEIGHT * (other.lag - self.lag)
         self.gain += LEARNING_WEIGHT * (other.gain - self.gain)
@@ -145,7 +145,7 @@ class Identification:
         `speed_is_prompt`, see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = copy(response)
-        self._learned = response                # the values of all approaches
+        self._learned = response                # the response that all approaches share
         self._linearized_at = copy(response)    # the equations give differences from these values
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # was the robot at rest at the start?
@@ -176,8 +176,8 @@ class Identification:
         cruises = (history.unchanged_for > CRUISE_TIME
                    and abs(speed - command) < CRUISE_DEVIATION * abs(command))
         least, most = SPEEDING_UP_SHARES
-        speeds_up = (self._start_observed and least < speed / command < most
-                     and history.unchanged_for > self.estimate.delay + age)
+        command_arrived = history.unchanged_for > self.estimate.delay + age
+        speeds_up = self._start_observed and command_arrived and least < speed / command < most
         if cruises or speeds_up:
             self._solve(history, travelled, speed, fastest, age)
         if cruises:
@@ -197,14 +197,15 @@ class Identification:
         start = self._linearized_at
         arrived = history.commanded_travel(history.now) - history.command * (start.delay + age)
         row = np.array([arrived, -start.gain * history.command, -speed])
-        missing = travelled - (start.gain * arrived - start.lag * speed)
+        residual = travelled - (start.gain * arrived - start.lag * speed)
         weight = (TIME_DEVIATION * fastest) ** -2.0
         self._normal_matrix += weight * np.outer(row, row)
-        self._normal_vector += weight * missing * row
-        gain, delay, lag = map(float, np.linalg.solve(self._normal_matrix, self._normal_vector))
+        self._normal_vector += weight * residual * row
+        changes = np.linalg.solve(self._normal_matrix, self._normal_vector)
+        gain_change, delay_change, lag_change = map(float, changes)
         # if the lag is clipped, the delay changes, so that the sum of both stays the same
-        delay_plus_lag = start.delay + delay + start.lag + lag
+        delay_plus_lag = start.delay + delay_change + start.lag + lag_change
         estimate = self.estimate
-        estimate.gain = start.gain + gain
-        estimate.lag = clamp(start.lag + lag, 0.0, MAX_LAG)
+        estimate.gain = start.gain + gain_change
+        estimate.lag = clamp(start.lag + lag_change, 0.0, MAX_LAG)
         estimate.delay = clamp(delay_plus_lag - estimate.lag, 0.0, MAX_DELAY)

@@ -15,7 +15,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-#: The least time [s] from the first to the latest sample at rest, nearly one control period.
+#: A robot has settled if its samples at rest span this time [s], nearly one control period.
 SETTLING_TIME = 0.03
 
 
@@ -44,7 +44,7 @@ class Settling:
         return self._last - self.rest_began_at
 
     @property
-    def rests(self) -> bool:
+    def has_settled(self) -> bool:
         return self.rested_for >= SETTLING_TIME
 
 
@@ -80,11 +80,11 @@ class PreciseTurn:
         self._settling = Settling()
         self._approach.start()
 
-    def move_goal(self, by: float) -> None:
-        """Move the goal of the turn by an angle [rad]."""
-        self._goal_yaw += by
-        self.remaining += by
-        self._approach.move_goal(by)
+    def move_goal(self, angle: float) -> None:
+        """Move the goal of the turn by `angle` [rad]."""
+        self._goal_yaw += angle
+        self.remaining += angle
+        self._approach.move_goal(angle)
 
     def aim(self, goal_yaw: float) -> None:
         """From now on, turn to the heading `goal_yaw` [rad] the short way round."""
@@ -104,12 +104,12 @@ class PreciseTurn:
         rests = is_at_rest(0.0, rate) and self._approach.only_stops_obeyed(age)
         self._settling.update(rests, self._time - age)
         if rests:
-            self.remaining = self._approach.way_after_stop.value
+            self.remaining = self._approach.predicted_remaining.value
         return LawStep(Twist2(0.0, command), self.remaining,
-                       finished=self._settling.rests and self._is_inside_tolerance())
+                       finished=self._settling.has_settled and self._is_inside_tolerance())
 
     def _is_inside_tolerance(self) -> bool:
-        uncertainty = self._approach.way_after_stop.uncertainty
+        uncertainty = self._approach.predicted_remaining.uncertainty
         if uncertainty <= self.KNOWN_WELL_SHARE * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.MAX_WAIT_AT_REST

@@ -3,14 +3,13 @@
 If a board calibrates its gyro while the robot turns, the rate of this turn becomes the zero of the
 gyro. A gyro with a wrong zero shows a wrong rate even at rest. Each rate of the gyro is compared
 with the rates that the wheels had a little earlier, at the same time, and a little later. Delay,
-slip and uneven wheels explain a part of the difference. Unexplained differences are added up. If a
-person carries the robot, the gyro contradicts the wheels, too.
+slip and uneven wheels explain a part of the difference between gyro and wheels. Unexplained
+differences are added up. If a person carries the robot, the gyro contradicts the wheels, too.
 
 Only stamps are compared, so delays of the network do not matter. Cases:
 
 1. Without stamps, or without samples of the wheels, a contradiction is not found.
-2. After a silence the comparison starts again. A contradiction is over when the wheels have rested
-   and the gyro has agreed for `AGREEMENT_TIME`.
+2. After a silence the comparison starts again.
 3. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. A motion waits
    again after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its
    gyro. If the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.
@@ -128,8 +127,8 @@ class GyroMonitor:
             self._comparison = _Comparison()
         readings = self._comparison.readings
         if 0.0 < timed.stamp_interval <= GYRO_GAP:
-            readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
-                                      sample[1:] == last[1:]))
+            is_repeated = sample._replace(stamp=last.stamp) == last
+            readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate, is_repeated))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
             readings.popleft()    # no samples of the wheels arrive, so nothing is compared
 

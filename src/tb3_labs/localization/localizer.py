@@ -1,7 +1,7 @@
 """Computes the robot's pose in a local frame, which a reset may declare again at any moment.
 
-Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
-the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits
+Samples of IMU and odometry arrive in any order, at different rates. A `StampedPose` has the place
+and the stamp of an odometry message, and the IMU's yaw interpolated to this stamp. A *reset* waits
 until both sensors have sent samples after the request. The samples of both sensors are interpolated
 to the moment of the request. A reset corrects any error of the old frame.
 
@@ -33,7 +33,7 @@ MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
 @dataclass(frozen=True)
-class Fix:
+class StampedPose:
     """The robot's pose at the `stamp` [s, sender's clock] of one odometry message."""
 
     stamp: float
@@ -80,7 +80,7 @@ class Localizer:
     """Computes poses in the local frame from samples."""
 
     def __init__(self, timing: SampleTiming) -> None:
-        self._timing, self._clock = timing, timing.clock
+        self._timing = timing
         #: The present LocalFrame; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
@@ -119,10 +119,10 @@ class Localizer:
         self._odometry = timed
         self._carry_out_resets()
 
-    def pop_fix(self) -> Optional[Fix]:
-        """Returns the latest Fix, or None if there is no new Fix, or if the pose is lost. While a
-        reset waits, samples after the request give no Fix, since this Fix would be in the old
-        frame. If no reset has declared a frame before, the first Fix declares the frame."""
+    def pop_pose(self) -> Optional[StampedPose]:
+        """Returns the latest new StampedPose; None if no pose is new, or if the pose is lost. While
+        a reset waits, samples after the request give no pose, since this pose would be in the old
+        frame. If no reset has declared a frame before, the first pose declares the frame."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None
@@ -131,11 +131,12 @@ class Localizer:
             return None
         if self.frame is None:
             self.frame = LocalFrame.declare(Pose2(), odometry.pose, imu_yaw)
-        return Fix(odometry.stamp, self.frame.pose(odometry.pose, imu_yaw), self._frame_number)
+        pose = self.frame.pose(odometry.pose, imu_yaw)
+        return StampedPose(odometry.stamp, pose, self._frame_number)
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
-        """The pose of ``local`` in ``odom``; None before the first fix."""
+        """The pose of ``local`` in ``odom``; None before the first `StampedPose`."""
         return None if self.frame is None else self.frame.odom_T_local
 
     def pop_resets(self) -> List[Reset]:
@@ -167,16 +168,16 @@ class Localizer:
         lost. The caller must check that the samples are fresh."""
         if self.frame is None or self._timing.imu is None or self._odometry is None:
             return None
-        imu, imu_age = self._timing.imu.sample, self._timing.imu.age(now)
-        odometry, odometry_age = self._odometry.sample, self._odometry.age(now)
-        extrapolated = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
-        heading = self.frame.heading(imu.yaw + extrapolated)
+        imu, odometry = self._timing.imu.sample, self._odometry.sample
+        imu_age, odometry_age = self._timing.imu.age(now), self._odometry.age(now)
+        turn = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
+        heading = self.frame.heading(imu.yaw + turn)
         place = self.frame.pose(odometry.pose, imu.yaw)
         driven = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION)
         pose = Pose2(place.x + driven * math.cos(heading), place.y + driven * math.sin(heading),
                      heading)
         return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
-                      yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
+                      yaw_noise=self._yaw_noise.deviation, extrapolated_turn=turn)
 
     def _awaits_reset(self, stamp: float) -> bool:
         """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""
@@ -199,14 +200,14 @@ class Localizer:
                                     wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
     def _convert_request(self, reset: Reset) -> None:
-        reset.stamp = self._clock.stamp_of(reset.requested_at)
-        reset.epoch = self._clock.epoch
+        reset.stamp = self._timing.clock.stamp_of(reset.requested_at)
+        reset.epoch = self._timing.clock.epoch
 
     def _carry_out_resets(self) -> None:
         for reset in self._waiting:
             if reset.stamp is None:
                 self._convert_request(reset)
-            if reset.epoch != self._clock.epoch:    # the samples for the reset are lost
+            if reset.epoch != self._timing.clock.epoch:    # the samples for the reset are lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
             if reset.stamp is None:

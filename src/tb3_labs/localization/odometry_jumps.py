@@ -33,17 +33,17 @@ from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 SPEED_BOUND = 0.5
 #: No TurtleBot3 turns faster than this [rad/s].
 MAX_TURN_RATE = 4.0
-#: Since messages may arrive unevenly, a step may be this much [m] longer than SPEED_BOUND allows.
+#: This distance [m] is added to the longest possible step, since messages arrive unevenly.
 STEP_SLACK = 0.05
-#: Since messages may arrive unevenly, a turn may be this much [rad] beyond MAX_TURN_RATE.
+#: This angle [rad] is added to the largest possible turn, since messages arrive unevenly.
 TURN_SLACK = 0.3
 #: A rate of turn [rad/s] above this is a spike, which the firmware sends by mistake.
 SPIKE_RATE = 10.0
 #: A step to zero is a reset only if it begins farther than this distance [m] from zero.
 ZERO_PLACE = 0.001
-#: The first place after a reset may be this far [m] from zero, since the robot may move.
+#: The first place after a reset is within this distance [m] of zero, since the robot may move.
 NEAR_ZERO_PLACE = 0.03
-#: The first yaw after a reset may differ by this [rad] from zero, or from the turn of the IMU.
+#: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1
 #: The yaw of a robot at rest changes by at most this angle [rad] between two messages.
 RESTING_TURN = 0.1
@@ -56,7 +56,7 @@ CONTRADICTION_TIME = 0.5
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
                  'empty? a cable out?); switch the robot off and on')
 SET_TO_ZERO = 'the odometry was set to zero'
-#: The two outcomes of a jump of the odometry.
+#: A jump of the odometry has one of these outcomes.
 POSE_KEPT = 'the local pose is kept'
 POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
@@ -64,7 +64,7 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 class Jump(NamedTuple):
     """A step of a sensor that is not a motion of the robot."""
 
-    text: str                 # describes the step; '' if the user need not know it
+    text: str                 # text for the user about the step, or ''
     outcome: str = ''         # POSE_KEPT, POSE_LOST or ''
     shift: Pose2 = Pose2()    # pose of the old ``odom`` in the new ``odom``
     imu_turn: float = 0.0     # turn [rad] of the IMU that the robot did not make
@@ -79,7 +79,6 @@ class _OdometryMessage(NamedTuple):
 
     @property
     def rests(self) -> bool:
-        """Do the wheels and the gyro show a robot at rest?"""
         return is_at_rest(self.sample.linear, self.imu.yaw_rate)
 
     def shortest_gap(self, earlier: '_OdometryMessage') -> float:
@@ -212,7 +211,8 @@ class EncoderMonitor:
         self._moves_since = math.inf    # the odometry has moved since this stamp
 
     def on_wheels(self, sample: WheelSample) -> None:
-        rest = self._wheels is not None and self._wheels[1:] == sample[1:]
+        last = self._wheels
+        rest = last is not None and sample._replace(stamp=last.stamp) == last
         if not rest or sample.stamp < self._rest_since:    # the clock may go back
             self._rest_since = sample.stamp
         self._wheels = sample

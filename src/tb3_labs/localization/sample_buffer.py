@@ -26,7 +26,7 @@ class Track:
     """The recent values of one source, in order of time."""
 
     def __init__(self, between: Callable[[Any, Any, float], Any]) -> None:
-        """`between(start, end, fraction)` returns the value at a `fraction` (0 to 1) of the way."""
+        """`between(start, end, fraction)` interpolates two values at a `fraction` from 0 to 1."""
         self._between = between
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
@@ -64,12 +64,12 @@ class Track:
         neighbours = self.around(time)
         if neighbours is None:
             return None
-        (begin, start), (end, stop) = neighbours
-        if begin == end:
-            return start
-        if end - begin > INTERPOLATED_GAP:
+        (start, value), (end, end_value) = neighbours
+        if start == end:
+            return value
+        if end - start > INTERPOLATED_GAP:
             return None
-        return self._between(start, stop, (time - begin) / (end - begin))
+        return self._between(value, end_value, (time - start) / (end - start))
 
 
 class SampleBuffer:
@@ -126,16 +126,15 @@ class SampleBuffer:
         neighbours = self._imu.around(time)
         if yaw is not None or neighbours is None:
             return yaw
-        (begin, start), (end, stop) = neighbours
-        before, here = self._odometry.value_at(begin), self._odometry.value_at(time)
-        after = self._odometry.value_at(end)
-        is_bridged = end - begin <= BRIDGED_GAP
+        (start, start_yaw), (end, end_yaw) = neighbours
+        before, here, after = [self._odometry.value_at(when) for when in (start, time, end)]
+        is_bridged = end - start <= BRIDGED_GAP
         if not is_bridged or before is None or here is None:
             return None
-        yaw = start + difference(here.yaw, before.yaw)
+        yaw = start_yaw + difference(here.yaw, before.yaw)
         if after is not None:    # the odometry at the end of the gap may not have arrived yet
-            drift = difference(stop - start, difference(after.yaw, before.yaw))
-            yaw += drift * (time - begin) / (end - begin)
+            drift = difference(end_yaw - start_yaw, difference(after.yaw, before.yaw))
+            yaw += drift * (time - start) / (end - start)
         return wrap(yaw)
 
     def _check_epoch(self, epoch: int) -> None:

@@ -13,8 +13,8 @@ the arrivals replace the stamps of both sensors.
 Units: seconds. Cases:
 
 1. A stamp that is merely old is used, since its message was delayed.
-2. A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. The time
-   of this source waits until its stamps reach their highest value again.
+2. A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Until the
+   stamps of this source reach their highest value again, this value is the time of each sample.
 3. A stamp that goes back by `SMALL_STEP` or more, is in the future, or follows a long silence,
    begins a new *epoch*. Times of different epochs cannot be compared.
 4. Stamps are not a clock if they are zero, stand still, or differ between two sources.
@@ -49,14 +49,14 @@ class TimedSample(NamedTuple):
     """A sample and its times."""
 
     sample: Any             # an ImuSample or OdometrySample
-    previous_sample: Any    # from the same sensor; None if `sample` is the first
+    previous_sample: Any    # the previous sample of the same sensor, or None
     arrival: float          # time of arrival [s, receiver's clock]
     time: float             # time of measurement [s, sender's clock]; without stamps `arrival`
     epoch: int              # epoch of the sender's clock
     measured_at: float      # time of measurement [s, receiver's clock]; see SenderClock.measured_at
-    silence: float          # silence [s] of this sensor before the sample; at first infinite
-    all_silent: float       # silence [s] of both sensors before the sample; at first infinite
-    stamp_interval: float   # time [s] from the previous stamp to this stamp; at first 0
+    silence: float          # time [s] since this sensor's previous sample; infinite without one
+    all_silent: float       # time [s] since the latest sample of any sensor; infinite without one
+    stamp_interval: float   # time [s] from the previous stamp; 0 for the first sample
 
     def age(self, now: float) -> float:
         """Returns the time [s] since the measurement; 0 if the receiver's clock went back."""
@@ -65,8 +65,8 @@ class TimedSample(NamedTuple):
     @property
     def interval(self) -> float:
         """Time [s] since the previous sample, by stamps if possible, otherwise by arrivals."""
-        is_clock = 0.0 < self.stamp_interval <= self.silence + CLOCK_STEP
-        return self.stamp_interval if is_clock else self.silence
+        is_plausible = 0.0 < self.stamp_interval <= self.silence + CLOCK_STEP
+        return self.stamp_interval if is_plausible else self.silence
 
 
 class SampleTiming:
@@ -109,7 +109,7 @@ class _Stamp(NamedTuple):
     stamp: float = math.nan
     time: float = -math.inf        # the latest stamp that the source has sent
     repeats: int = 0               # number of messages that repeated the stamp
-    off_since: float = math.inf    # the stamps are wrong by CLOCK_STEP since this arrival
+    off_since: float = math.inf    # from this arrival on, all stamps are wrong by CLOCK_STEP
 
 
 class SenderClock:
@@ -156,7 +156,6 @@ class SenderClock:
         return min(arrival, time + self._least.value)
 
     def _is_off(self, stamp: float, arrival: float) -> bool:
-        """Does the delay of a message differ by CLOCK_STEP or more from the least delay?"""
         least = self._least.value
         return least is not None and abs(arrival - stamp - least) >= CLOCK_STEP
 
@@ -196,8 +195,8 @@ class YawNoise:
             return
         turned = 0.5 * (previous.yaw_rate + rate) * timed.interval
         # the difference of two samples has twice the variance of one sample
-        square = 0.5 * (difference(sample.yaw, previous.yaw) - turned) ** 2
+        sample_variance = 0.5 * (difference(sample.yaw, previous.yaw) - turned) ** 2
         self._count += 1
+        weight = max(NOISE_WEIGHT, 1.0 / self._count)
         variance = self.deviation ** 2
-        self.deviation = math.sqrt(
-            variance + max(NOISE_WEIGHT, 1.0 / self._count) * (square - variance))
+        self.deviation = math.sqrt(variance + weight * (sample_variance - variance))

@@ -42,7 +42,7 @@ class OdometrySample(NamedTuple):
     stamp: float
     pose: Any             # odom_T_base, a geometry.se2.Pose2
     linear: float         # forward speed [m/s]
-    angular: float        # [rad/s], with a spike when the heading crosses +/-180 deg
+    angular: float        # rate of turn [rad/s], wrong when the heading crosses +/-180 deg
 
 
 class WheelSample(NamedTuple):
@@ -62,7 +62,7 @@ class Motion(NamedTuple):
     imu_age: float = 0.0        # time [s] since the latest sample of the IMU was measured
     odometry_age: float = 0.0   # time [s] since the latest odometry was measured
     yaw_noise: float = 0.0      # standard deviation [rad] of a sample's yaw
-    extrapolated: float = 0.0   # part [rad] of the pose's yaw that is extrapolated
+    extrapolated_turn: float = 0.0    # part [rad] of the pose's yaw that is extrapolated
 
 
 #: A sample of the IMU or of the odometry.

@@ -2,7 +2,7 @@
 
 Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and its
 motor driver), the Dynamixel XL430/XM430 manuals. The data sheet rounds the Burger's speeds up to
-0.22 m/s and 2.84 rad/s. The wheels turn at 61 rpm at most, and `motor_steps` is 0.5 % less.
+0.22 m/s and 2.84 rad/s.
 """
 import math
 from dataclasses import dataclass, replace
@@ -63,7 +63,7 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
     wheel is still too fast, the robot drives the same curve more slowly."""
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)
-    linear = max(min(twist.linear, linear_limit), -linear_limit)    # in this order NaN stays NaN
+    linear = max(min(twist.linear, linear_limit), -linear_limit)    # NaN stays NaN
     angular = max(min(twist.angular, angular_limit), -angular_limit)
     wheel = abs(linear) + model.half_track * abs(angular)
     if wheel > model.max_wheel_speed:
@@ -73,7 +73,7 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
 
 
 def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """Returns the model `name`. The ``ValueError`` of an unknown name begins with `source`."""
+    """Returns the model `name`. The error for an unknown name begins with `source`."""
     try:
         return MODELS[name]
     except (KeyError, TypeError):     # the value of a parameter may be a list
@@ -81,5 +81,5 @@ def robot_model(name: str, source: str = 'model') -> RobotModel:
 
 
 def model_of_environment(environment: Mapping[str, str]) -> RobotModel:
-    """Returns the model that MODEL_VARIABLE names, or a Burger without this variable."""
+    """Returns the model that MODEL_VARIABLE names, or a Burger if the variable is not set."""
     return robot_model(environment.get(MODEL_VARIABLE) or DEFAULT_MODEL, MODEL_VARIABLE)

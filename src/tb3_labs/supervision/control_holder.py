@@ -1,7 +1,7 @@
 """Does a pad or move_to_goal drive the robot? A table gives the holder of the robot after an event.
 
-A node that loses the robot sends one zero command, and then no more commands. By ControlMessages, a
-pad permits move_to_goal to drive, and ends this permission. Source: the course's gamepad lab.
+A node that loses the robot sends one zero command, and then no more commands. A pad gives
+and ends the permission of move_to_goal by ControlMessages. Source: the course's gamepad lab.
 """
 import math
 from enum import Enum
@@ -62,15 +62,15 @@ class ControlMessages:
         self.stopped_at = -math.inf
 
     def pop_renewal(self, now: float) -> bool:
-        """Is a renewal due, which the caller must send?"""
+        """Must the caller send a renewal now?"""
         if not self.must_renew or now - self._sent_at < RENEWAL_PERIOD:
             return False
         self._sent_at = now
         return True
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True for a button press that was delayed by `lateness` [s]. Queue a renewal for
-        each `RENEWAL_PERIOD` of this delay, so that move_to_goal can compute the delay."""
+        """Queue a True for a button press that was delayed by `lateness` [s]. Also queue one
+        renewal for each `RENEWAL_PERIOD` of the delay, so that move_to_goal knows the delay."""
         self.must_renew = True
         self.granted_at = now
         self._sent_at = now

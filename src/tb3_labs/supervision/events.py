@@ -2,13 +2,13 @@
 
 An Event is a message that a person may have caused, such as a request for a turn. An Event is
 doubtful if it may have been sent before this node started, or before its connection was made. Only
-the first message on a connection can be older than the connection, and only if the sender existed
-before this node, or had an earlier connection. A first message that is not latched is doubtful only
-if it arrives within `SENDER_PAUSE` after the connection was made.
+the first message on a connection can be older than the connection. A message can be older only if
+its sender existed before this node, or had an earlier connection. A first message that is not
+latched is doubtful only if it arrives within `SENDER_PAUSE` after the connection was made.
 
 A sender *repeats* a goal or a turn if it sends the same content again within `SENDER_PAUSE`. A
-repeated request that was ended stays ended until the sender changes the content, or pauses. A
-request that was not repeated before its end may be sent again at once.
+repeated request that was ended stays ended until the sender changes the content, or pauses. If a
+request was ended before it was repeated, the sender can send the request again at once.
 
 Units: seconds on a clock that never stands still and never goes back (`arrived_at`).
 """
@@ -66,7 +66,7 @@ class MessageAges:
     """Finds the Age of each message of one topic by the connection on which it arrived."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
-        """This node begins to listen at `now`, when the senders in `present` exist already."""
+        """This node begins to listen at `now`. The senders in `present` existed before that."""
         self._present = frozenset(present)
         self._begun_at = now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
@@ -113,7 +113,7 @@ class SenderRequest:
     latest_at: float            # time [s] of the latest message
     is_repeated: bool = False   # was the request sent more than once?
     is_ended: bool = False      # is a repetition of the request refused?
-    message: Any = None         # the latest message, if the caller sets it
+    message: Any = None         # the caller may store the latest message here
 
 
 class SenderRequests:
@@ -143,10 +143,10 @@ class SenderRequests:
         request = self._requests.get(sender)
         return request if request is not None and request.content == content else None
 
-    def end_repetitions(self, which: Callable[[SenderRequest], bool] = lambda _: True) -> None:
-        """From now on, refuse each repeated request for which ``which(request)`` is true."""
+    def end_repetitions(self, selects: Callable[[SenderRequest], bool] = lambda _: True) -> None:
+        """From now on, refuse each repeated request if ``selects(request)``."""
         for request in self._requests.values():
-            if request.is_repeated and which(request):
+            if request.is_repeated and selects(request):
                 request.is_ended = True
 
 
@@ -188,5 +188,5 @@ class Output:
 
     @property
     def has_more(self) -> bool:
-        """Must the node act after it has sent the command?"""
+        """Must the node do more than send the command?"""
         return bool(self.log_lines)

@@ -73,7 +73,7 @@ class GoalRequest(NamedTuple):
     stamp: int = 0        # stamp in the GoalID [ns, sender's clock], or 0
     client: Any = None    # receives the GoalAnswers
 
-    def is_named_by(self, name: str, stamp: int) -> bool:
+    def is_canceled_by(self, name: str, stamp: int) -> bool:
         """Does a cancel with this `name` and `stamp` [ns] end this goal?"""
         if 0 < self.stamp <= stamp:
             return True
@@ -104,8 +104,8 @@ class GoalRequests:
     """The present goal, and the latest goal of each sender."""
 
     def __init__(self, sleep: SleepMonitor) -> None:
-        #: The latest request that was accepted. The goal at the start of the node was not
-        #: requested, but a cancel with a stamp ends this goal, too.
+        #: The latest request that was accepted. The first goal comes from the node's parameters,
+        #: and a cancel with a stamp ends this goal, too.
         self.present = GoalRequest(None, stamp=EARLIEST_STAMP)
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         #: The answers to the clients of goals, in order.
@@ -156,8 +156,8 @@ class GoalRequests:
 
     def cancel(self, name: str = '', stamp: int = 0) -> bool:
         """Take in a cancel. Returns True if the cancel ends the present goal."""
-        self._sender_goals.end_repetitions(lambda goal: goal.message.is_named_by(name, stamp))
-        if not self.present.is_named_by(name, stamp):
+        self._sender_goals.end_repetitions(lambda goal: goal.message.is_canceled_by(name, stamp))
+        if not self.present.is_canceled_by(name, stamp):
             return False
         self.give_up()
         return True

@@ -13,11 +13,12 @@ which a stop holds until a person releases the machine again.
    were never fresh before, a grant ends after `ROBOT_START`.
 6. If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that arrives
    while the process wakes is ignored, since it may be older than a stop.
-7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed. But
-   a False that was latched before this node began to listen does not end the grant at the start.
-8. A True is ignored if it was sent more than `RESUME_TIME` ago, or before another sender's False,
-   or before this node started or woke. If the renewals after a True arrive faster than one in each
-   `RENEWAL_PERIOD`, the network has delayed the True.
+7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed. A
+   False that was latched before this node began to listen does not end a grant of the parameter
+   `has_control`.
+8. A True is ignored if it was sent more than `RESUME_TIME` ago. A True is also ignored if another
+   sender sent False, or this node started or woke, after the True was sent. The network has delayed
+   a True if its renewals arrive faster than one in each `RENEWAL_PERIOD`.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 Edge case: If a sender renews its grants, the robot may move only after the first renewal. So a
@@ -54,7 +55,7 @@ class _Grant:
         self._renewals.on_message(now)
         self._renewed_for = now - self.granted_at
         self.latest_sending = self.granted_at
-        # after 2 s, the fast clock of a sender would look like a delay
+        # after 2 s, a sender's clock that runs fast would look like a delay
         if self._renews and self._renewed_for < RESUME_TIME:
             delay = RENEWAL_PERIOD * (self._renewals.count - 1) - self._renewed_for
             self.latest_sending -= max(0.0, delay)
@@ -64,7 +65,6 @@ class _Grant:
         return self._renewals.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
-        """Is the grant valid now, because it was renewed or needs no renewal?"""
         is_confirmed = self._renewed_for >= CONFIRMED_AFTER
         return not self._renews or (is_confirmed and self._renewals.is_fresh(now))
 
@@ -76,13 +76,13 @@ class Permission:
         self._has_new_grant = False    # was a grant given since the latest pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START    # time [s] for which a grant waits for the sensors
-        # The grants by sender. The sender of the grant at the start is ''.
+        # The grants by sender. A grant of the parameter `has_control` has the sender ''.
         self._grants: Dict[str, _Grant] = {}
         if granted_at_start:
             self._grants[''] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender
         self._stops: Dict[str, float] = {}        # time [s] of each sender's latest False
-        self._refused: Set[str] = set()    # senders whose refusal was logged
+        self._refused: Set[str] = set()    # senders whose refused True was logged
         self._now = math.nan           # time [s] of the latest update
         self._began_at = math.nan      # time [s] of the first update, or of the end of a long sleep
         self.sleep = SleepMonitor()
@@ -158,7 +158,7 @@ class Permission:
         if math.isnan(self._began_at):
             self._began_at = now
             for grant in self._grants.values():
-                grant.granted_at = now    # the grant at the start
+                grant.granted_at = now    # the grant of `has_control`
         self.sleep.update(now)
         if self.sleep.slept_for > RESUME_TIME:
             self._began_at = now

@@ -22,7 +22,7 @@ SURE_TURN_RATE = 0.1
 STALL_TIME = 1.3
 #: The robot is nearer to its goal only if the remaining way is shorter by at least this [m or rad].
 STALL_STEP = 0.004
-#: The robot is told to rest for at most this time [s] in one state of a drive.
+#: A motion fails if its command is 0 for longer than this time [s] in one state.
 MAX_REST = 4.0
 #: The robot has missed its goal if the remaining way grows again by more than this [m or rad]. If
 #: the network stalls for a short time, a robot overshoots by less than this.
@@ -68,7 +68,7 @@ class Sensor(Freshness):
         self.repeated_for = now - self._changed_at
 
     def forget_silences(self) -> None:
-        """Forget silences and repetitions, since the robot stood until now."""
+        """Forget the silences and repetitions of the time in which the robot stood."""
         self.longest_gap = 0.0
         self.repeated_for = 0.0
         self._changed_at = math.nan
@@ -115,7 +115,7 @@ class SensorMonitor:
             self._silent_since = now
         silent_for = now - self._silent_since
         is_late = silent_for > self._longest_wait
-        if may_move or became_ready:    # a new wait begins with the latest messages
+        if may_move or became_ready:    # the next silence is counted from the latest messages
             self._silent_since = now - max([sensor.age(now) for sensor in self._sensors])
             self._longest_wait = RESUME_TIME
         if may_move:

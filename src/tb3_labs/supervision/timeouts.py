@@ -32,7 +32,7 @@ RESET_SILENCE = 1.0
 INPUT_TIMEOUT = 0.25
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
-#: A longer silence of the odometry allows a longer step, but counts as at most this time.
+#: The allowed step of the odometry grows with its silence, up to a silence of this length.
 LONGEST_COUNTED_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -68,8 +68,8 @@ RENEWAL_PERIOD = 0.1
 SUSPEND_AFTER = 0.5
 #: A reset is refused if it was requested longer ago than this, since the robot may have moved.
 MAX_RESET_AGE = 1.0
-#: A sender that repeats a message sends it again within this time. After a longer silence of its
-#: sender, a message is a new request.
+#: A sender that repeats a message sends it again within this time. If a sender was silent for
+#: longer than this, its next message is a new request.
 SENDER_PAUSE = 2.0
 
 # -- this process sleeps, or its clock stands
@@ -184,7 +184,7 @@ class WindowMinimum:
         self.value: Optional[float] = None    # the least value; None before the first value
 
     def add(self, time: float, value: float) -> None:
-        """Take in a value. If `time` goes back, earlier values stay for longer."""
+        """Take in a value. If `time` goes back, earlier values are kept for longer than usual."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:
             candidates.pop()

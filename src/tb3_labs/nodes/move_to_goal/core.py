@@ -125,7 +125,7 @@ class MoveToGoalCore:
         return self._requests.on_goal(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
-        """Cancel the goals for which GoalRequest.is_named_by() is true."""
+        """Cancel the goals for which GoalRequest.is_canceled_by() is true."""
         # without this update a sleep of this process would look like a pause of the sender
         self._update_control(steady_now)
         if self._requests.cancel(name, stamp):
@@ -179,7 +179,7 @@ class MoveToGoalCore:
             log_lines=self._log.pop_all(),
             watched=self._permission.grant_exists and self._machine.active,
             has_control=self._permission.grant_exists, answers=self._requests.answers.pop_all(),
-            fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
+            stamped_pose=self._localizer.pop_pose(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
         self._check_sensors(now)
@@ -233,7 +233,7 @@ class MoveToGoalCore:
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
-        """The pose of the frame ``local`` in the odometry's frame; None before the first Fix."""
+        """The pose of ``local`` in ``odom``; None before the first StampedPose."""
         return self._localizer.odom_T_local
 
     def status(self, now: float) -> DriveStatus:

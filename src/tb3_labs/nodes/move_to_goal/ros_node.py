@@ -123,9 +123,9 @@ class MoveToGoalNode:
     def _on_imu(self, sample):
         output = self._runner.handle(lambda: self._core.on_imu(
             sample, ros_time(), self._sends_wheels()))
-        if output.fix is not None:
-            self._display.show(output.fix, output.odom_T_local)
-            self._goals.feedback(output.fix)
+        if output.stamped_pose is not None:
+            self._display.show(output.stamped_pose, output.odom_T_local)
+            self._goals.feedback(output.stamped_pose)
 
     def _publish_output(self, output):
         if output.has_control is not self._has_control:
@@ -160,19 +160,19 @@ class LocalPath:
         self._sent_at = -math.inf      # stamp
         self._has_new_points = False   # since the last message
 
-    def show(self, fix):
-        """Add a localizer.Fix to the path. Publish the path at most once in PATH_PERIOD."""
-        if fix.frame_number != self._frame_number:
-            self._frame_number = fix.frame_number
+    def show(self, stamped):
+        """Add a localizer.StampedPose to the path. Publish the path at most once in PATH_PERIOD."""
+        if stamped.frame_number != self._frame_number:
+            self._frame_number = stamped.frame_number
             self._points.clear()
             self._sent_at = -math.inf
-        here = fix.local_T_base
+        here = stamped.local_T_base
         if not self._points or _is_farther(self._last, here):
             self._last = here
-            self._points.append(to_pose_stamped(here, self._frame_id, fix.stamp))
+            self._points.append(to_pose_stamped(here, self._frame_id, stamped.stamp))
             self._has_new_points = True
-        if self._has_new_points and abs(fix.stamp - self._sent_at) >= PATH_PERIOD:
-            self._sent_at = fix.stamp
+        if self._has_new_points and abs(stamped.stamp - self._sent_at) >= PATH_PERIOD:
+            self._sent_at = stamped.stamp
             self._has_new_points = False
             self._publisher.publish(Path(header=self._points[-1].header, poses=list(self._points)))
 
@@ -184,7 +184,7 @@ def _is_farther(last, here):
 
 
 class Display:
-    """Publishes each Fix and each new DriveStatus for people to see.
+    """Publishes each StampedPose and each new DriveStatus for people to see.
 
     The thread of the IMU calls `show`, and the thread of the CoreRunner calls `show_status`. Making
     a message costs more time than a step of a control law. Poses and transforms are made only for
@@ -204,22 +204,23 @@ class Display:
         self._markers_sent_at = -math.inf        # stamp
         self._path = LocalPath(self._local)
 
-    def show(self, fix, odom_T_local):
-        """Publish a localizer.Fix as a pose, a transform and a point of the path."""
+    def show(self, stamped, odom_T_local):
+        """Publish a localizer.StampedPose as a pose, a transform and a point of the path."""
         if self._pose.get_num_connections():
-            self._pose.publish(to_pose_stamped(fix.local_T_base, self._local, fix.stamp))
-        is_early = abs(fix.stamp - self._transform_sent_at) < DISPLAY_PERIOD
+            self._pose.publish(to_pose_stamped(stamped.local_T_base, self._local, stamped.stamp))
+        is_early = abs(stamped.stamp - self._transform_sent_at) < DISPLAY_PERIOD
         if is_early and odom_T_local == self._sent_odom_T_local:
             return
-        self._transform_sent_at = fix.stamp
+        self._transform_sent_at = stamped.stamp
         self._sent_odom_T_local = odom_T_local
         if self._tf.pub_tf.get_num_connections():
-            self._tf.sendTransform(to_transform(odom_T_local, self._odom, self._local, fix.stamp))
-        if abs(fix.stamp - self._markers_sent_at) >= REPEAT_PERIOD:
+            self._tf.sendTransform(
+                to_transform(odom_T_local, self._odom, self._local, stamped.stamp))
+        if abs(stamped.stamp - self._markers_sent_at) >= REPEAT_PERIOD:
             # markers are repeated, since RViz drops a marker whose frame is not known yet
-            self._markers_sent_at = fix.stamp
+            self._markers_sent_at = stamped.stamp
             self._marker.publish(self._markers)
-        self._path.show(fix)
+        self._path.show(stamped)
 
     def show_status(self, status):
         """Publish the text and the goal of a DriveStatus, and markers for RViz."""

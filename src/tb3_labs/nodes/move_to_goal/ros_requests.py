@@ -81,12 +81,12 @@ class GoalServer(ActionServer):
                 self._present = None
             END_METHODS[outcome](request.client, MoveBaseResult(), text)
 
-    def feedback(self, fix):
-        """If there is a goal, send a localizer.Fix to the client of the goal."""
+    def feedback(self, stamped):
+        """If there is a goal, send the robot's StampedPose to the client of the goal."""
         handle = self._present
         if handle is not None and self.feedback_pub.get_num_connections():
             handle.publish_feedback(MoveBaseFeedback(base_position=to_pose_stamped(
-                fix.local_T_base, frame('local'), fix.stamp)))
+                stamped.local_T_base, frame('local'), stamped.stamp)))
 
     def initialize(self):
         """Replace actionlib's status timer, which would end if the clock jumps back."""

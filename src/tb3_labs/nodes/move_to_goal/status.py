@@ -9,7 +9,7 @@ from tb3_labs.control.goal_state import (
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
-from tb3_labs.localization.localizer import Fix
+from tb3_labs.localization.localizer import StampedPose
 from tb3_labs.robot.samples import Motion
 from tb3_labs.supervision.events import LogQueue, Output
 from tb3_labs.supervision.goal_requests import (
@@ -78,9 +78,9 @@ class DriveOutput(Output):
     answers: Sequence[GoalAnswer] = ()
     #: The status of the drive, if it is new.
     status: Optional[DriveStatus] = None
-    #: A new Fix, or None.
-    fix: Optional[Fix] = None
-    #: The pose of the frame ``local`` in the odometry's frame; None before the first Fix.
+    #: A new StampedPose, or None.
+    stamped_pose: Optional[StampedPose] = None
+    #: The pose of ``local`` in ``odom``; None before the first StampedPose.
     odom_T_local: Optional[Pose2] = None
 
     @property
