@@ -47,7 +47,7 @@ from tb3_labs.srv import ResetPose
 MESSAGE_TIMEOUT = 120.0
 #: Longest wait [s, wall clock] for the recorder. A recorder ends if the disk is full.
 RECORDER_TIMEOUT = 15.0
-#: The node gives control with this period [s, wall clock] until move_to_goal has control.
+#: The node repeats its grant with this period [s, wall clock] until move_to_goal has control.
 GRANT_PERIOD = 1.0
 #: Time [s] from the end of a drive to the reading of the true pose.
 REST_TIME = 0.5

@@ -54,7 +54,7 @@ def test_the_line_of_a_heading_and_the_heading_at_the_goal():
 
 
 def test_the_labs_topics_are_those_of_the_handout():
-    assert [LAB_NODES[lab].sensors for lab in (IMU, TURN, MOVE2GOAL, GAMEPAD)] == [
+    assert [LAB_NODES[lab].needed_topics for lab in (IMU, TURN, MOVE2GOAL, GAMEPAD)] == [
         (handout.IMU_TOPIC,), (handout.IMU_TOPIC,), (handout.ODOM_TOPIC, handout.IMU_TOPIC), (handout.JOY_TOPIC,)]
 
 

@@ -261,7 +261,7 @@ def test_the_page_has_each_exception_once_and_the_open_todos(tmp_path):
     texts = [error, 'all is well', 'TODO 3 is open', error]
     columns = [np.array(column, dtype=object) for column in (['error'] * 4, ['/node'] * 4, texts)]
     page = words_of(made(log=LogLines(np.arange(4.0), np.arange(4.0), *columns)), tmp_path)
-    assert '<b>An exception came: ValueError: &lt;x&gt;, line 7.</b> (2 times) <a href="#t=0.0">' in page
+    assert '<b>An exception was raised: ValueError: &lt;x&gt;, line 7.</b> (2 times) <a href="#t=0.0">' in page
     assert '<b>The node said: TODO 3 is open.</b> (once) <a href="#t=2.0">' in page
 
 

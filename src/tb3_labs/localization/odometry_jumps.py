@@ -121,7 +121,7 @@ class JumpFinder:
         problem = _problem_of_displacement(old_pose, sample.pose, latest.longest_gap(moved))
         if problem:
             return _stand_still(problem, moved, latest)
-        if _is_backwards(old_pose, sample):    # mirror the new place at the old place
+        if _is_backwards(old_pose, sample):    # reflect the new place through the old place
             mirrored = Pose2(2.0 * old_pose.x - sample.pose.x, 2.0 * old_pose.y - sample.pose.y,
                              sample.pose.yaw)
             return Jump('', shift=_shift(mirrored, sample.pose))

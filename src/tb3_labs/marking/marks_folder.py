@@ -153,7 +153,6 @@ class MarksFolder:
                 f'{path} cannot be read, and may hold what a person wrote: {why}') from None
 
     def _write_page(self, record):
-        """Write a student's page and results from the student's record and bag."""
         handed_in = Marks(**record['handed_in'])
         observation = None
         bag = self.bag(handed_in.student)

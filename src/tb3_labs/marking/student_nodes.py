@@ -21,8 +21,8 @@ class NodeNames(NamedTuple):
     files: Tuple[str, ...]      # usual names of the node's file; this package uses the first name
     class_name: str             # the name of the node's class in the handout
     node_name: str              # the node's ROS name in the handout
-    sensors: Tuple[str, ...]    # needed topics; a node is ready if it listens to the first topic
-    uses: Tuple[str, ...]       # other signs of a complete node: topics, and a call for the reset
+    needed_topics: Tuple[str, ...]      # a node is ready when it listens to the first topic
+    other_signs: Tuple[str, ...]    # of a complete node: topics, and a call for the reset
 
 
 LAB_NODES = {

@@ -89,7 +89,7 @@ class Pages:
             page.send('picture', **picture, now=now, page=self._driver_for(page))
 
     def _driver_for(self, page):
-        """Returns the entry "page" of the picture that is sent to `page`."""
+        """Returns 'this' if `page` drives the robot, 'other' if another page drives, or else ''."""
         driver = self._robot.dead_man.page
         if driver is None:
             return ''

@@ -74,7 +74,8 @@ class ControlMessages:
         self.must_renew = True
         self.granted_at = now
         self._sent_at = now
-        self.waiting += [True] * (1 + int(lateness / RENEWAL_PERIOD))
+        self.waiting.append(True)
+        self.waiting += [True] * int(lateness / RENEWAL_PERIOD)    # the renewals
 
     def stop(self, caused_at: float) -> None:
         """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""

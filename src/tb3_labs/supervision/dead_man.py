@@ -52,7 +52,7 @@ class DeadMan:
         if self.page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
         if self.page is None and not is_first:
-            raise ValueError('the begin of this grip came late: let go, and grip again')
+            raise ValueError('the start of this grip came late: let go, and grip again')
         self.page = page
         self._source.on_message(now)
         return True

@@ -35,6 +35,8 @@ from tb3_labs.supervision.timeouts import (
 #: renewal may have been delayed together with the grant.
 CONFIRMED_AFTER = 0.04
 REMEDY = 'False, then True, gives it again'
+#: The sender of the grant that the parameter `has_control` gives.
+START = 'the start'
 
 
 class _Grant:
@@ -76,10 +78,10 @@ class Permission:
         self._has_new_grant = False    # was a grant given since the latest pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START    # time [s] for which a grant waits for the sensors
-        # The grants by sender. A grant of the parameter `has_control` has the sender ''.
+        # The grants by sender.
         self._grants: Dict[str, _Grant] = {}
         if granted_at_start:
-            self._grants[''] = _Grant(math.nan, renews=False)
+            self._grants[START] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender
         self._stops: Dict[str, float] = {}        # time [s] of each sender's latest False
         self._refused: Set[str] = set()    # senders whose refused True was logged
@@ -138,8 +140,7 @@ class Permission:
 
     def _on_stop(self, message: 'Event[bool]') -> None:
         now, sender = message.arrived_at, message.sender
-        given_by_senders = set(self._grants) - {''}
-        if message.age is Age.OLD and not given_by_senders:
+        if message.age is Age.OLD and set(self._grants) <= {START}:
             return
         self._stops = {other: at for other, at in self._stops.items() if now - at <= RESUME_TIME}
         self._stops[sender] = now
@@ -183,7 +184,6 @@ class Permission:
             self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:
-        giver = sender or 'the start'
-        self._log.add(f'Control from {giver} is gone: {reason}. {REMEDY}', warning=True)
+        self._log.add(f'Control from {sender} is gone: {reason}. {REMEDY}', warning=True)
         self._refused.add(sender)    # the refusal of the next True need not be logged
         del self._grants[sender]

@@ -74,7 +74,7 @@ class Sensor(Freshness):
         self._changed_at = math.nan
 
     def adapt_to_clock(self, now: float) -> None:
-        """If the clock went back, a message that is later than `now` counts as received `now`."""
+        """If the latest arrival is after `now`, the clock went back: replace it by `now`."""
         if self._received_at is not None:
             self._received_at = min(self._received_at, now)
 

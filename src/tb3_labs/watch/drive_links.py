@@ -20,6 +20,8 @@ from tb3_labs.watch.variables import shortened_value
 #: The tolerance of each state, an angle [rad] or a distance [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}
+#: A mistake shows in more readings than this.
+MIN_WRONG_READINGS = 4
 #: If the heading error [rad] is larger, the robot may turn to either side.
 MAX_CLEAR_ERROR = 3.0
 #: The gain [1/s] of each rotation.
@@ -36,7 +38,7 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue
         part = series.between(begin + MAX_PROBE_LAG, min(end, node_run.end_after(begin)))
         is_opposite = part.value == 1.0 - value
-        if is_opposite.sum() > max(4, len(is_opposite) / 2):
+        if is_opposite.sum() > max(MIN_WRONG_READINGS, len(is_opposite) / 2):
             yield BrokenLink(f'{part.time[-1] - begin:.1f} s after a {bool(value)} on ctrl_relinq '
                              f'{series.name} was {part.text[-1]}', part.time[0], series.name)
 

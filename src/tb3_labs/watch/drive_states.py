@@ -72,7 +72,7 @@ def local_frames(node_run: NodeRun) -> List[Frame]:
 
 
 def index_from(times: np.ndarray, time: float) -> int:
-    """Returns the index of the first value in `times` from `time` on, or the last index."""
+    """Returns the index of the first of `times` that is not before `time`, or the last index."""
     return min(int(np.searchsorted(times, time)), len(times) - 1)
 
 

@@ -21,9 +21,9 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-#: Two candidates are alike if their first COMPARED_RANKS fields are equal.
-COMPARED_RANKS = 4
-#: The values of `package_rank`, the best first, say where the usual name of a package was found.
+#: Two candidates are alike if their first COMPARED_FIELDS fields are equal.
+COMPARED_FIELDS = 4
+#: The places of a package's usual name, the best first. They are the values of `package_rank`.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
 #: The instructor reads this text if no file can be the node.
 WHAT_IS_READ = 'Only zip files are unpacked, and none in others. Folders such as build, devel, ' \
@@ -76,21 +76,21 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     Raises ``NotJudged`` if no file can be the node.
     """
     packages = (package,) if package else lab.packages
-    names = (os.path.basename(name),) if name else lab.files
+    usual_files = (os.path.basename(name),) if name else lab.files
     handed_in = files_in(folder)
     package_of = {path: package_folder(path, folder) for path in handed_in if _is_program(path)}
     names_of = {above: _package_names(above, folder) for above in set(package_of.values())}
     programs = sorted(
         _candidate(lab, str(path.relative_to(folder)), path.read_bytes().decode(errors='replace'),
-                   names_of[above], usual_packages=packages, usual_files=names)
+                   names_of[above], usual_packages=packages, usual_files=usual_files)
         for path, above in package_of.items())
-    candidates = [program for program in programs if _can_be_the_node(program, names, name)]
+    candidates = [program for program in programs if _can_be_the_node(program, usual_files, name)]
     if package:
         candidates = [program for program in candidates if program.package_rank == SAME_NAME]
     if '/' in name:
         candidates = [program for program in candidates if program.path == os.path.normpath(name)]
     if not candidates:
-        wanted = name if name else ' or '.join(names)
+        wanted = name if name else ' or '.join(usual_files)
         if package:
             wanted += f' in a package {package}'
         paths = dict.fromkeys([*package_of, *handed_in])    # the programs first
@@ -99,9 +99,9 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
                         f'(--type chooses a file): {listing}. {WHAT_IS_READ}')
     start = None if name else _starting_program(candidates[0], programs, folder)
     if start is None:
-        return Choice(candidates[0].path, *_remarks_and_findings(candidates, names))
+        return Choice(candidates[0].path, *_remarks_and_findings(candidates, usual_files))
     candidates = [program for program in candidates if program.path != start.path]
-    _, findings = _remarks_and_findings(candidates, names)
+    _, findings = _remarks_and_findings(candidates, usual_files)
     remark = f'Judged was {start.path}, which starts {candidates[0].path}.'
     return Choice(start.path, [remark], findings)
 
@@ -121,15 +121,15 @@ def _starting_program(module, programs, folder):
     return None
 
 
-def _remarks_and_findings(candidates, names):
+def _remarks_and_findings(candidates, usual_files):
     best, *others = candidates
     if not others:
-        if best.name_rank < len(names):
+        if best.name_rank < len(usual_files):
             return [], []
-        return [f"There is no {' or '.join(names)}; judged was {best.path}."], []
+        return [f"There is no {' or '.join(usual_files)}; judged was {best.path}."], []
     remark = '{} files can be the node; judged was {}. The others: {}.'.format(
         len(candidates), best.path, shortened([other.path for other in others]))
-    doubtful = [other.path for other in others if _is_doubtful(best, other, names)]
+    doubtful = [other.path for other in others if _is_doubtful(best, other, usual_files)]
     if not doubtful:
         return [remark], []
     path = doubtful[0] if '/' in doubtful[0] else './' + doubtful[0]
@@ -137,12 +137,11 @@ def _remarks_and_findings(candidates, names):
                       "the student's name."]
 
 
-def _is_doubtful(best, other, names):
-    """Could `other` be the node, because of similar signs, a better name or a better place?"""
+def _is_doubtful(best, other, usual_files):
     if other.text == best.text:
         return False
-    is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
-    only_other_has_usual_name = best.name_rank == len(names) and other.name_rank < len(names)
+    is_alike = other[:COMPARED_FIELDS] == best[:COMPARED_FIELDS]
+    only_other_has_usual_name = other.name_rank < len(usual_files) == best.name_rank
     in_same_place = (other.is_old, other.package_rank) == (best.is_old, best.package_rank)
     has_better_name = only_other_has_usual_name and in_same_place
     has_better_package = other.has_usual_package and not best.has_usual_package
@@ -210,10 +209,10 @@ def _signs(lab, text):
     each of the lab's `uses`."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
-    patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.sensors[0]),
+    patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.needed_topics[0]),
                 rf'^[ \t]*class\s+{lab.class_name}\b',
                 r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name)]
-    for use in lab.uses:
+    for use in lab.other_signs:
         if use.endswith('('):
             patterns.append(RESET_CALL.format(use[:-1]))
         else:
@@ -221,10 +220,10 @@ def _signs(lab, text):
     return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in patterns)
 
 
-def _can_be_the_node(candidate, names, name):
-    if candidate.name_rank < len(names):
+def _can_be_the_node(candidate, usual_files, chosen_name):
+    if candidate.name_rank < len(usual_files):
         return True
-    if name:
+    if chosen_name:
         return False
     listens, has_class, has_node_name, *_ = candidate.found_signs
     # a node of another lab may listen to the same topic

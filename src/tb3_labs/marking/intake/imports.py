@@ -156,7 +156,6 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
 
 
 def _is_available(item, own_modules, packages):
-    """Does the submission or the marking machine have the module that a program imports?"""
     name = item.package
     if not name:        # the import begins with a dot
         return True

@@ -153,7 +153,7 @@ def _refusal(path):
 
 
 def _upload_order(name):
-    """Returns a key that sorts a student's files by the numbers of Canvas, the latest last."""
+    """Returns a sort key. Canvas numbers the uploads of a student. The latest upload comes last."""
     canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
     return (int(repetition.group(1)) if repetition else 0,
             int(canvas['upload']) if canvas else 0, name)

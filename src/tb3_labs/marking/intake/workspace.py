@@ -52,8 +52,8 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
             protection: Protection = Protection()) -> NodeStart:
     """Prepare the workspace of a submission in `workspace`/COPY. Returns the NodeStart.
 
-    The node's environment is `environment` with the folders of the workspace added. This function
-    adds remarks and findings to `parsed`. Messages and services are made under `protection`.
+    The node's environment is `environment` with the folders of the workspace added. Remarks and
+    findings are added to `parsed`. `protection` limits the program that makes the messages.
     """
     remarks = parsed.remarks
     copy, made = workspace / COPY, workspace / 'python'

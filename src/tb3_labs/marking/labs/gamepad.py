@@ -212,7 +212,7 @@ CRITERIA = [
               why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', BEYOND,
               _why_blocked, extra=True, limits='the stick drives ' + within(UNBLOCKED_TIME)),
-    Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _why_not_called_once, extra=True),
+    Criterion('once', BUTTONS, 'a long Y is one call', BEYOND, _why_not_called_once, extra=True),
     Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND,
               _why_not_latched, extra=True, limits='heard ' + within(PUBLISH_TIME)),
     lost_device_criterion('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, BEYOND),

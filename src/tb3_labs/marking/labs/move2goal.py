@@ -138,7 +138,6 @@ def _why_reset_failed(observation: Observation, name: str = RESET_TO_ORIGIN) -> 
 
 
 def _why_not_reset(observation: Observation) -> Reason:
-    """Judges the name of the reset service, a reset at rest, and a reset in a drive."""
     name = observation.scene(RESET_TO_ORIGIN).facts[WRONG_NAME]
     reason = _why_reset_failed(observation)
     if reason:
@@ -241,7 +240,7 @@ CRITERIA = [
               BEYOND, lambda observation: (_why_reset_failed(observation, RESET_ELSEWHERE)
                                            or _why_not_arrived(observation, DECLARED_DRIVE)),
               extra=True, limits='as goal_place and goal_heading'),
-    Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
+    Criterion('offset_imu', OFFSET, 'drives although the zeros of IMU and odometry differ',
               TWO_ZEROS_STEP, partial(_why_not_arrived, name=OFFSET_DRIVE), extra=True,
               limits='as goal_place and goal_heading'),
     lost_device_criterion('lost_odometry', 'stops the robot', 'the odometry', ODOMETRY_SILENT,

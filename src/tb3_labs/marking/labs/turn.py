@@ -214,7 +214,6 @@ def _printed_only_prompt(observation):
 
 
 def _lines_after_letter(observation, name):
-    """Returns the lines that the node printed after the typed letter of the stimulus `name`."""
     return observation.scene(name, may_die=True).printed.splitlines()[1:]
 
 

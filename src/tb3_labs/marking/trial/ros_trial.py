@@ -46,7 +46,7 @@ class Trial:
         self.robot = Robot(self.recorder)
         self.pad = pad
         self.part = ''
-        self.node = StudentNode(node, LAB_NODES[lab].sensors, self.recording)
+        self.node = StudentNode(node, LAB_NODES[lab].needed_topics, self.recording)
         self._package, self._executable = package, executable
         self._print_line = print_line
         self._slip = 0.0

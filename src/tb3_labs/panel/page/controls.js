@@ -103,7 +103,7 @@ class PoseInput extends MapInput {
     super(map, redraw);
     this._placed = placed;
     this._tool = null;                // null, 'goal' or 'reset'
-    this._start = null;               // {pixel, point} at the begin of a drag with a tool
+    this._start = null;               // {pixel, point} at the start of a drag with a tool
   }
 
   choose(tool) {

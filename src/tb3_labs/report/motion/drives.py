@@ -20,7 +20,7 @@ from tb3_labs.report.motion.resets_and_goals import (
 
 #: A drive's errors are measured at rest, at the latest this time [s] after the end of the drive.
 SETTLE_TIME = 1.0
-#: The turn to the goal may last until this time [s] after the begin of MOVE_FORWARD.
+#: The turn to the goal may last until this time [s] after the start of MOVE_FORWARD.
 STRAIGHT_AFTER = 0.3
 #: If a reset begins a drive, the new frame comes at most this time [s] after the drive's begin.
 RESET_DELAY = 0.1

@@ -31,7 +31,7 @@ NEAR_RESET = 0.3
 #: the log line. If no pose jumps, the frame begins at the pose nearest to the log line.
 LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message in the old frame and the first message in the
-#: new frame. The first message comes at most this time [s] after the begin.
+#: new frame. The first message comes at most this time [s] after the frame begins.
 MAX_TIME_BEFORE = 0.05
 #: A goal that arrived at most this time [s] after a state belongs to the state.
 SAME_MOMENT = 0.1

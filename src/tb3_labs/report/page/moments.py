@@ -87,12 +87,10 @@ def printed_faults(run: RunData) -> str:
             numbers = LINE_NUMBER.findall(text)
             if numbers:
                 error += f', line {numbers[-1]}'
-            faults.setdefault(f'An exception came: {error}.', []).append(time)
+            faults.setdefault(f'An exception was raised: {error}.', []).append(time)
     lines = []
     for sentence_of_fault, times in faults.items():
-        count = 'once'
-        if len(times) > 1:
-            count = f'{len(times)} times'
+        count = 'once' if len(times) == 1 else f'{len(times)} times'
         lines.append(FAULT_LINE.format(escape(sentence_of_fault), count, times[0]))
     return '\n'.join(lines)
 
