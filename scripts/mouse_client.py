@@ -122,7 +122,8 @@ class Pointer:
         """Returns (x, y) on the screen, each from -1 to 1, x to the right, y up."""
         try:
             screen = self._root.get_geometry()
-            return screen_position(*self._mouse.position, screen.width, screen.height)
+            pixel_x, pixel_y = self._mouse.position
+            return screen_position(pixel_x, pixel_y, screen.width, screen.height)
         except Exception as problem:    # some classes of Xlib's exceptions are private
             raise ValueError(f'lost the display of the mouse ({problem})') from None
 

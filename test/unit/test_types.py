@@ -1,4 +1,5 @@
-"""mypy finds no error in the type hints of the pure rooms; types.ini has its settings."""
+"""mypy finds no error in the type hints of the pure rooms (types.ini has its settings), and in no file a call whose
+arguments do not fit."""
 import importlib.metadata
 import importlib.util
 import os
@@ -18,15 +19,26 @@ pytestmark = pytest.mark.skipif(not str(MYPY).startswith('1.0.'), reason='only m
                                 'the hints (TB3_LABS_TESTS=1 ./scripts/setup.sh installs it)')
 
 
+def lines_of_mypy(*words):
+    """Returns the lines that mypy prints."""
+    caches = HERE.parents[1] / 'build' / '.ws'
+    result = subprocess.run(
+        [sys.executable, '-m', 'mypy', '--config-file', str(HERE / 'types.ini'), '--no-error-summary', *words],
+        cwd=str(SOURCES), timeout=600.0, env=dict(os.environ, MYPYPATH=str(SOURCES), MYPY_CACHE_DIR=str(caches / 'mypy')),
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, check=False)
+    assert result.returncode in (0, 1), result.stdout
+    return result.stdout.splitlines()
+
+
 def test_the_pure_rooms_have_no_wrong_hint():
     assert len(PURE) > 10
-    command = [sys.executable, '-m', 'mypy', '--config-file', str(HERE / 'types.ini'),
-               '--cache-dir', str(HERE.parents[1] / 'build' / '.ws' / 'mypy'), '--no-error-summary']
-    for module in PURE:
-        command += ['-m', module]
-    result = subprocess.run(
-        command, cwd=str(SOURCES), timeout=600.0, env=dict(os.environ, MYPYPATH=str(SOURCES)),
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, check=False)
     # modules that use ROS are in ros/, or are named ros_*.py, and have no hints
-    assert [line for line in result.stdout.splitlines() if '/ros' not in line] == []
-    assert result.returncode in (0, 1)
+    words = [word for module in PURE for word in ('-m', module)]
+    assert [line for line in lines_of_mypy(*words) if '/ros' not in line] == []
+
+
+def test_each_call_has_the_arguments_of_its_function():
+    """A call that no test reaches, such as the last line of a program, would fail on a student's computer."""
+    files = [str(path) for folder in ('src', 'scripts', 'launch') for path in SOURCES.with_name(folder).rglob('*.py')]
+    lines = lines_of_mypy('--check-untyped-defs', '--namespace-packages', '--explicit-package-bases', *files)
+    assert [line for line in lines if '[call-arg]' in line] == []
