@@ -29,9 +29,9 @@ import rosunit
 from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of, read_points
+from tb3_labs.marking.student_nodes import GAMEPAD, OWN_PACKAGE, NodeStart
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
-from tb3_labs.marking.student_nodes import GAMEPAD, OWN_PACKAGE, NodeStart
 from tb3_labs.ros.node import begin_shutdown, exit_process
 
 FINISHED = 'finished'

@@ -16,12 +16,12 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
+from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
 from tb3_labs.supervision.events import LogLine
 from tb3_labs.supervision.goal_requests import RequestedPose
 

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import rospkg
 
-from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.limits import MAX_DISK_BYTES, MAX_OTHER_MEMORY_BYTES, MAX_PROCESSES
+from tb3_labs.marking.trial.from_bag import read_trial
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 

@@ -8,9 +8,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.angles import (
     WHOLE_TURN, clamp, difference, quaternion_from_yaw, unwrap, wrap, yaw_from_quaternion)
+from tb3_labs.geometry.arrays import wrap_all
 
 PI = math.pi
 ANGLES = st.floats(-1e4, 1e4)

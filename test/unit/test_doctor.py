@@ -5,12 +5,12 @@ import socket
 
 import pytest
 
-from tb3_labs.doctor.computer import Address, judge_address, outgoing_address, own_addresses
+from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.checks import examine
+from tb3_labs.doctor.computer import Address, judge_address, outgoing_address, own_addresses
 from tb3_labs.doctor.graph import (
     PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot)
-from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 

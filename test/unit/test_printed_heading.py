@@ -7,17 +7,17 @@ from made_run import made, speeds_sent
 
 from tb3_labs.recording.run_data import ImuSamples, States
 from tb3_labs.watch.broken_link import NodeRun
-from tb3_labs.watch.chains import CHAINS, first_broken
+from tb3_labs.watch.lab_links import LINKS, first_broken
 
 
 def told(node_run, lab='imu'):
-    found = first_broken(node_run, CHAINS[lab])
+    found = first_broken(node_run, LINKS[lab])
     return found and found[1].message
 
 
 def test_a_run_without_variables_and_lines_breaks_no_link():
     sent = speeds_sent(*(np.arange(30.0) for _ in range(4)))
-    for lab in CHAINS:
+    for lab in LINKS:
         assert told(NodeRun(made(commands=sent, imu=ImuSamples.none())), lab) is None
 
 

@@ -12,13 +12,13 @@ import pytest
 from sandboxes import MISSING
 
 from tb3_labs.marking import trial_runner
-from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
-from tb3_labs.marking.trial.processes import ResourceWatch
-from tb3_labs.marking.trial_runner import kill_processes, trial_environment
+from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, Protection, Sandbox, protection_problem
 from tb3_labs.marking.limits import MAX_ADDRESS_SPACE_BYTES, MAX_FILE_BYTES, MAX_THREADS_AND_PROCESSES
 from tb3_labs.marking.student_nodes import HOME, IDENTITY, OWN_FOLDERS
-from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, Protection, Sandbox, protection_problem
+from tb3_labs.marking.trial import processes
+from tb3_labs.marking.trial.processes import ResourceWatch
+from tb3_labs.marking.trial_runner import kill_processes, trial_environment
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: This program prints what it sees. Its arguments are a folder of its own, and paths that it must not see.

@@ -15,8 +15,8 @@ from std_msgs.msg import String
 from recorded_trial import BEGIN, true_sensors
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.marks import Marks, marks_after_trial, points_of, read_points
-from tb3_labs.marking.trial.from_bag import MAX_OUTPUT_LENGTH, read_trial
 from tb3_labs.marking.trial import ros_recording
+from tb3_labs.marking.trial.from_bag import MAX_OUTPUT_LENGTH, read_trial
 from tb3_labs.marking.trial.processes import MAX_CHARACTERS_PER_SECOND, NodeOutput
 from tb3_labs.marking.trial.ros_recording import CHUNK_SIZE, Recording
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist

@@ -9,12 +9,12 @@ from unittest import mock
 import genpy
 import pytest
 from sandboxes import hand_in, ros_alone  # noqa: F401
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.intake.sandbox import Protection
 from tb3_labs.marking.intake.workspace import build
 from tb3_labs.marking.labs.ros_gamepad import has_covariance, is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking.trial.ros_types import Types
-from tb3_labs.marking.intake.sandbox import Protection
-from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPose
 

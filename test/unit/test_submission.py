@@ -16,18 +16,18 @@ import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from sandboxes import hand_in, ros_alone  # noqa: F401
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking import trial_runner
 from tb3_labs.marking.intake import submissions, workspace
 from tb3_labs.marking.intake.archives import NotJudged
-from tb3_labs.marking.intake.submissions import Submission, read, read_in_this_process
 from tb3_labs.marking.intake.find_node import WHAT_IS_READ, find_node
 from tb3_labs.marking.intake.packages import is_old_or_copy, module_folders, node_package
-from tb3_labs.marking.student_nodes import LAB_NODES
+from tb3_labs.marking.intake.sandbox import Protection
+from tb3_labs.marking.intake.submissions import Submission, read, read_in_this_process
+from tb3_labs.marking.intake.workspace import COPY, prepare
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
-from tb3_labs.marking import trial_runner
+from tb3_labs.marking.student_nodes import LAB_NODES
 from tb3_labs.marking.trial.observation import NodeProcess
-from tb3_labs.marking.intake.sandbox import Protection
-from tb3_labs.marking.intake.workspace import COPY, prepare
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import ResetPoseRequest, SetInitialPose, SetInitialPoseRequest
 

@@ -20,14 +20,14 @@ from recorded_trial import write_trial
 from test_marking import TABLE, Strict, handed_in, marks_of, observation, turned
 from tb3_labs.marking import marks_folder
 from tb3_labs.marking import marks as marks_module
-from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.intake.archives import digest
+from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.intake.submissions import Submission, check_names, submissions_in
+from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.marks import points_of
+from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
 from tb3_labs.marking.trial_runner import TrialRunner
-from tb3_labs.marking.intake.sandbox import UNPROTECTED
-from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.report.page.document import safe
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'scripts'))

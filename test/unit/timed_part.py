@@ -1,6 +1,6 @@
 """A part of a node behind SampleTiming, as in the node: it gets (sample, arrival)."""
-from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.localization.localizer import Localizer, Reset
+from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample
 
 

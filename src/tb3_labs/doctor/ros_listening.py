@@ -18,8 +18,8 @@ from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import model_of_environment
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
 #: {topic to which the doctor listens: (type of its messages, function that returns a sample)}

@@ -20,13 +20,13 @@ from tb3_labs.command_line import failure_text, printable
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
 from tb3_labs.marking.student_nodes import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.remarks import (
-    remarks_on, tracebacks_before_the_end, version_errors)
 from tb3_labs.marking.trial.observation import (
     MAX_FAIR_GAP, MAX_SENTENCE_LENGTH, NO_RECORDING, Observation)
-from tb3_labs.watch import chains
+from tb3_labs.marking.trial.remarks import (
+    remarks_on, tracebacks_before_the_end, version_errors)
+from tb3_labs.watch import lab_links
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
-from tb3_labs.watch.chains import Link, first_broken
+from tb3_labs.watch.lab_links import Link, first_broken
 
 #: A criterion has at most this many points.
 MAX_POINTS = 1000000
@@ -188,7 +188,7 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
     marks.findings = list(marks.findings)
     try:
         if marks.is_full:
-            marks.remarks += chains.remarks(observation.recording, lab)
+            marks.remarks += lab_links.remarks(observation.recording, lab)
         else:
             marks.first_broken_link = _broken_link(observation, marks.graded)
     except Exception as problem:        # a node's variables may have any value
@@ -225,7 +225,7 @@ def _broken_link(observation: Observation,
             is_in_part = (variables.arrival >= begin) & (variables.arrival < end)
             variables = variables.take(~is_in_part)
     run = NodeRun(replace(observation.recording, variables=variables))
-    return first_broken(run, chains.CHAINS.get(observation.lab, ()), missed)
+    return first_broken(run, lab_links.LINKS.get(observation.lab, ()), missed)
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:

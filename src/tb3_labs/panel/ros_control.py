@@ -17,10 +17,10 @@ from tb3_labs.panel.ros_subscriptions import RobotSubscriptions
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
-from tb3_labs.ros.rospy_internals import subscribers_of
 from tb3_labs.ros.reset_client import call_reset
-from tb3_labs.supervision.timeouts import MAX_RESET_AGE
+from tb3_labs.ros.rospy_internals import subscribers_of
 from tb3_labs.supervision.dead_man import DeadMan
+from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 
 #: A request is rejected after this delay [s], since the person no longer expects a motion.
 MAX_REQUEST_AGE = 2.0

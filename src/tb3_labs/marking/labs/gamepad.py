@@ -20,7 +20,7 @@ from tb3_labs.marking.labs.stimuli import (
     STICKS, STICKS_LET_GO, STICK_TIME, TAKE_BACK, UP_HANDED_OVER, UP_TAKEN_BACK)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
-from tb3_labs.watch.chains import BY_THUMB
+from tb3_labs.watch.lab_links import BY_THUMB
 
 #: The command for a full stick must be within these bounds.
 FULL_STICK_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]

@@ -12,7 +12,7 @@ from tb3_labs.marking.labs.stimuli import (
     VALID_HEADING_DEG, VALID_TIME, ZERO_QUATERNION)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
-from tb3_labs.watch.chains import HEADING_EXERCISE
+from tb3_labs.watch.lab_links import HEADING_EXERCISE
 
 #: A printed heading may differ by this angle [deg] from the IMU's heading.
 HEADING_TOLERANCE = 1.0

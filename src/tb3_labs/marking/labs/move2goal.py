@@ -24,7 +24,7 @@ from tb3_labs.marking.labs.stimuli import (
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
-from tb3_labs.watch.chains import (
+from tb3_labs.watch.lab_links import (
     FOUR_STATES, THE_LOCAL_POSE, THE_RESET, TRANSFORMATION_SHEET, SheetStep)
 
 #: The node may send commands for this time [s] after the robot arrived at the goal.

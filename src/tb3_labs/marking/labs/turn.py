@@ -20,7 +20,7 @@ from tb3_labs.marking.labs.stimuli import (
     TURN_REACTION, TURN_STIMULI, TURN_TIME, TYPED_NONSENSE)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
-from tb3_labs.watch.chains import TURN_LAB
+from tb3_labs.watch.lab_links import TURN_LAB
 
 MOUSE_STEP = TURN_LAB.at_step(2)
 START_STEP = TURN_LAB.at_step(4)

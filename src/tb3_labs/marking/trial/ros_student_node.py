@@ -16,11 +16,11 @@ import rosservice
 
 from tb3_labs.handout import CTRL_RELINQ_TOPIC, JOY_TOPIC, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs.stimuli import START_TIME
+from tb3_labs.marking.student_nodes import OWN_FOLDERS, NodeStart
 from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import NodeOutput, ResourceWatch, RunningProgram
 from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES
 from tb3_labs.marking.trial.ros_types import Types
-from tb3_labs.marking.student_nodes import OWN_FOLDERS, NodeStart
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import watched
 

@@ -18,12 +18,12 @@ from tb3_labs.marking.labs.stimuli import (
     EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, STOP_TIME)
 from tb3_labs.marking.student_nodes import (
     GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, OWN_PACKAGE, TURN, NodeStart)
-from tb3_labs.marking.trial.source_analysis import read_findings
 from tb3_labs.marking.trial.observation import (
     CTRL_C, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.trial.ros_recording import Recorder, Recording
 from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, INTERRUPTION_TIME, Robot
 from tb3_labs.marking.trial.ros_student_node import StudentNode
+from tb3_labs.marking.trial.source_analysis import read_findings
 from tb3_labs.ros.clocks import ros_time, wait_until
 
 #: A node's file is in the folder of its package, or at most this many folders deeper.

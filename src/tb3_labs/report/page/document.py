@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Optional, Sequence, Tuple
 
 from tb3_labs.watch.broken_link import BrokenLink
-from tb3_labs.watch.chains import Link
+from tb3_labs.watch.lab_links import Link
 
 STYLE = Path(__file__).with_name('document.css')
 PAGE = '''<!DOCTYPE html>

@@ -17,7 +17,7 @@ from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, formatted, hints
 from tb3_labs.report.page.timeline import TimelineEvent, changed_rows, timeline_event
 from tb3_labs.watch.broken_link import sentence
-from tb3_labs.watch.chains import broken_links_of_nodes
+from tb3_labs.watch.lab_links import broken_links_of_nodes
 
 #: rospy prints these words before a traceback of a callback.
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'

@@ -50,7 +50,7 @@ DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
 #: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain,
 #: since each criterion is about one input, and so names the mistake.
-CHAINS: Dict[str, Sequence[Link]] = {
+LINKS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
              'and which way?', headings.wrong_printed_heading, HEADING_EXERCISE.at_step(3),
@@ -102,7 +102,7 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
 
 def remarks(run: Any, lab: str) -> List[str]:
     """Returns a list with a sentence on a mistake that costs no points, or []."""
-    links = [link for link in CHAINS.get(lab, ()) if link.is_remarked]
+    links = [link for link in LINKS.get(lab, ()) if link.is_remarked]
     first = first_broken(NodeRun(run), links)
     if first is None:
         return []
@@ -118,7 +118,7 @@ def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
         names = {bare_name(name) for name in node_run.variables}
         for lab, known_names in VARIABLES_OF_LAB.items():
             if known_names <= names:
-                first = first_broken(node_run, CHAINS[lab])
+                first = first_broken(node_run, LINKS[lab])
                 if first is not None:
                     rows.append((node, *first))
     return rows
