@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from tb3_labs.recording.messages import RecordedClock, times_on_recorders_clock
+from tb3_labs.recording.samples_from_messages import RecordedClock, times_on_recorders_clock
 from tb3_labs.watch.printed_pose import declared_pose
 
 #: The robot's clock is ahead of the recorder's by this much [s].

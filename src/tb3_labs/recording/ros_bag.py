@@ -17,9 +17,9 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
 from tb3_labs.recording.bag_reader import Bag, BagProblem
-from tb3_labs.recording.messages import (
-    RecordedClock, resets_in, stamped_samples, times_on_recorders_clock)
 from tb3_labs.recording.run_data import RunData
+from tb3_labs.recording.samples_from_messages import (
+    RecordedClock, resets_in, stamped_samples, times_on_recorders_clock)
 
 #: {field of RunData: (name, class)} of each topic that need not be in a bag.
 OPTIONAL_TOPICS = {
