@@ -219,14 +219,14 @@ class Move2GoalTest(DriveCase):
 
     def test_action_reports_feedback_and_success(self):
         self.declared()
-        student_page = []
+        feedback = []
         self.give_control()
-        self.action.send_goal(self.goal(Pose2(0.3, 0.0, 0.0)), feedback_cb=student_page.append)
+        self.action.send_goal(self.goal(Pose2(0.3, 0.0, 0.0)), feedback_cb=feedback.append)
         self.assertTrue(self.action.wait_for_result(rospy.Duration(40.0)))
         self.assertEqual(self.action.get_state(), GoalStatus.SUCCEEDED)
-        self.assertEqual(student_page[-1].base_position.header.frame_id, 'local')
+        self.assertEqual(feedback[-1].base_position.header.frame_id, 'local')
         # a late machine delivers the last ones after the result
-        self.observer.wait_until(lambda: to_pose2(student_page[-1].base_position.pose).distance_to(
+        self.observer.wait_until(lambda: to_pose2(feedback[-1].base_position.pose).distance_to(
             Pose2(0.3, 0.0, 0.0)) < 0.1, what='the last feedback')
 
     def drive_by_action(self, goal):

@@ -23,7 +23,7 @@ from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Ver
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
-from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
+from tb3_labs.marking.student_results import recording_for_timeline, student_page, timeline_of
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.observation import MAX_FINDINGS, NodeProcess, Observation, Stimulus
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial

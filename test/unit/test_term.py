@@ -329,7 +329,7 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
         marked_once(tmp_path / 'marks')
     names = {path.name for path in marks_folder.trial_files('turn')}
     assert {'simulator.py', 'ros_trial.py', 'ros_turn.py', 'stimuli.py', 'handout.py'} < names
-    assert not {'criteria.py', 'remarks.py', 'from_bag.py', 'student_page.py'} & names
+    assert not {'criteria.py', 'remarks.py', 'from_bag.py', 'student_results.py'} & names
 
 
 def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial(tmp_path, monkeypatch):

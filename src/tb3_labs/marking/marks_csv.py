@@ -19,7 +19,7 @@ from urllib.parse import quote
 
 from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
-from tb3_labs.marking.student_page import symbol
+from tb3_labs.marking.student_results import symbol
 from tb3_labs.report.page.document import Markup, document, safe, table
 
 STUDENT, POINTS, OF = 'student', 'points', 'of'

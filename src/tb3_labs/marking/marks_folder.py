@@ -24,7 +24,7 @@ from tb3_labs.marking.labs.gamepad import HANDOUT_PAD
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
 from tb3_labs.marking.marks_csv import MarksTable, overview
 from tb3_labs.marking.student_nodes import OWN_PACKAGE
-from tb3_labs.marking.student_page import results, student_page
+from tb3_labs.marking.student_results import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.report.page.document import safe
 
