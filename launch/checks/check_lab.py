@@ -101,10 +101,13 @@ class Check(unittest.TestCase):
         self._name, self._failure = name, failure
 
     def runTest(self):
-        """Do nothing. unittest requires this method, and never calls it."""
+        pass    # unittest requires this method, and never calls it
 
     def id(self):
         return 'check_lab.Check.' + self._name
+
+    def __str__(self):
+        return self._name
 
     def run(self, result=None):
         result.startTest(self)

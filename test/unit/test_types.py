@@ -21,10 +21,10 @@ pytestmark = pytest.mark.skipif(not str(MYPY).startswith('1.0.'), reason='only m
 
 def lines_of_mypy(*words):
     """Returns the lines that mypy prints."""
-    caches = HERE.parents[1] / 'build' / '.ws'
+    command = [sys.executable, '-m', 'mypy', '--config-file', str(HERE / 'types.ini'), '--no-error-summary',
+               '--cache-dir', str(HERE.parents[1] / 'build' / '.ws' / 'mypy'), *words]
     result = subprocess.run(
-        [sys.executable, '-m', 'mypy', '--config-file', str(HERE / 'types.ini'), '--no-error-summary', *words],
-        cwd=str(SOURCES), timeout=600.0, env=dict(os.environ, MYPYPATH=str(SOURCES), MYPY_CACHE_DIR=str(caches / 'mypy')),
+        command, cwd=str(SOURCES), timeout=600.0, env=dict(os.environ, MYPYPATH=str(SOURCES)),
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, check=False)
     assert result.returncode in (0, 1), result.stdout
     return result.stdout.splitlines()

@@ -49,7 +49,7 @@ def angles_of(imu: Any) -> Dict[str, np.ndarray]:
 
 
 def heading_candidates(node_run: NodeRun) -> List[Quantity]:
-    """Returns the quantities that a node may use as its heading, first the correct quantity."""
+    """Returns the quantities that a node may use as its heading. The correct quantity is first."""
     imu = node_run.run.imu
     candidates = []
     for (name, angle), (unit, factor) in product(angles_of(imu).items(), UNITS):
