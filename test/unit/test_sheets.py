@@ -28,8 +28,9 @@ def test_the_sheets_have_the_tables_of_the_code(sheet):
 def test_every_part_of_a_check_is_named(lab):
     """In the sheet, in marking.md, and by the check's launch file."""
     parts, sheet = LABS[lab].parts, read(LABS[lab].criteria[0].place.sheet)
-    listed = sheet.split('check_{}.test'.format(lab))[1].split('The parts of the check are ')[1]
-    assert re.findall(r'`"?(?:parts:=)?([a-z ]+)"?`', re.split(r'\.\s', listed)[0]) == parts
+    listed = sheet.split('check_{}.test'.format(lab))[1].split('The check has the part')[1]
+    of_check, of_extras, *_ = re.split(r'\.\s', listed)
+    assert re.findall(r'`"?(?:parts:=)?([a-z ]+)"?`', of_check + of_extras) == parts
     rows = read('instructor/marking.md').split('## What is tried')[1].split('| {} |'.format(lab))[1]
     assert re.findall(r'(?:^|\n\| \|) ([a-z ]+) \|', re.split(r'\n\| \w|\n\n', rows)[0]) == parts
     check = (ROOT / 'launch' / 'checks' / 'check_{}.test'.format(lab)).read_text(encoding='utf-8')

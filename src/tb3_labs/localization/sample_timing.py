@@ -1,7 +1,7 @@
 """Finds the times of samples, and the noise of an IMU.
 
 SampleTiming measures the silence before each sample, and learns the sender's clock. A TimedSample
-has all times of a sample, so that no other file measures a time.
+has all times of a sample, so no other module measures a time.
 
 The stamps of messages show the time between two samples well. Stamps come from the robot's clock,
 which may be wrong by a second, may be set, or may always show zero. Arrivals are on the receiver's

@@ -58,7 +58,7 @@ class DeadMan:
         return True
 
     def let_go(self, page: object) -> bool:
-        """End the grip on `page`. Returns True if this page drove."""
+        """The person lets go of the controls on `page`. Returns True if this page drove."""
         drove = self.page is page
         if drove:
             self.page = None

@@ -1,4 +1,4 @@
-"""Is the pose of a request valid? Is a goal accepted, and which goal does a cancel end?
+"""Decides if the pose of a request is valid, if a goal is accepted, and which goal is canceled.
 
 Each goal replaces the previous goal, even a goal of another sender. A sender may repeat a goal
 (:mod:`tb3_labs.supervision.events`), perhaps with another stamp. The rules:

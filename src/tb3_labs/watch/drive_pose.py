@@ -110,8 +110,8 @@ def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
-    """Checks the reference `name` in a frame. A wrong reference is yielded only if its cause is
-    known: the reset did not change the reference, or the node used another yaw."""
+    """Checks the reference `name` in a frame. A wrong reference is reported in two cases: the
+    reset did not change the reference, or the reference is another yaw."""
     run = node_run.run
     series = node_run.variable(name)
     sensor, correct = {
