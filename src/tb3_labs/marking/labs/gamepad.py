@@ -20,7 +20,7 @@ from tb3_labs.marking.labs.stimuli import (
     STICKS, STICKS_LET_GO, STICK_TIME, TAKE_BACK, UP_HANDED_OVER, UP_TAKEN_BACK)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
-from tb3_labs.watch.lab_links import BY_THUMB
+from tb3_labs.watch.lab_links import GAMEPAD_SECTION
 
 #: The command for a full stick must be within these bounds.
 FULL_STICK_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
@@ -33,7 +33,7 @@ UNBLOCKED_TIME = 0.7
 #: The name of the pad with the handout's numbers.
 HANDOUT_PAD = 'handout'
 #: This step of the sheet explains the usual mistakes in a reset.
-Y_STEP = BY_THUMB.at_step(3)
+Y_STEP = GAMEPAD_SECTION.at_step(3)
 
 
 def pad_called(name: str) -> Dict[str, int]:
@@ -185,28 +185,28 @@ def _stick_limits(bounds: Bounds, unit: str) -> str:
 
 
 CRITERIA = [
-    Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, why_not_started,
+    Criterion('starts', STICKS, 'runs and listens to joy', GAMEPAD_SECTION, why_not_started,
               limits=IN_TIME),
     Criterion('drives', STICKS, f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} '
-              'm/s', BY_THUMB, _why_not_driven, limits=_stick_limits(FULL_STICK_SPEED, 'm/s')),
+              'm/s', GAMEPAD_SECTION, _why_not_driven, limits=_stick_limits(FULL_STICK_SPEED, 'm/s')),
     Criterion('turns', STICKS, f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} '
-              'rad/s', BY_THUMB, _why_not_turned, limits=_stick_limits(FULL_STICK_RATE, 'rad/s')),
-    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB,
+              'rad/s', GAMEPAD_SECTION, _why_not_turned, limits=_stick_limits(FULL_STICK_RATE, 'rad/s')),
+    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', GAMEPAD_SECTION,
               _why_not_stopped_when_let_go, limits='zero velocity ' + STOPS_AT_ONCE),
-    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', BY_THUMB,
+    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', GAMEPAD_SECTION,
               partial(_why_not_published, name=HAND_OVER, wanted=True),
               limits=within(PUBLISH_TIME)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              BY_THUMB, _why_not_silent, limits=f'the stick is up for {STICK_TIME:g} s'),
+              GAMEPAD_SECTION, _why_not_silent, limits=f'the stick is up for {STICK_TIME:g} s'),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
-              BY_THUMB, _why_not_regained,
+              GAMEPAD_SECTION, _why_not_regained,
               limits=f'within {PUBLISH_TIME:g} s; the stick within {STICK_TIME:g} s'),
     Criterion('resets', BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP,
               _why_not_reset, limits=within(CALL_AFTER_Y_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
               _why_no_success_printed, limits=within(CALL_AFTER_Y_TIME)),
-    clean_exit_criterion(BUTTONS, BY_THUMB),
-    Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', BY_THUMB,
+    clean_exit_criterion(BUTTONS, GAMEPAD_SECTION),
+    Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', GAMEPAD_SECTION,
               _why_no_error_printed, limits=within(CALL_AFTER_Y_TIME)),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', BEYOND,
               why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
