@@ -39,7 +39,7 @@ HEADING_EXERCISE = SheetStep(IMU_SHEET, '2. Exercise: the heading')
 TURN_LAB = SheetStep(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
 THE_LOCAL_POSE = SheetStep(TRANSFORMATION_SHEET, '1. The local pose')
 FOUR_STATES = SheetStep(TRANSFORMATION_SHEET, '2. The four states')
-THE_RESET = SheetStep(TRANSFORMATION_SHEET, '3. The reset')
+RESET_SECTION = SheetStep(TRANSFORMATION_SHEET, '3. The reset')
 GAMEPAD_SECTION = SheetStep(TRANSFORMATION_SHEET, '4. By thumb')
 TURN_STEP = TURN_LAB.at_step(5)
 DRIVE_STEP = FOUR_STATES.at_step(1)
@@ -71,7 +71,7 @@ LINKS: Dict[str, Sequence[Link]] = {
     'move2goal': (
         Link('Look at has_control: when does it become True, and when False?',
              drive_links.wrong_control, CONTROL_STEP, CONTROL_PARTS),
-        Link('Look at state after a reset.', drive_links.state_not_reset, THE_RESET.at_step(1),
+        Link('Look at state after a reset.', drive_links.state_not_reset, RESET_SECTION.at_step(1),
              DRIVE_PARTS),
         Link('Drive the robot forward by hand after a reset in another direction, and look at '
              'local_x, local_y and local_yaw.', drive_pose.wrong_pose, THE_LOCAL_POSE.at_step(3),

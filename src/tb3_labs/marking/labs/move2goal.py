@@ -25,7 +25,7 @@ from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.lab_links import (
-    FOUR_STATES, THE_LOCAL_POSE, THE_RESET, TRANSFORMATION_SHEET, SheetStep)
+    FOUR_STATES, THE_LOCAL_POSE, RESET_SECTION, TRANSFORMATION_SHEET, SheetStep)
 
 #: The node may send commands for this time [s] after the robot arrived at the goal.
 SILENT_AFTER = 0.5
@@ -48,7 +48,7 @@ HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees),
 
 ANALYSIS = SheetStep(TRANSFORMATION_SHEET, '6. Analysis')
 #: This step of the sheet explains the usual mistakes in a drive after a reset.
-SECOND_DRIVE_STEP = THE_RESET.at_step(2)
+SECOND_DRIVE_STEP = RESET_SECTION.at_step(2)
 TWO_ZEROS_STEP = THE_LOCAL_POSE.at_step(4)
 
 
@@ -214,11 +214,11 @@ CRITERIA = [
               f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _why_not_within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, f'a service /{SET_POSE_SERVICE} resets the local frame, also in '
-              'a drive', THE_RESET, _why_not_reset,
+              'a drive', RESET_SECTION, _why_not_reset,
               limits=f'answers {within(RESET_REPLY_TIME)}; in a drive it '
               f'turns by {MIN_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
-              THE_RESET, _why_no_reset_printed,
+              RESET_SECTION, _why_no_reset_printed,
               limits=within(PRINT_AFTER_RESET_TIME) + ' after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by '
               f'{ANGLE_BEFORE_RESET:g} degrees and a reset', SECOND_DRIVE_STEP,
