@@ -37,7 +37,7 @@ class Link(NamedTuple):
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
 HEADING_EXERCISE = SheetStep(IMU_SHEET, '2. Exercise: the heading')
 TURN_LAB = SheetStep(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
-THE_LOCAL_POSE = SheetStep(TRANSFORMATION_SHEET, '1. The local pose')
+LOCAL_POSE_SECTION = SheetStep(TRANSFORMATION_SHEET, '1. The local pose')
 FOUR_STATES = SheetStep(TRANSFORMATION_SHEET, '2. The four states')
 RESET_SECTION = SheetStep(TRANSFORMATION_SHEET, '3. The reset')
 GAMEPAD_SECTION = SheetStep(TRANSFORMATION_SHEET, '4. By thumb')
@@ -74,7 +74,7 @@ LINKS: Dict[str, Sequence[Link]] = {
         Link('Look at state after a reset.', drive_links.state_not_reset, RESET_SECTION.at_step(1),
              DRIVE_PARTS),
         Link('Drive the robot forward by hand after a reset in another direction, and look at '
-             'local_x, local_y and local_yaw.', drive_pose.wrong_pose, THE_LOCAL_POSE.at_step(3),
+             'local_x, local_y and local_yaw.', drive_pose.wrong_pose, LOCAL_POSE_SECTION.at_step(3),
              DRIVE_PARTS),
         Link('Look at the goal.', drive_links.wrong_goal, DRIVE_STEP, DRIVE_PARTS),
         Link('Look at state: which command belongs to each, and when does it change?',

@@ -25,7 +25,7 @@ from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.lab_links import (
-    FOUR_STATES, THE_LOCAL_POSE, RESET_SECTION, TRANSFORMATION_SHEET, SheetStep)
+    FOUR_STATES, LOCAL_POSE_SECTION, RESET_SECTION, TRANSFORMATION_SHEET, SheetStep)
 
 #: The node may send commands for this time [s] after the robot arrived at the goal.
 SILENT_AFTER = 0.5
@@ -49,7 +49,7 @@ HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees),
 ANALYSIS = SheetStep(TRANSFORMATION_SHEET, '6. Analysis')
 #: This step of the sheet explains the usual mistakes in a drive after a reset.
 SECOND_DRIVE_STEP = RESET_SECTION.at_step(2)
-TWO_ZEROS_STEP = THE_LOCAL_POSE.at_step(4)
+TWO_ZEROS_STEP = LOCAL_POSE_SECTION.at_step(4)
 
 
 def _why_not_at_place(observation: Observation, name: str,
