@@ -25,7 +25,7 @@ from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.lab_links import (
-    FOUR_STATES, LOCAL_POSE_SECTION, RESET_SECTION, TRANSFORMATION_SHEET, SheetStep)
+    STATES_SECTION, LOCAL_POSE_SECTION, RESET_SECTION, TRANSFORMATION_SHEET, SheetStep)
 
 #: The node may send commands for this time [s] after the robot arrived at the goal.
 SILENT_AFTER = 0.5
@@ -198,20 +198,20 @@ def _why_no_reset_printed(observation: Observation) -> Reason:
 
 
 CRITERIA = [
-    Criterion('starts', DRIVE, 'runs and listens to odom', FOUR_STATES, why_not_started,
+    Criterion('starts', DRIVE, 'runs and listens to odom', STATES_SECTION, why_not_started,
               limits=IN_TIME),
-    Criterion('waits', DRIVE, 'does not move before it has control', FOUR_STATES,
+    Criterion('waits', DRIVE, 'does not move before it has control', STATES_SECTION,
               _why_not_waited, limits=f'for {OBSERVATION_TIME:g} s, and after a reset'),
-    Criterion('goal_place', DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', FOUR_STATES,
+    Criterion('goal_place', DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', STATES_SECTION,
               partial(_why_not_at_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
-    Criterion('goal_heading', DRIVE, FACES_GOAL + ' there', FOUR_STATES,
+    Criterion('goal_heading', DRIVE, FACES_GOAL + ' there', STATES_SECTION,
               partial(_why_not_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
-    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', FOUR_STATES, _why_not_once),
-    Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', FOUR_STATES,
+    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', STATES_SECTION, _why_not_once),
+    Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES_SECTION,
               _why_not_silent_at_goal, limits='a zero velocity, then nothing from '
               f'{SILENT_AFTER:g} s after its arrival on'),
     Criterion('within_limits', DRIVE, f"keeps the robot's limits, {MAX_LINEAR_SPEED:g} m/s and "
-              f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _why_not_within_limits,
+              f'{MAX_ANGULAR_SPEED:g} rad/s', STATES_SECTION, _why_not_within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, f'a service /{SET_POSE_SERVICE} resets the local frame, also in '
               'a drive', RESET_SECTION, _why_not_reset,
@@ -230,8 +230,8 @@ CRITERIA = [
                   _why_reset_failed(observation) or _why_not_at_heading(observation, SECOND_DRIVE)),
               limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken',
-              FOUR_STATES, _why_control_kept, limits='zero velocity ' + STOPS_AT_ONCE),
-    clean_exit_criterion(CONTROL, FOUR_STATES),
+              STATES_SECTION, _why_control_kept, limits='zero velocity ' + STOPS_AT_ONCE),
+    clean_exit_criterion(CONTROL, STATES_SECTION),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', BEYOND,
               why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, f'both drives are within {EXACT_DISTANCE:g} m and '
