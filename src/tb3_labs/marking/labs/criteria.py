@@ -32,7 +32,7 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
-IMU_EXTRAS = SheetStep(IMU_SHEET, 'Beyond the handout')
+IMU_EXTRAS_SECTION = SheetStep(IMU_SHEET, 'Beyond the handout')
 BEYOND = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 
