@@ -33,7 +33,7 @@ class Outcome(Enum):
 
 
 IMU_EXTRAS_SECTION = SheetStep(IMU_SHEET, 'Beyond the handout')
-BEYOND = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
+EXTRAS_SECTION = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 
 @dataclass(frozen=True)
