@@ -35,7 +35,7 @@ class Link(NamedTuple):
 
 
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
-HEADING_EXERCISE = SheetStep(IMU_SHEET, '2. Exercise: the heading')
+HEADING_SECTION = SheetStep(IMU_SHEET, '2. Exercise: the heading')
 TURN_LAB = SheetStep(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
 LOCAL_POSE_SECTION = SheetStep(TRANSFORMATION_SHEET, '1. The local pose')
 STATES_SECTION = SheetStep(TRANSFORMATION_SHEET, '2. The four states')
@@ -53,7 +53,7 @@ CONTROL_PARTS = (*DRIVE_PARTS, 'control')
 LINKS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
-             'and which way?', headings.wrong_printed_heading, HEADING_EXERCISE.at_step(3),
+             'and which way?', headings.wrong_printed_heading, HEADING_SECTION.at_step(3),
              ('heading',)),),
     'turn': (
         Link('Look at curr_yaw while you turn the robot once around by hand.',

@@ -12,7 +12,7 @@ from tb3_labs.marking.labs.stimuli import (
     VALID_HEADING_DEG, VALID_TIME, ZERO_QUATERNION)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
-from tb3_labs.watch.lab_links import HEADING_EXERCISE
+from tb3_labs.watch.lab_links import HEADING_SECTION
 
 #: A printed heading may differ by this angle [deg] from the IMU's heading.
 HEADING_TOLERANCE = 1.0
@@ -20,9 +20,9 @@ HEADING_TOLERANCE = 1.0
 #: runs at the time of Ctrl+C prints one more heading.
 MAX_LATE_HEADINGS = 1
 
-LISTENING_STEP = HEADING_EXERCISE.at_step(2)
-EXERCISE_STEP = HEADING_EXERCISE.at_step(3)
-CTRL_C_STEP = HEADING_EXERCISE.at_step(4)
+LISTENING_STEP = HEADING_SECTION.at_step(2)
+EXERCISE_STEP = HEADING_SECTION.at_step(3)
+CTRL_C_STEP = HEADING_SECTION.at_step(4)
 
 
 def printed_headings(text: str) -> List[float]:
