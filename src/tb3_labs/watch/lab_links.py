@@ -36,12 +36,12 @@ class Link(NamedTuple):
 
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
 HEADING_SECTION = SheetStep(IMU_SHEET, '2. Exercise: the heading')
-TURN_LAB = SheetStep(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
+TURN_SECTION = SheetStep(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
 LOCAL_POSE_SECTION = SheetStep(TRANSFORMATION_SHEET, '1. The local pose')
 STATES_SECTION = SheetStep(TRANSFORMATION_SHEET, '2. The four states')
 RESET_SECTION = SheetStep(TRANSFORMATION_SHEET, '3. The reset')
 GAMEPAD_SECTION = SheetStep(TRANSFORMATION_SHEET, '4. By thumb')
-TURN_STEP = TURN_LAB.at_step(5)
+TURN_STEP = TURN_SECTION.at_step(5)
 DRIVE_STEP = STATES_SECTION.at_step(1)
 CONTROL_STEP = STATES_SECTION.at_step(2)
 #: Names of parts of the labs in marking/labs, for `Link.parts`.
@@ -57,7 +57,7 @@ LINKS: Dict[str, Sequence[Link]] = {
              ('heading',)),),
     'turn': (
         Link('Look at curr_yaw while you turn the robot once around by hand.',
-             turn_links.wrong_heading, TURN_LAB.at_step(4), TURN_PARTS),
+             turn_links.wrong_heading, TURN_SECTION.at_step(4), TURN_PARTS),
         Link('Look at goal_yaw: which one does each letter give, at which curr_yaw?',
              turn_links.wrong_goal, TURN_STEP, TURN_PARTS),
         Link('rostopic hz /cmd_vel: how often does a command come, and who sends it?',

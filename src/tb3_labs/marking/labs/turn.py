@@ -20,13 +20,13 @@ from tb3_labs.marking.labs.stimuli import (
     TURN_REACTION, TURN_STIMULI, TURN_TIME, TYPED_NONSENSE)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
-from tb3_labs.watch.lab_links import TURN_LAB
+from tb3_labs.watch.lab_links import TURN_SECTION
 
-MOUSE_STEP = TURN_LAB.at_step(2)
-START_STEP = TURN_LAB.at_step(4)
-LAW_STEP = TURN_LAB.at_step(5)
-RIGHT_STEP = TURN_LAB.at_step(6)
-CTRL_C_STEP = TURN_LAB.at_step(7)
+MOUSE_STEP = TURN_SECTION.at_step(2)
+START_STEP = TURN_SECTION.at_step(4)
+LAW_STEP = TURN_SECTION.at_step(5)
+RIGHT_STEP = TURN_SECTION.at_step(6)
+CTRL_C_STEP = TURN_SECTION.at_step(7)
 #: The turns in which the heading jumps from 180 to -180 degrees, or from 360 to 0 degrees.
 TURNS_ACROSS = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
 #: The robot may coast by this angle [deg] after a stop command.
