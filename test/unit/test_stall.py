@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.supervision.sensors_and_stalls import (
-    AWAY_LIMIT, MAX_REST, STALL_STEP, STALL_TIME, StallMonitor)
+    MAX_RETREAT, MAX_REST, STALL_STEP, STALL_TIME, StallMonitor)
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
@@ -32,8 +32,8 @@ def test_a_robot_that_gets_nearer_in_time_has_no_problem(sign):
 def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
     progress = StallMonitor()
     progress.update(0.1, False, DT)
-    assert progress.update(0.1 + AWAY_LIMIT, False, DT) == ''
-    assert MISSED in progress.update(0.11 + AWAY_LIMIT, False, DT)
+    assert progress.update(0.1 + MAX_RETREAT, False, DT) == ''
+    assert MISSED in progress.update(0.11 + MAX_RETREAT, False, DT)
 
 
 def test_a_robot_may_rest_for_a_limited_time():

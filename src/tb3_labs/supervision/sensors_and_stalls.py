@@ -26,7 +26,7 @@ STALL_STEP = 0.004
 MAX_REST = 4.0
 #: The robot has missed its goal if the remaining way grows again by more than this [m or rad]. If
 #: the network stalls for a short time, a robot overshoots by less than this.
-AWAY_LIMIT = 0.8
+MAX_RETREAT = 0.8
 
 
 class SensorStatus(Enum):
@@ -221,7 +221,7 @@ class StallMonitor:
             self._stalled_for = 0.0
         else:
             self._stalled_for += dt
-        if remaining <= self._least + AWAY_LIMIT and self._stalled_for <= STALL_TIME:
+        if remaining <= self._least + MAX_RETREAT and self._stalled_for <= STALL_TIME:
             return ''
         if rests:
             return 'the robot does not move although it is told to (stuck, or motors off?)'
