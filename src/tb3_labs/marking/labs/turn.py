@@ -19,7 +19,7 @@ from tb3_labs.marking.labs.stimuli import (
     MOUSE_TIME, MOUSE_UP, NEAR_MIDDLE, NONSENSE, NOT_ACTIVE, SHUTDOWN, TURNS, TURN_BESIDE_MOUSE,
     TURN_REACTION, TURN_STIMULI, TURN_TIME, TYPED_NONSENSE)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
-from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
+from tb3_labs.marking.trial.remarks import MAX_IDLE_TURN_DEG, why_idle
 from tb3_labs.watch.lab_links import TURN_SECTION
 
 MOUSE_STEP = TURN_SECTION.at_step(2)
@@ -62,7 +62,7 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
     observed_deg = scene.turned_deg
     turned_text = f'it turned {_degrees(observed_deg)}'
     if not scene.facts[MOVED]:
-        seen = 'the robot did not turn' if abs(observed_deg) < STILL_DEG else turned_text
+        seen = 'the robot did not turn' if abs(observed_deg) < MAX_IDLE_TURN_DEG else turned_text
         return f'{after} {seen}: {why_idle(scene)}'
     if not scene.facts[RESTED]:
         return f'{after} {turned_text}, and was still moving after {seconds:g} s'

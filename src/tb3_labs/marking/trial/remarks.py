@@ -10,7 +10,7 @@ from tb3_labs.watch.broken_link import wrong_field
 #: The type of cmd_vel.
 TWIST = 'geometry_msgs/Twist'
 #: A robot without a command turns less than this angle [deg].
-STILL_DEG = 3.0
+MAX_IDLE_TURN_DEG = 3.0
 #: Clauses that quote an exception begin with these words.
 STOPPED_BY = 'an exception had stopped it'
 
