@@ -26,7 +26,7 @@ MAX_PROGRAM_BYTES = 1000000
 #: These modules may be installed, but they cannot be imported without a screen.
 NEED_SCREEN = 'pynput', 'pyautogui'
 #: The folder for packages that were not handed in. The marking makes these packages.
-STAND_INS = 'stand_ins'
+PLACEHOLDER_PACKAGES = 'stand_ins'
 
 
 class Import(NamedTuple):
@@ -145,7 +145,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
             else:
                 missing.append(item)
     for name in sorted(stand_ins):
-        _copy_definitions(definitions, packages.setdefault(name, folder / STAND_INS / name))
+        _copy_definitions(definitions, packages.setdefault(name, folder / PLACEHOLDER_PACKAGES / name))
     missing = [item for item in missing if item.package not in stand_ins]
     # `from module import *` may define any name
     used_names = {'*'}.union(*(program.used for program in programs))
