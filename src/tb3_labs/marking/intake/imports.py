@@ -26,7 +26,7 @@ MAX_PROGRAM_BYTES = 1000000
 #: These modules may be installed, but they cannot be imported without a screen.
 NEED_SCREEN = 'pynput', 'pyautogui'
 #: The folder for packages that were not handed in. The marking makes these packages.
-PLACEHOLDER_PACKAGES = 'stand_ins'
+PLACEHOLDER_PACKAGES = 'placeholders'
 
 
 class Import(NamedTuple):
@@ -60,7 +60,7 @@ class ParsedProgram(NamedTuple):
 class MissingModules(NamedTuple):
     """The modules that a node imports, and that are not on the marking machine."""
 
-    stand_ins: List[str]        # packages of messages and services that were not handed in
+    placeholders: List[str]        # packages of messages and services that were not handed in
     unused: List[str]           # modules that no program uses
     used: List[str]             # modules that a program uses
 
@@ -134,25 +134,25 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
                    for name in (path.stem, path.parent.name)}
     definitions = _definitions(node, folder)
     types = {path.stem + end for path in definitions for end in ('', 'Request', 'Response')}
-    stand_ins: Set[str] = set()
+    placeholders: Set[str] = set()
     missing: List[Import] = []
     for program in programs:
         for item in program.imports:
             if item.may_fail or _is_available(item, own_modules, packages):
                 continue
             if _can_stand_in(item, program, types):
-                stand_ins.add(item.package)
+                placeholders.add(item.package)
             else:
                 missing.append(item)
-    for name in sorted(stand_ins):
+    for name in sorted(placeholders):
         _copy_definitions(definitions, packages.setdefault(name, folder / PLACEHOLDER_PACKAGES / name))
-    missing = [item for item in missing if item.package not in stand_ins]
+    missing = [item for item in missing if item.package not in placeholders]
     # `from module import *` may define any name
     used_names = {'*'}.union(*(program.used for program in programs))
     used = {item.module for item in missing if used_names.intersection(item.bound)}
     used_packages = {module.split('.')[0] for module in used}
     unused = {item.module for item in missing if item.package not in used_packages}
-    return MissingModules(sorted(stand_ins), sorted(unused), sorted(used))
+    return MissingModules(sorted(placeholders), sorted(unused), sorted(used))
 
 
 def _is_available(item, own_modules, packages):

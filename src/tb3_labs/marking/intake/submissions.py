@@ -214,9 +214,9 @@ def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any],
         raise NotJudged(f'{path} needs modules that do not work on the marking machine: '
                         f"{', '.join(missing.used)}.")
     remarks += why
-    if missing.stand_ins:
+    if missing.placeholders:
         remarks.append('Messages and services of the submission and of the skeleton stand in for '
-                       f"these packages, which were not handed in: {', '.join(missing.stand_ins)}.")
+                       f"these packages, which were not handed in: {', '.join(missing.placeholders)}.")
     own_name = package_name(source)
     if not own_name:
         remarks.append('Its package has no package.xml with a valid name.')
