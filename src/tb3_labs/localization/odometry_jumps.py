@@ -30,7 +30,7 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 
 #: No TurtleBot3 drives faster than this [m/s].
-SPEED_BOUND = 0.5
+MAX_POSSIBLE_SPEED = 0.5
 #: No TurtleBot3 turns faster than this [rad/s].
 MAX_TURN_RATE = 4.0
 #: This distance [m] is added to the longest possible step, since messages arrive unevenly.
@@ -176,7 +176,7 @@ def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
 def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
     moved = old_pose.distance_to(new_pose)
     turned = abs(difference(new_pose.yaw, old_pose.yaw))
-    moved_too_far = moved > SPEED_BOUND * seconds + STEP_SLACK
+    moved_too_far = moved > MAX_POSSIBLE_SPEED * seconds + STEP_SLACK
     turned_too_far = turned > MAX_TURN_RATE * seconds + TURN_SLACK
     at_zero = new_pose.x == new_pose.y == 0.0
     if at_zero and (moved > ZERO_PLACE or turned_too_far):
