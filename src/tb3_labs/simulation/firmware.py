@@ -73,7 +73,7 @@ class Odometer:
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        self._theta_last = imu_yaw    # yaw [rad] of the IMU at the last update
+        self._last_imu_yaw = imu_yaw    # yaw [rad] of the IMU at the last update
         self._ticks: Tuple[int, int] = (0, 0)
         self._zero = (0, 0)           # the ticks at the last reset
         self._tick_change = (0, 0)    # ticks between the last two answers of the servos
@@ -97,12 +97,12 @@ class Odometer:
             self._ticks = ticks
         left, right = TICK_ANGLE * self._tick_change[0], TICK_ANGLE * self._tick_change[1]
         distance = self._radius * (left + right) / 2.0
-        turn = imu_yaw - self._theta_last    # not wrapped, as in the real firmware
+        turn = imu_yaw - self._last_imu_yaw    # not wrapped, as in the real firmware
         self._x += distance * math.cos(self._yaw + turn / 2.0)
         self._y += distance * math.sin(self._yaw + turn / 2.0)
         self._yaw += turn
         self._stamp = stamp
-        self._theta_last = imu_yaw
+        self._last_imu_yaw = imu_yaw
         self.wheel_speeds = (left / interval, right / interval)
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
                               distance / interval, turn / interval)
