@@ -69,7 +69,7 @@ class Motion(NamedTuple):
 Sample = Union[ImuSample, OdometrySample]
 
 
-def bounded(name: str, value: float, bound: float, unit: str) -> float:
+def within_bound(name: str, value: float, bound: float, unit: str) -> float:
     """Returns `value`. Raises ``ValueError`` if `value` is beyond `bound`, NaN or infinite."""
     is_possible = abs(value) <= bound    # False for NaN
     if not is_possible:

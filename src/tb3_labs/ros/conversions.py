@@ -9,7 +9,7 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
-    MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_RATE, LAST_STAMP, OdometrySample, bounded)
+    MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_RATE, LAST_STAMP, OdometrySample, within_bound)
 
 #: This environment variable has the path of the pipe into which the simulated robot writes true
 #: poses. A topic could be read by a student's node. Each line of the pipe has x [m], y [m], yaw
@@ -49,11 +49,11 @@ def to_odometry_sample(message):
     """Returns the OdometrySample of a nav_msgs/Odometry."""
     twist = message.twist.twist
     pose = to_pose2(message.pose.pose)
-    bounded('place', max(abs(pose.x), abs(pose.y)), MAX_ODOMETRY_DISTANCE, 'm')
+    within_bound('place', max(abs(pose.x), abs(pose.y)), MAX_ODOMETRY_DISTANCE, 'm')
     return OdometrySample(
-        bounded('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's'), pose,
-        bounded('speed', twist.linear.x, MAX_DRIVE_SPEED, 'm/s'),
-        bounded('rate of turn', twist.angular.z, MAX_SPIKE_RATE, 'rad/s'))
+        within_bound('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's'), pose,
+        within_bound('speed', twist.linear.x, MAX_DRIVE_SPEED, 'm/s'),
+        within_bound('rate of turn', twist.angular.z, MAX_SPIKE_RATE, 'rad/s'))
 
 
 def to_pose_stamped(pose, frame_id, stamp):

@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 
 from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.robot.samples import (
-    MAX_WHEEL_ANGLE, MAX_GYRO_RATE, LAST_STAMP, ImuSample, WheelSample, bounded)
+    MAX_WHEEL_ANGLE, MAX_GYRO_RATE, LAST_STAMP, ImuSample, WheelSample, within_bound)
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
@@ -25,7 +25,7 @@ def to_imu_sample(message):
     if message.angular_velocity_covariance[0] == -1.0:
         raise ValueError('it has no gyro (gyro covariance -1)')
     q = message.orientation
-    return ImuSample(_stamp(message), yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z), bounded(
+    return ImuSample(_stamp(message), yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z), within_bound(
         'rate of turn', message.angular_velocity.z, MAX_GYRO_RATE, 'rad/s'))
 
 
@@ -33,7 +33,7 @@ def to_wheel_sample(message):
     """Returns the WheelSample of a JointState. Raises ``ValueError`` if a wheel is missing."""
     angles = dict(zip(message.name, message.position))
     try:
-        left, right = (bounded(joint, angles[joint], MAX_WHEEL_ANGLE, 'rad')
+        left, right = (within_bound(joint, angles[joint], MAX_WHEEL_ANGLE, 'rad')
                        for joint in WHEEL_JOINTS)
     except KeyError as missing:
         raise ValueError(f'no angle of {missing}') from None
@@ -41,7 +41,7 @@ def to_wheel_sample(message):
 
 
 def _stamp(message):
-    return bounded('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's')
+    return within_bound('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's')
 
 
 def subscribe_wheels(callback):
