@@ -22,9 +22,9 @@ from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.student_results import symbol
 from tb3_labs.report.page.document import Markup, document, safe, table
 
-STUDENT, POINTS, OF = 'student', 'points', 'of'
+STUDENT, POINTS, FULL_POINTS = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
-FIRST_COLUMNS = [STUDENT, POINTS, OF]
+FIRST_COLUMNS = [STUDENT, POINTS, FULL_POINTS]
 #: A spreadsheet's cell has at most this many characters.
 MAX_CELL_LENGTH = 32767
 csv.field_size_limit(2 ** 31 - 1)
@@ -95,7 +95,7 @@ class MarksTable:
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the cells that mark.py writes into a student's row: {column: text}."""
     points = f'{marks.points:g}' if marks.is_known else ''
-    cells = {STUDENT: safe(marks.student), POINTS: points, OF: f'{marks.full_points:g}'}
+    cells = {STUDENT: safe(marks.student), POINTS: points, FULL_POINTS: f'{marks.full_points:g}'}
     for verdict in marks.graded + marks.extra:
         text = f'{verdict.points:g}'
         if marks.unjudged:
