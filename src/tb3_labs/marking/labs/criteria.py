@@ -32,7 +32,7 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
-IMU_EXTRAS_SECTION = SheetStep(IMU_SHEET, 'Beyond the handout')
+IMU_EXTRAS = SheetStep(IMU_SHEET, 'Beyond the handout')
 EXTRAS_SECTION = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 

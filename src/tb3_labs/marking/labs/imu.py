@@ -5,7 +5,7 @@ from typing import List
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs.criteria import (
-    CTRL_C, IMU_EXTRAS_SECTION, IN_TIME, Criterion, Reason, clean_exit_criterion, why_not_printed,
+    CTRL_C, IMU_EXTRAS, IN_TIME, Criterion, Reason, clean_exit_criterion, why_not_printed,
     why_not_started)
 from tb3_labs.marking.labs.stimuli import (
     HAIR_BELOW_ZERO, HEADING, HEADING_DEG, ODD_SAMPLES, READING_TIME, STANDING_HEADINGS,
@@ -111,8 +111,8 @@ CRITERIA = [
               CTRL_C_STEP, _why_no_goodbye,
               limits=f'{MAX_LATE_HEADINGS} more heading may follow'),
     clean_exit_criterion(HEADING, CTRL_C_STEP),
-    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS_SECTION, _why_360_printed,
+    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _why_360_printed,
               extra=True),
-    Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', IMU_EXTRAS_SECTION,
+    Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', IMU_EXTRAS,
               _why_not_survived, extra=True, limits=f'within {VALID_TIME:g} s'),
 ]

@@ -9,7 +9,7 @@ from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT_KEY, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT_KEY,
     TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, IMU_EXTRAS_SECTION, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE,
+    ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE,
     Criterion, Reason, any_moves, clean_exit_criterion, lost_device_criterion, scaled,
     why_not_printed, why_not_started, why_not_steered, why_not_stopped,
     why_not_stopped_at_ctrl_c, within)
@@ -268,9 +268,9 @@ CRITERIA = [
     Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', CTRL_C_STEP,
               partial(why_not_printed, text=CONTROLLER_GOODBYE)),
     clean_exit_criterion(SHUTDOWN, CTRL_C_STEP),
-    Criterion('within_1_deg', TURNS, f'all turns are within {EXACT_DEG:g} degree', IMU_EXTRAS_SECTION,
+    Criterion('within_1_deg', TURNS, f'all turns are within {EXACT_DEG:g} degree', IMU_EXTRAS,
               lambda observation: _why_turns_failed(observation, TURN_STIMULI, EXACT_DEG),
               extra=True),
-    lost_device_criterion('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS_SECTION),
-    lost_device_criterion('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS_SECTION),
+    lost_device_criterion('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
+    lost_device_criterion('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
 ]
