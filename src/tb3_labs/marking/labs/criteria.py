@@ -33,7 +33,7 @@ class Outcome(Enum):
 
 
 IMU_EXTRAS = SheetStep(IMU_SHEET, 'Beyond the handout')
-EXTRAS_SECTION = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
+EXTRAS = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import yaml
 from tb3_labs.handout import (
     CTRL_RELINQ_TOPIC, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, ANY_SPEED, EXTRAS_SECTION, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Bounds,
+    ANGULAR, ANY_SPEED, EXTRAS, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Bounds,
     Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
     why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
@@ -208,12 +208,12 @@ CRITERIA = [
     clean_exit_criterion(BUTTONS, GAMEPAD_SECTION),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', GAMEPAD_SECTION,
               _why_no_error_printed, limits=within(CALL_AFTER_Y_TIME)),
-    Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', EXTRAS_SECTION,
+    Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', EXTRAS,
               why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
-    Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', EXTRAS_SECTION,
+    Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', EXTRAS,
               _why_blocked, extra=True, limits='the stick drives ' + within(UNBLOCKED_TIME)),
-    Criterion('once', BUTTONS, 'a long Y is one call', EXTRAS_SECTION, _why_not_called_once, extra=True),
-    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', EXTRAS_SECTION,
+    Criterion('once', BUTTONS, 'a long Y is one call', EXTRAS, _why_not_called_once, extra=True),
+    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', EXTRAS,
               _why_not_latched, extra=True, limits='heard ' + within(PUBLISH_TIME)),
-    lost_device_criterion('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, EXTRAS_SECTION),
+    lost_device_criterion('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, EXTRAS),
 ]

@@ -12,7 +12,7 @@ from tb3_labs.handout import (
     ANGLE_TOLERANCE, CTRL_RELINQ_TOPIC, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG,
     MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, EXTRAS_SECTION, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
+    ANGULAR, EXTRAS, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
     any_moves, clean_exit_criterion, lost_device_criterion, why_not_started, why_not_stopped,
     why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
@@ -232,17 +232,17 @@ CRITERIA = [
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken',
               STATES_SECTION, _why_control_kept, limits='zero velocity ' + STOPS_AT_ONCE),
     clean_exit_criterion(CONTROL, STATES_SECTION),
-    Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', EXTRAS_SECTION,
+    Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', EXTRAS,
               why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, f'both drives are within {EXACT_DISTANCE:g} m and '
               f'{EXACT_DEG:g} degree', ANALYSIS, _why_not_exact, extra=True),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
-              EXTRAS_SECTION, lambda observation: (_why_reset_failed(observation, RESET_ELSEWHERE)
+              EXTRAS, lambda observation: (_why_reset_failed(observation, RESET_ELSEWHERE)
                                            or _why_not_arrived(observation, DECLARED_DRIVE)),
               extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives although the zeros of IMU and odometry differ',
               TWO_ZEROS_STEP, partial(_why_not_arrived, name=OFFSET_DRIVE), extra=True,
               limits='as goal_place and goal_heading'),
     lost_device_criterion('lost_odometry', 'stops the robot', 'the odometry', ODOMETRY_SILENT,
-                          EXTRAS_SECTION),
+                          EXTRAS),
 ]
