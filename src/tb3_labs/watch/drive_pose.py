@@ -161,9 +161,9 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
     is_known = np.isfinite(part.value).sum() >= MIN_VALUES
     if not is_known or matching_quantities(part, quantities[:2], RIGHT_SHARE):
         return
-    should = correct.at(part.time)
-    worst = worst_index(part, should)
-    correct_value = np.angle(should[worst]) if 'yaw' in name else should[worst]
+    expected = correct.at(part.time)
+    worst = worst_index(part, expected)
+    correct_value = np.angle(expected[worst]) if 'yaw' in name else expected[worst]
     behaviour = behaviour_text(part, correct, quantities[2:])
     message = should_be(f'{frame.clause}{series.name} {behaviour}', correct.name)
     yield BrokenLink(
