@@ -102,9 +102,9 @@ def is_constant(series: Series) -> bool:
     return count > MIN_READINGS and len(set(series.text[count // 20:])) == 1
 
 
-def worst_index(series: Series, should: np.ndarray) -> int:
-    """Returns the index at which a variable differs most from `should`, its correct values."""
-    error = np.abs(series.value - should)
+def worst_index(series: Series, expected: np.ndarray) -> int:
+    """Returns the index at which a variable differs most from `expected`, its correct values."""
+    error = np.abs(series.value - expected)
     return int(np.argmax(np.where(np.isfinite(error), error, -1.0)))
 
 
@@ -112,10 +112,10 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
     """Returns the BrokenLink of a variable that should follow the quantity `correct`. The clause
     `behaviour` describes the variable's wrong behaviour. The BrokenLink contains the wrong value
     and the correct value at the moment when these two values differ most."""
-    should = correct.at(series.time)
-    worst = worst_index(series, should)
+    expected = correct.at(series.time)
+    worst = worst_index(series, expected)
     name = correct.name.partition(',')[0]
-    values = f'it was {shortened_value(series.text[worst])} when {name} was {should[worst]:.4g}'
+    values = f'it was {shortened_value(series.text[worst])} when {name} was {expected[worst]:.4g}'
     return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
 
 

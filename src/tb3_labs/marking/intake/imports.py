@@ -26,7 +26,7 @@ MAX_PROGRAM_BYTES = 1000000
 #: These modules may be installed, but they cannot be imported without a screen.
 NEED_SCREEN = 'pynput', 'pyautogui'
 #: The folder for packages that were not handed in. The marking makes these packages.
-PLACEHOLDER_PACKAGES = 'placeholders'
+PLACEHOLDERS = 'placeholders'
 
 
 class Import(NamedTuple):
@@ -145,7 +145,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
             else:
                 missing.append(item)
     for name in sorted(placeholders):
-        _copy_definitions(definitions, packages.setdefault(name, folder / PLACEHOLDER_PACKAGES / name))
+        _copy_definitions(definitions, packages.setdefault(name, folder / PLACEHOLDERS / name))
     missing = [item for item in missing if item.package not in placeholders]
     # `from module import *` may define any name
     used_names = {'*'}.union(*(program.used for program in programs))
