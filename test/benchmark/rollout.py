@@ -235,7 +235,7 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
 
     If the speed V of a wheel is the only limit, this time is (b (|turn1| + |turn2|) + distance) /
     V, with b half the track. The limits `max_linear` [m/s] and `max_angular` [rad/s] can make the
-    time longer. Source: Balkcom and Mason, Time optimal trajectories for within_bound velocity
+    time longer. Source: Balkcom and Mason, Time optimal trajectories for bounded velocity
     differential drive vehicles, 2002.
     """
     linear = min(max_linear, model.max_linear)

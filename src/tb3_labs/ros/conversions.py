@@ -9,7 +9,8 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
-    MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_RATE, LAST_STAMP, OdometrySample, within_bound)
+    LAST_STAMP, MAX_DRIVE_SPEED, MAX_ODOMETRY_DISTANCE, MAX_SPIKE_RATE, OdometrySample,
+    within_bound)
 
 #: This environment variable has the path of the pipe into which the simulated robot writes true
 #: poses. A topic could be read by a student's node. Each line of the pipe has x [m], y [m], yaw

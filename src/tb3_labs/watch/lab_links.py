@@ -74,8 +74,8 @@ LINKS: Dict[str, Sequence[Link]] = {
         Link('Look at state after a reset.', drive_links.state_not_reset, RESET_SECTION.at_step(1),
              DRIVE_PARTS),
         Link('Drive the robot forward by hand after a reset in another direction, and look at '
-             'local_x, local_y and local_yaw.', drive_pose.wrong_pose, LOCAL_POSE_SECTION.at_step(3),
-             DRIVE_PARTS),
+             'local_x, local_y and local_yaw.', drive_pose.wrong_pose,
+             LOCAL_POSE_SECTION.at_step(3), DRIVE_PARTS),
         Link('Look at the goal.', drive_links.wrong_goal, DRIVE_STEP, DRIVE_PARTS),
         Link('Look at state: which command belongs to each, and when does it change?',
              drive_links.wrong_law, DRIVE_STEP, DRIVE_PARTS),

@@ -215,8 +215,9 @@ def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any],
                         f"{', '.join(missing.used)}.")
     remarks += why
     if missing.placeholders:
+        names = ', '.join(missing.placeholders)
         remarks.append('Messages and services of the submission and of the skeleton stand in for '
-                       f"these packages, which were not handed in: {', '.join(missing.placeholders)}.")
+                       f'these packages, which were not handed in: {names}.')
     own_name = package_name(source)
     if not own_name:
         remarks.append('Its package has no package.xml with a valid name.')

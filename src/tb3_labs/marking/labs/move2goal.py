@@ -206,7 +206,8 @@ CRITERIA = [
               partial(_why_not_at_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', DRIVE, FACES_GOAL + ' there', STATES_SECTION,
               partial(_why_not_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
-    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', STATES_SECTION, _why_not_once),
+    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', STATES_SECTION,
+              _why_not_once),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES_SECTION,
               _why_not_silent_at_goal, limits='a zero velocity, then nothing from '
               f'{SILENT_AFTER:g} s after its arrival on'),
