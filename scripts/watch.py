@@ -16,7 +16,7 @@ import os
 import sys
 
 from tb3_labs.terminal import run_tool
-from tb3_labs.watch import watched
+from tb3_labs.watch import with_probe
 
 
 def main(command):
@@ -28,7 +28,7 @@ def main(command):
         print(__doc__.strip(), file=sys.stderr)
         return 2
     try:
-        os.execvpe(command[0], command, watched(os.environ))
+        os.execvpe(command[0], command, with_probe(os.environ))
     except OSError as problem:
         print(f'watch.py: {command[0]} cannot be started: {problem.strerror}', file=sys.stderr)
         return 127

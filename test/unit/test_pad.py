@@ -35,7 +35,7 @@ OTHER = PadConfig(linear_axis=4, angular_axis=0, reset_button=7, hold_button=5)
     (OTHER, [1.0, 0.0, 0.0, 0.0, -1.0], [0, 0, 0, 0, 0, 1, 0, 1],
      PadState(-1.0, 1.0, reset=True, hold=True))])
 def test_the_handouts_numbers_and_those_of_another_pad(config, values, buttons, state):
-    assert read_pad(values, buttons, config) == state._replace(sent=(values, buttons))
+    assert read_pad(values, buttons, config) == state._replace(axes=values, buttons=buttons)
 
 
 @pytest.mark.parametrize('values, buttons, reason', [

@@ -8,7 +8,7 @@ from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 def imu(offset=0.0, **how):
     model = ImuModel(0.0, offset, 1)
-    model.configure(**dict(dict(yaw_noise=0.0, rate_noise=0.0, drift=0.0, lag=0.0), **how))
+    model.configure(**dict(dict(yaw_noise=0.0, rate_noise=0.0, drift=0.0, sample_age=0.0), **how))
     return model
 
 
@@ -25,7 +25,7 @@ def test_offset_and_drift_add_up_in_the_yaw_and_the_drift_in_the_rate():
 
 
 def test_yaw_and_rate_are_older_than_the_stamp_by_the_lag_over_several_motions():
-    model = imu(lag=0.08)
+    model = imu(sample_age=0.08)
     for since, yaw, rate in ((0.1, 0.0, 1.0), (0.13, 0.03, -2.0), (0.16, -0.03, 0.0)):
         model.begin_motion(since, TurnCurve(yaw, rate, 0.0, 0.0))
     assert [(sample.yaw, sample.yaw_rate)

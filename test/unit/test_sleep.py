@@ -137,7 +137,7 @@ class SleepingGamepad(SleepingCore):
         return GamepadCore(PadConfig(), BURGER)
 
     def live(self):
-        self.core.on_joy(self.event(self.state._replace(sent=([self.now], []))))
+        self.core.on_joy(self.event(self.state._replace(axes=[self.now], buttons=[])))
 
     def look(self):
         output = self.core.tick(self.now)

@@ -12,7 +12,7 @@ import sys
 
 import pytest
 
-from tb3_labs.watch import watched
+from tb3_labs.watch import with_probe
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WATCH = [sys.executable, str(ROOT / 'scripts' / 'watch.py')]
@@ -217,7 +217,7 @@ def test_the_probe_shows_nothing_of_its_own_in_a_node_of_its_package(start, tmp_
     node.write_text('import rospy\nyaw = 1\n' + START + 'rospy.spin()')
     output = subprocess.check_output(
         [sys.executable, str(node)],
-        env=watched(os.environ, probe), universal_newlines=True, timeout=60)
+        env=with_probe(os.environ, probe), universal_newlines=True, timeout=60)
     assert json.loads(output) == {'yaw': '1'}
 
 

@@ -116,5 +116,6 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     turns = [(stamp - middle, math.remainder(yaw - first_yaw, 2.0 * math.pi)) for stamp, yaw in imu]
     # The slope of the least-squares line is sum(time * turn) / sum(time * time). The divisor is at
     # least the divisor of a recording of 2 s, so that noise does not look like drift.
-    spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
+    least_spread = len(turns) * 2.0 ** 2 / 12.0    # times that are spread evenly over 2 s
+    spread = max(sum(time * time for time, _ in turns), least_spread)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

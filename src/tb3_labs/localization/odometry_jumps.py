@@ -212,7 +212,7 @@ class EncoderMonitor:
 
     def on_wheels(self, sample: WheelSample) -> None:
         last = self._wheels
-        rest = last is not None and sample._replace(stamp=last.stamp) == last
+        rest = last is not None and (sample.left, sample.right) == (last.left, last.right)
         if not rest or sample.stamp < self._rest_since:    # the clock may go back
             self._rest_since = sample.stamp
         self._wheels = sample

@@ -25,9 +25,9 @@ SAMPLE_MEMORY = 1.5
 class Track:
     """The recent values of one source, in order of time."""
 
-    def __init__(self, between: Callable[[Any, Any, float], Any]) -> None:
-        """`between(start, end, fraction)` interpolates two values at a `fraction` from 0 to 1."""
-        self._between = between
+    def __init__(self, interpolate: Callable[[Any, Any, float], Any]) -> None:
+        """``interpolate(start, end, fraction)`` returns the value at a `fraction` from 0 to 1."""
+        self._interpolate = interpolate
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
@@ -39,9 +39,9 @@ class Track:
         while self._samples[0][0] < time - SAMPLE_MEMORY:
             self._samples.popleft()
 
-    def change(self, change: Callable[[Any], Any]) -> None:
-        """Replace each value by ``change(value)``."""
-        self._samples = deque((time, change(value)) for time, value in self._samples)
+    def replace_values(self, function: Callable[[Any], Any]) -> None:
+        """Replace each value by ``function(value)``."""
+        self._samples = deque((time, function(value)) for time, value in self._samples)
 
     @property
     def newest(self) -> float:
@@ -69,7 +69,7 @@ class Track:
             return value
         if end - start > INTERPOLATED_GAP:
             return None
-        return self._between(value, end_value, (time - start) / (end - start))
+        return self._interpolate(value, end_value, (time - start) / (end - start))
 
 
 class SampleBuffer:
@@ -97,7 +97,7 @@ class SampleBuffer:
 
     def shift(self, shift: Pose2) -> None:
         """Convert all samples to a new ``odom``, in which the old ``odom`` has the pose `shift`."""
-        self._odometry.change(lambda pose: shift @ pose)
+        self._odometry.replace_values(lambda pose: shift @ pose)
         self._unpaired = deque((time, sample._replace(pose=shift @ sample.pose))
                                for time, sample in self._unpaired)
 

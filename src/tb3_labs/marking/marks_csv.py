@@ -48,7 +48,8 @@ class MarksTable:
         if not set(FIRST_COLUMNS) <= set(self._heads):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
         are_headings_unique = len(set(self._heads)) == len(self._heads)
-        if not are_headings_unique or any(None in row for row in self._rows):   # None: more cells
+        has_extra_cells = any(None in row for row in self._rows)    # DictReader has them at None
+        if has_extra_cells or not are_headings_unique:
             raise ValueError('each column needs a heading of its own in the first row')
         #: A person's decisions: {student: (points or None, reason)}.
         self.decisions: Dict[str, Tuple[Optional[float], str]] = {}
@@ -113,7 +114,6 @@ def cells_of(marks: Marks) -> Dict[str, str]:
 
 
 def _number(cell: str) -> float:
-    """Returns the number in a cell; NaN if the cell's text is not a number."""
     try:
         return float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:

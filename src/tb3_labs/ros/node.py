@@ -31,6 +31,7 @@ LOG_TIME = 0.1
 #: A node that ends waits at most this time [s] for its shutdown hooks and for the master.
 END_TIMEOUT = 4.0
 END_POLL_PERIOD = 0.01
+XML_RPC_LIMIT_TEXT = 'int exceeds XML-RPC limits'
 #: The signals that end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 
@@ -63,11 +64,11 @@ def run(name, make_node, interface):
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
             pause(MAIN_PERIOD)
-    except (ValueError, OverflowError) as problem:    # rospy cannot set large integers
+    except (ValueError, OverflowError) as problem:
         ignore_signals()
         end_roslaunch()
-        begin_shutdown(str(problem).replace('int exceeds XML-RPC limits',
-                                            'a whole number beyond 2147483647'))
+        failure = str(problem).replace(XML_RPC_LIMIT_TEXT, 'a whole number beyond 2147483647')
+        begin_shutdown(failure)
     except Interrupted:
         begin_shutdown()
     ignore_signals()

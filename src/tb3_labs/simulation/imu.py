@@ -3,7 +3,7 @@
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
 The rate of turn of the IMU is the sum of the true rate, the rate of the drift, the bias of the last
 calibration, and another white noise. The gyro has a dead zone. A sample has the yaw and the rate of
-turn of an earlier moment, `lag` seconds before the stamp of the sample.
+turn of an earlier moment, `sample_age` [s] before the stamp of the sample.
 
 Units: SI. The noise was measured on a real Burger at rest, whose yaw changes by a few thousandths
 of a degree from one sample to the next.
@@ -45,19 +45,20 @@ class ImuModel:
         self._noise = _pairs_of_normal_numbers(seed)
         #: The bias [rad/s] of the gyro after the last calibration.
         self.bias = 0.0
-        self.configure(0.0, 0.0, 0.0, 0.0)
+        self.configure(yaw_noise=0.0, rate_noise=0.0, drift=0.0, sample_age=0.0)
         self._error_until = 0.0    # time [s] up to which `yaw_error` includes drift and bias
         #: The motions whose end is not measured yet, oldest first. Each item is (start [s], turn of
         #: the IMU after the start).
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
         self.begin_motion(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
-    def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
+    def configure(self, yaw_noise: float, rate_noise: float, drift: float,
+                  sample_age: float) -> None:
         """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
-        [rad/s] and the `lag` [s]. Call :meth:`begin_motion` afterwards. A gyro that drifts, or that
-        is noisier than the gyro of the firmware, does not have a dead zone."""
+        [rad/s] and the `sample_age` [s]. Call :meth:`begin_motion` afterwards. A gyro that drifts,
+        or that is noisier than the gyro of the firmware, does not have a dead zone."""
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
-        self._drift, self._lag = drift, lag
+        self._drift, self._sample_age = drift, sample_age
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
 
     def begin_motion(self, now: float, turn: TurnCurve) -> None:
@@ -74,7 +75,7 @@ class ImuModel:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
         integral of the rate of a TurnCurve."""
         # This loop needs most of the simulation's time, so the loop uses local names and few calls.
-        motions, age = self._motions, self._lag
+        motions, age = self._motions, self._sample_age
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp
         samples = []

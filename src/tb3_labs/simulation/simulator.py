@@ -69,8 +69,9 @@ class Simulator:
         before, self.config = self.config, config
         body = self._body
         body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
-        body.imu.configure(math.radians(config.imu_noise_deg), config.gyro_noise,
-                           math.radians(config.imu_drift_deg_per_min) / 60.0, config.yaw_lag)
+        body.imu.configure(
+            yaw_noise=math.radians(config.imu_noise_deg), rate_noise=config.gyro_noise,
+            drift=math.radians(config.imu_drift_deg_per_min) / 60.0, sample_age=config.yaw_lag)
         if config.gyro_bias_deg != before.gyro_bias_deg:
             body.imu.bias = math.radians(config.gyro_bias_deg)
         body.motion_changed()

@@ -19,7 +19,7 @@ class DeadMan:
     def __init__(self) -> None:
         self.page: Optional[object] = None    # the page that drives
         self.stops = 0    # number of stops so far
-        self._source = Freshness('page', INPUT_TIMEOUT)
+        self._freshness = Freshness('page', INPUT_TIMEOUT)
         self._sleep = SleepMonitor()
 
     def begin(self, now: float) -> None:
@@ -54,7 +54,7 @@ class DeadMan:
         if self.page is None and not is_first:
             raise ValueError('the start of this grip came late: let go, and grip again')
         self.page = page
-        self._source.on_message(now)
+        self._freshness.on_message(now)
         return True
 
     def let_go(self, page: object) -> bool:
@@ -72,6 +72,6 @@ class DeadMan:
     def lost_for(self, now: float) -> float:
         """Returns the silence [s] of the page that drives; 0 if the page is not lost."""
         self._sleep.update(now)
-        if self.page is None or self._source.is_fresh(now):
+        if self.page is None or self._freshness.is_fresh(now):
             return 0.0
-        return self._source.age(now)
+        return self._freshness.age(now)

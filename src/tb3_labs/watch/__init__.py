@@ -7,7 +7,7 @@ from typing import Dict, Mapping
 PROBE = Path(__file__).with_name('probe')
 
 
-def watched(environment: Mapping[str, str], probe: str = str(PROBE)) -> Dict[str, str]:
+def with_probe(environment: Mapping[str, str], probe: str = str(PROBE)) -> Dict[str, str]:
     """Returns a copy of this environment in which a Python node shows its variables."""
     folders = [probe, environment.get('PYTHONPATH', '')]
     return dict(environment, PYTHONPATH=os.pathsep.join(filter(None, folders)))

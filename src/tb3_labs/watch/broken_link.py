@@ -5,8 +5,8 @@ A link compares a number of the node with the correct number. The correct number
 handout's formula from the node's *own* numbers in the previous links. So the consequence of a
 mistake is not reported as another mistake.
 """
-from functools import cached_property, lru_cache
-from typing import Any, Callable, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple
+from functools import cached_property
+from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -45,8 +45,13 @@ class NodeRun:
         self.commands = run.commands
         if node is not None:
             self.commands = run.commands.take(np.isin(run.commands.sender, ['', node]))
-        #: ``cached(function)`` returns ``function(self)``, and calls the function only once.
-        self.cached = lru_cache(maxsize=None)(lambda function: function(self))
+        self._results: Dict[Callable[['NodeRun'], Any], Any] = {}
+
+    def cached(self, function: Callable[['NodeRun'], Any]) -> Any:
+        """Returns ``function(self)``. Each function is called only once."""
+        if function not in self._results:
+            self._results[function] = function(self)
+        return self._results[function]
 
     def variable(self, name: str) -> Optional[Series]:
         """Returns the first variable with this `bare_name`, or None."""

@@ -20,7 +20,6 @@ from tb3_labs.watch.variables import shortened_value
 #: The tolerance of each state, an angle [rad] or a distance [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}
-#: A mistake shows in more readings than this.
 MIN_WRONG_READINGS = 4
 #: If the heading error [rad] is larger, the robot may turn to either side.
 MAX_CLEAR_ERROR = 3.0
@@ -52,7 +51,8 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
         state = series.text_at(frame.begin - SHORT_LAG)
         soon = series.between(frame.begin, frame.begin + MAX_PROBE_LAG).text
         part = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
-        is_kept = state in STATES[1:] and state in part.text[:1] and ROTATE_TO_GOAL not in soon
+        stays = len(part.text) > 0 and part.text[0] == state
+        is_kept = state in STATES[1:] and stays and ROTATE_TO_GOAL not in soon
         if not frame.is_reset or not is_kept:
             continue
         error = own_pose(node_run, part.time[:1]).error(ROTATE_TO_GOAL)[0]
@@ -149,9 +149,9 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
     """Checks that the node sends commands in a state, and that the commands are correct."""
     if not len(part.commands):
         # after a reset, a node may wait for the IMU and the odometry
-        first = max(min(samples.between(part.begin, part.end).arrival, default=np.inf)
-                    for samples in (node_run.run.imu, node_run.run.odometry))
-        if part.end - first >= 1.0:
+        both_came_at = max(min(samples.between(part.begin, part.end).arrival, default=np.inf)
+                           for samples in (node_run.run.imu, node_run.run.odometry))
+        if part.end - both_came_at >= 1.0:
             yield BrokenLink(f'in {part.state} no command came for {part.end - part.begin:.1f} s',
                              part.begin)
     elif part.state == MOVE_FORWARD:

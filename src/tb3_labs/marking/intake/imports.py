@@ -130,8 +130,8 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     `packages`. The new package gets copies of the submission's types and of the types of tb3_labs.
     """
     programs = programs_of(node, package).values()
-    own_modules = {name for path in files_in(folder) if path.suffix == '.py'
-                   for name in (path.stem, path.parent.name)}
+    modules = [path for path in files_in(folder) if path.suffix == '.py']
+    own_modules = {path.stem for path in modules} | {path.parent.name for path in modules}
     definitions = _definitions(node, folder)
     types = {path.stem + end for path in definitions for end in ('', 'Request', 'Response')}
     placeholders: Set[str] = set()

@@ -27,7 +27,7 @@ from tb3_labs.marking.intake.sandbox import PYTHONPATH, Protection
 from tb3_labs.marking.intake.submissions import ParsedSubmission
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
 from tb3_labs.marking.student_nodes import NAME, NODE_PREFIX, OWN_PACKAGE, NodeStart, is_name
-from tb3_labs.watch import PROBE, watched
+from tb3_labs.watch import PROBE, with_probe
 
 #: Matches a first line such as #!/usr/bin/env python3. The group is the interpreter's name.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
@@ -76,7 +76,7 @@ def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str,
         remarks.append(f"{', '.join(parsed.unused)}: imported, but not used, and the marking "
                        'machine cannot import it: left out.')
     _put_first([made], environment, PYTHONPATH)
-    environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
+    environment = with_probe(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
         NODE_PREFIX + protection.program_command([]),
         protection.program_environment(environment), types, protection.isolates, str(node),

@@ -83,9 +83,11 @@ class Verdict:
         if self.criterion.extra and not self.worth:
             points = 'extra'
         text = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value.upper()    # capitals are easy to find among many lines
-        if self.outcome is Outcome.MET or self.criterion.extra:
-            outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
+        outcome = self.outcome.value
+        if self.criterion.extra:
+            outcome = 'not yet' if self.outcome is Outcome.MISSED else outcome
+        elif self.outcome is not Outcome.MET:
+            outcome = outcome.upper()    # capitals are easy to find among many lines
         return f'  {outcome:11}  {points:8}  {text}'
 
 

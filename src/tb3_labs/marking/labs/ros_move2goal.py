@@ -73,7 +73,7 @@ class ResetCaller:
         usual = [name for name in likely if last_names[name] in RESET_NAMES]
         usual.sort(key=lambda name: RESET_NAMES.index(last_names[name]))
         #: The name of the reset service; '' if the node offers no reset service.
-        self.name = (usual + likely + [''])[0]
+        self.name = next(iter(usual + likely), '')
         #: The name of the reset service if the name is wrong; '' if the name is SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
         self._kind = graph.service_class(self.name) if self.name else None

@@ -22,7 +22,7 @@ from tb3_labs.marking.trial.processes import NodeOutput, ResourceWatch, RunningP
 from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.watch import watched
+from tb3_labs.watch import with_probe
 
 #: A role of a node is the index of a list in the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
@@ -80,7 +80,7 @@ class StudentNode:
         self._interrupted = False
         self._recording.event('start', needed=self._needed[0].strip('/'))
         self._output = NodeOutput(self._recording)
-        environment = dict(self._prepared.environment or watched(os.environ))
+        environment = dict(self._prepared.environment or with_probe(os.environ))
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # the master of this trial
         command = [*self._prepared.prefix, *self._command, *arguments]
         self._process = RunningProgram(command, environment, self._output.add)
@@ -108,11 +108,11 @@ class StudentNode:
             return subscribes and time.monotonic() - since >= 0.5
         # a computer with a load of 2 for each processor is twice as slow
         factor = min(4.0, max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1)))
-        ready = wait_until(lambda: not self.alive or is_ready(), START_TIME * factor, 0.1)
+        in_time = wait_until(lambda: not self.alive or is_ready(), START_TIME * factor, 0.1)
         self.graph.names = set(new)
         silent = self.graph.silent_topics(self._needed) if self.alive else []
         self._recording.event('run', nodes=sorted(new), unheard=silent)
-        return ready and self.alive
+        return in_time and self.alive
 
     def stop(self):
         """End the node by Ctrl+C. If the node still runs after 2 s, SIGKILL ends it."""

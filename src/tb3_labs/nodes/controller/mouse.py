@@ -33,11 +33,11 @@ def to_mouse(message) -> MouseState:
     return MouseState(message.status.data, x, y)
 
 
-class _MouseSource:
+class _OneMouse:
     """Finds whether one mouse is active or lost."""
 
     def __init__(self) -> None:
-        self.source = Freshness('mouse', INPUT_TIMEOUT)
+        self.freshness = Freshness('mouse', INPUT_TIMEOUT)
         #: Was the mouse active at its last message? An active mouse repeats its messages.
         self.reported_active = False
         self.is_lost = True
@@ -52,7 +52,7 @@ class _MouseSource:
         """Take in a message. `rests` is True if the message asks for a stop."""
         active = message.content.active
         now = message.arrived_at
-        is_first = self.source.count == 0
+        is_first = self.freshness.count == 0
         was_inactive = not is_first and not self.reported_active
         if was_inactive and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
@@ -62,10 +62,10 @@ class _MouseSource:
             self._silence_ended_at = now
             if active:
                 self.is_lost = True
-        elif must_be_heard and not self.source.is_fresh(now):
+        elif must_be_heard and not self.freshness.is_fresh(now):
             self._silence_ended_at = now
         if message.age is not Age.SAME_STAMP:
-            self.source.on_message(now)
+            self.freshness.on_message(now)
         self.reported_active = active
         if rests and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
@@ -90,16 +90,16 @@ class Mouse:
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
-        self.source = Freshness('mouse_info', INPUT_TIMEOUT)    # all mice together
+        self.freshness = Freshness('mouse_info', INPUT_TIMEOUT)    # all mice together
         #: An active mouse asks for this velocity, which is zero in the middle of the screen.
         self.twist = Twist2()
-        self._senders: DefaultDict[str, _MouseSource] = defaultdict(_MouseSource)
+        self._mice: DefaultDict[str, _OneMouse] = defaultdict(_OneMouse)
         self._loss_is_logged = False
 
     @property
     def active(self) -> bool:
         """Is any mouse active, and not lost?"""
-        return any(sender.active for sender in self._senders.values())
+        return any(mouse.active for mouse in self._mice.values())
 
     def on_message(self, message: 'Event[MouseState]') -> str:
         """Take in a message of a mouse. Returns the reason why the message stops the robot, or ''.
@@ -125,25 +125,25 @@ class Mouse:
     def _update(self, message: 'Event[MouseState]') -> bool:
         """Take in a message. Returns True if the message deactivates the mouse."""
         active, x, y = message.content
-        sender = self._senders[message.sender]
+        mouse = self._mice[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
         rests = not active or twist == Twist2()
-        was_active = sender.active
-        is_deactivated = sender.reported_active and not active
-        self.source.on_message(message.arrived_at)
-        sender.on_message(message, rests)
-        was_lost = was_active and not sender.active
+        was_active = mouse.active
+        is_deactivated = mouse.reported_active and not active
+        self.freshness.on_message(message.arrived_at)
+        mouse.on_message(message, rests)
+        was_lost = was_active and not mouse.active
         if is_deactivated or was_lost:
-            self.lose(message.arrived_at, kept=sender)
-        if sender.active:
+            self.lose(message.arrived_at, kept=mouse)
+        if mouse.active:
             self.twist = twist
         return is_deactivated
 
     def check_silence(self, now: float, slept: bool = False) -> str:
         """Treat all mice as lost if an active mouse is silent, or if this process `slept`. Returns
         a text about the silence of an active mouse; '' if no active mouse is silent."""
-        silent = [mouse.source for mouse in self._senders.values()
-                  if mouse.active and not mouse.source.is_fresh(now)]
+        silent = [mouse.freshness for mouse in self._mice.values()
+                  if mouse.active and not mouse.freshness.is_fresh(now)]
         if slept or silent:
             self.lose(now)
         if not silent:
@@ -151,11 +151,11 @@ class Mouse:
         self._loss_is_logged = True
         return f'{silent[0].silence_text(now)}: {REMEDY}'
 
-    def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
+    def lose(self, now: float, kept: Optional[_OneMouse] = None) -> None:
         """Treat all mice except `kept` as lost."""
-        for sender in self._senders.values():
-            if sender is not kept:
-                sender.lose(now)
+        for mouse in self._mice.values():
+            if mouse is not kept:
+                mouse.lose(now)
 
 
 def _speed(position: float) -> float:

@@ -88,7 +88,7 @@ class ControllerNode:
         core = self._core
         now = ros_time()
         values = values_of(core.imu, now)
-        values.update(values_of(core.mouse.source, steady_time()))
+        values.update(values_of(core.mouse.freshness, steady_time()))
         values.update(driver=core.driver.value)
         values.update(mouse='active' if core.mouse.active else 'not active')
         return core.problem_text(now), values

@@ -140,10 +140,9 @@ class GamepadCore:
         elif now > self._stick_warning_at:
             self._stick_warning_at = math.inf
             axis = self._config.angular_axis if state.left else self._config.linear_axis
-            axes, _ = state.sent
-            self._log.add(f'No stick drives: axis {axis} is at {axes[axis]:.2f}, beyond dead_zone '
-                          f'{self._config.dead_zone:g}. Let go of it; if it rests there, set a '
-                          'larger dead_zone', warning=True)
+            self._log.add(f'No stick drives: axis {axis} is at {state.axes[axis]:.2f}, beyond '
+                          f'dead_zone {self._config.dead_zone:g}. Let go of it; if it rests there, '
+                          'set a larger dead_zone', warning=True)
 
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
@@ -220,7 +219,7 @@ class GamepadCore:
 
     def _check_loss(self, now: float) -> None:
         needs_pad = self._drives() or self.messages.must_renew
-        if self.pad.source.is_fresh(now) or not needs_pad:
+        if self.pad.freshness.is_fresh(now) or not needs_pad:
             return
         hint = ''
         if self.pad.driver_hangs:
@@ -228,7 +227,7 @@ class GamepadCore:
         elif not self.pad.has_repeated:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
-        silence = self.pad.source.silence_text(now).capitalize()
+        silence = self.pad.freshness.silence_text(now).capitalize()
         self._log.add(f'{silence}: robot stopped; {self._remedy}{hint}', warning=True)
         self.pad.state = None      # the last state is not valid any more
         self._command_is_due = True

@@ -5,7 +5,7 @@ The values of axes are from -1 to 1, forward and left positive, as in joy_node. 
 """
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Optional, Sequence, Tuple
+from typing import NamedTuple, Optional, Sequence
 
 from tb3_labs.config import Config, setting
 from tb3_labs.handout import (
@@ -47,7 +47,8 @@ class PadState(NamedTuple):
     regain: bool = False
     reset: bool = False
     hold: bool = False
-    sent: Tuple[Sequence[float], Sequence[int]] = (), ()    # axes and buttons of the message
+    axes: Sequence[float] = ()    # of the message
+    buttons: Sequence[int] = ()
 
     @property
     def at_rest(self) -> bool:
@@ -67,7 +68,7 @@ class PadListener:
     has never repeated a state may be silent, since its joy_node sends only changes."""
 
     def __init__(self) -> None:
-        self.source = Freshness('joy', INPUT_TIMEOUT)
+        self.freshness = Freshness('joy', INPUT_TIMEOUT)
         #: The latest state; None before the first message, and after a loss of the pad.
         self.state: Optional[PadState] = None
         self.has_repeated = False    # did the pad ever repeat an unchanged state?
@@ -83,7 +84,7 @@ class PadListener:
     def on_message(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in a message. `stamp` is the time [s] of sending, or 0. `hangs` is True if the
         driver repeats one message. The first message can press only the stop button."""
-        if self._last is not None and state.sent == self._last.sent:
+        if state == self._last:
             self.has_repeated = True
         self._last = state
         self.lateness = self._lateness.on_message(stamp, now)
@@ -93,8 +94,8 @@ class PadListener:
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = False
         if not hangs and not is_old:
-            self.came_after_loss = self.has_repeated and not self.source.is_fresh(now)
-            self.source.on_message(now)
+            self.came_after_loss = self.has_repeated and not self.freshness.is_fresh(now)
+            self.freshness.on_message(now)
         learns_anew = self.came_after_loss and stamp <= 0.0
         if math.isinf(self._received_since) or learns_anew:
             self._received_since = now
@@ -106,7 +107,7 @@ class PadListener:
 
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay of messages known? Without this delay, `lateness` may be wrong."""
-        if self.driver_hangs and not self.source.is_fresh(now):
+        if self.driver_hangs and not self.freshness.is_fresh(now):
             return False
         return now - self._received_since >= CROSSING_TIME
 
@@ -131,7 +132,7 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
         left=_stick_speed(config.dead_zone, left),
         relinquish=bool(buttons[config.relinquish_button]),
         regain=bool(buttons[config.regain_button]), reset=bool(buttons[config.reset_button]),
-        hold=config.has_hold and bool(buttons[config.hold_button]), sent=(axes, buttons))
+        hold=config.has_hold and bool(buttons[config.hold_button]), axes=axes, buttons=buttons)
 
 
 def _stick_speed(dead_zone: float, position: float) -> float:

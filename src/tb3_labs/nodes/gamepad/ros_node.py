@@ -28,7 +28,7 @@ class GamepadNode:
         self._holder = None    # the published holder
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
-        rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
+        rospy.on_shutdown(self._on_leave)
         self._runner.check()
         subscribe_events(
             'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
@@ -37,8 +37,11 @@ class GamepadNode:
         subscribe_events('has_control', Bool,
                          lambda event: self._runner.handle(self._core.on_has_control, event))
         Diagnostics(model.name, lambda: self._runner.call(self._diagnose))
-        log_missing_topics({'joy': self._core.pad.source}, 'is joy_node running (Debian has '
+        log_missing_topics({'joy': self._core.pad.freshness}, 'is joy_node running (Debian has '
                            'none)? The page of web:=true is a pad, too')
+
+    def _on_leave(self):
+        self._runner.handle(lambda: self._core.on_leave(steady_time()))
 
     def _on_ctrl_relinq(self, event):
         if event.sender != rospy.get_name():    # this node also receives its own messages
@@ -58,7 +61,7 @@ class GamepadNode:
             self._holders.publish(output.holder.value)
 
     def _diagnose(self):
-        joy = self._core.pad.source
+        joy = self._core.pad.freshness
         problem = '' if joy.count else joy.silence_text()
         return problem, dict(values_of(joy, steady_time()), holder=self._core.holder.value)
 
