@@ -50,13 +50,13 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
     path = Path(str(path))
     if isinstance(content, str):
         content = content.encode('utf-8', errors='backslashreplace')
-    part = path.with_name(f'.{secrets.token_hex(8)}.part')
+    new_file = path.with_name(f'.{secrets.token_hex(8)}.part')
     try:
-        with open(str(part), 'xb') as file:     # x: does not replace a file or a link
+        with open(str(new_file), 'xb') as file:     # x: does not replace a file or a link
             file.write(content)
-        os.replace(str(part), str(path))
+        os.replace(str(new_file), str(path))
     finally:
-        part.unlink(missing_ok=True)    # after a failure the file `part` still exists
+        new_file.unlink(missing_ok=True)    # after a failure, the new file still exists
 
 
 def failure_text(problem: BaseException) -> str:

@@ -40,20 +40,20 @@ def from_parameters(config_type: Type[ConfigType], given: Mapping[str, Any]) -> 
                           if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
 
 
-def hint_for(name: str, known: Iterable[str]) -> str:
-    """Returns a hint for a `name` that is not in `known`."""
-    near = difflib.get_close_matches(name, list(known), 1)
-    return f'is {near[0]} meant?' if near else 'known: ' + ', '.join(sorted(known))
+def spelling_hint(name: str, valid_names: Iterable[str]) -> str:
+    """Returns a hint for a `name` that is not in `valid_names`."""
+    similar = difflib.get_close_matches(name, list(valid_names), 1)
+    return f'is {similar[0]} meant?' if similar else 'known: ' + ', '.join(sorted(valid_names))
 
 
 def _checked(item: Field, value: Any) -> Any:
     """Returns `value` in the field's type. Raises ``ValueError`` if `value` is not valid."""
-    wanted, rule = type(item.default), item.metadata
+    valid_type, rule = type(item.default), item.metadata
     # Python treats a bool as an int, but "has_control: 2" and "rate: true" are mistakes.
-    if wanted is float and type(value) is int:
+    if valid_type is float and type(value) is int:
         value = float(value)
-    is_valid = type(value) is wanted
-    if is_valid and wanted in (int, float):
+    is_valid = type(value) is valid_type
+    if is_valid and valid_type in (int, float):
         is_valid = rule['low'] <= value <= rule['high']    # False for NaN
     if is_valid and rule['choices']:
         is_valid = value in rule['choices']

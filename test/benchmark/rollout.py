@@ -18,7 +18,7 @@ from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
-from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
+from tb3_labs.robot.samples import MAX_REST_TURN_RATE, MAX_REST_SPEED, ImuSample, Sample
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -30,8 +30,8 @@ POLL_PERIOD = 0.02
 TURN_POLL_PERIOD = 0.005
 #: A robot that has not moved for this long [s] stays at rest.
 SETTLED_TIME = 0.5
-#: A drive ends at rest if the robot's mean speed in this time is at most REST_LINEAR [m/s] and
-#: REST_ANGULAR [rad/s], so that it moves on by less than 0.3 mm and 0.1 deg [s].
+#: A drive ends at rest if the robot's mean speed in this time is at most MAX_REST_SPEED [m/s] and
+#: MAX_REST_TURN_RATE [rad/s], so that it moves on by less than 0.3 mm and 0.1 deg [s].
 REST_PERIOD = 0.001
 #: A robot whose true speeds are below this stands still [m/s], [rad/s].
 STILL_LINEAR = 0.001
@@ -85,7 +85,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
         overrun = max(overrun, (along @ robot.truth).x)
     before = robot.truth
     robot.step(REST_PERIOD)
-    rested = not moved(before, robot.truth, REST_PERIOD, REST_LINEAR, REST_ANGULAR)
+    rested = not moved(before, robot.truth, REST_PERIOD, MAX_REST_SPEED, MAX_REST_TURN_RATE)
     is_moving = True
     while is_moving:
         before, end = robot.truth, robot.now
@@ -222,7 +222,7 @@ def obey(robot: Simulator, driver: Union[MoveToGoalCore, ControllerCore],
     output = driver.tick(robot.now, robot.now)
     if log_lines is not None:
         log_lines += output.log_lines
-    if output.command is None and not output.stops_first:
+    if output.command is None and not output.must_stop_first:
         return []
     command = output.command or Twist2()
     robot.command(*command)

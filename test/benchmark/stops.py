@@ -71,7 +71,7 @@ def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=
     log_lines = []
 
     def reason():
-        return '; '.join(line.text for line in log_lines if line.warning)
+        return '; '.join(line.text for line in log_lines if line.is_warning)
     return _stop(robot, controller, hear, fault, reason, log_lines)
 
 

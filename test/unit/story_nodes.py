@@ -108,7 +108,7 @@ class Still:
     on_odometry = on_command = pop_pose = on_imu
 
     def on_reset(self, reset, *_):
-        reset.declared = reset.requested.pose
+        reset.declared_pose = reset.requested_pose.pose
         self.resets += (reset,)
 
     def pop_resets(self):
@@ -140,7 +140,7 @@ class Mover(StoryNode):
         """From now on these senders are heard. Their latched words come at once; only a False from before this node's
         start is ignored, see Permission."""
         for name in names:
-            connection = self.ways[name] = self.world.senders[name]._replace(since=self.world.now)
+            connection = self.ways[name] = self.world.senders[name]._replace(connected_at=self.world.now)
             if connection.latches and name in self.world.words:
                 self.on_ctrl_relinq(connection, self.world.words[name], None, self.world.now == self.born_at)
 
@@ -157,7 +157,7 @@ class Mover(StoryNode):
     def on_goal(self, sender, at):
         now, request = self.world.now, GoalRequest(RequestedPose(Pose2(40.0)), sender)
         self.core.on_goal(request, now)
-        if at is not None and not self.waking and self.core._requests.present is request:
+        if at is not None and not self.waking and self.core._requests.present_request is request:
             self.rule.goal(now, self.at(at))
 
     def on_cancel(self, at):

@@ -23,10 +23,10 @@ def test_braking_on_numbers(way, speed):
 
 def make_approach(acceleration, response=None, **more):
     """Returns settings that brake with half the acceleration; the others are as in a turn."""
-    settings = dict(gain=20.0, slowest=0.04, close_enough=0.003, nudge_time=TICK)
+    settings = dict(gain=20.0, min_speed=0.04, dead_band=0.003, nudge_time=TICK)
     settings.update(more)
     return Approach(ApproachConfig(period=TICK, acceleration=acceleration,
-                                   braking=0.5 * acceleration, **settings),
+                                   deceleration=0.5 * acceleration, **settings),
                     response or MotorResponse())
 
 
@@ -37,18 +37,18 @@ def moved(remaining, speed, command, lag=0.05):
             command + (speed - command) * share)
 
 
-def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=False,
+def approach_to(remaining, delay, lag=0.05, max_speed=1.5, learned=None, prompt=False,
                 lost=0):
-    """(remaining way at rest, greatest overshoot, time until it stays near 0, fastest command).
+    """(remaining way at rest, greatest overshoot, time until it stays near 0, max_speed command).
 
     The first `lost` commands never arrive.
     """
-    approach = make_approach(24.0, learned, speed_is_prompt=prompt)
+    approach = make_approach(24.0, learned, measures_instant_speed=prompt)
     commands = deque([0.0] * round(delay / TICK))
     speed, overshoot, time, near_at, greatest, still = 0.0, 0.0, 0.0, 0.0, 0.0, 0
     sign = math.copysign(1.0, remaining)
     while still < 10 and time < 60.0:
-        commands.append(approach.step(remaining, speed, fastest, TICK))
+        commands.append(approach.step(remaining, speed, max_speed, TICK))
         greatest = max(greatest, abs(commands[-1]))
         command = commands.popleft()
         if time < lost * TICK:
@@ -91,10 +91,10 @@ def test_acceleration_is_bounded_and_a_dt_of_zero_changes_nothing():
 def test_only_stops_are_obeyed_after_the_last_command_is_over(age, rests):
     """One command at 0 s, then stops. It is over two periods of 20 ms after a delay of 0.1 s, so a sample at 0.14 s or
     later shows a robot with the command to rest; now is 0.3 s."""
-    approach = make_approach(1e3, MotorResponse(delay=0.1, lag=0.0), backwards_from=10.0)
+    approach = make_approach(1e3, MotorResponse(delay=0.1, lag=0.0), max_overshoot=10.0)
     assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0
     assert [approach.step(0.0, 0.0, 1.0, TICK) for _ in range(15)] == 15 * [0.0]
-    assert approach.only_stops_obeyed(age) is rests
+    assert approach.obeyed_only_stops(age) is rests
 
 
 def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():

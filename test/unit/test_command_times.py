@@ -10,11 +10,11 @@ PERIOD = 0.02
 
 
 def test_the_first_step_counts_as_one_period_also_after_a_pause():
-    assert all(Pace(2.0).due(now) for now in (0.0, 0.5, 1.5, 100.0))
+    assert all(Pace(2.0).is_due(now) for now in (0.0, 0.5, 1.5, 100.0))
     pace = Pace(0.02)
     for begin in 5.0, 9.0:
-        assert not pace.running
-        assert pace.step(begin) == 0.02 and pace.running
+        assert not pace.is_running
+        assert pace.step(begin) == 0.02 and pace.is_running
         assert pace.step(begin + 0.03) == pytest.approx(0.03)
         pace.restart()
 
@@ -23,15 +23,15 @@ def test_after_a_late_step_the_next_is_due_half_a_period_later():
     pace = Pace(0.1)
     pace.step(0.0)
     pace.step(0.18)
-    assert not pace.due(0.229) and pace.due(0.231)
+    assert not pace.is_due(0.229) and pace.is_due(0.231)
 
 
 def test_a_clock_that_goes_back_gives_a_step_of_zero():
     pace = Pace(0.1)
     pace.step(100.0)
-    assert pace.due(3.0)
+    assert pace.is_due(3.0)
     assert pace.step(3.0) == 0.0
-    assert pace.due(3.11) and not pace.due(3.04)
+    assert pace.is_due(3.11) and not pace.is_due(3.04)
 
 
 def test_a_pace_is_idle_until_the_next_step():
@@ -39,8 +39,8 @@ def test_a_pace_is_idle_until_the_next_step():
     pace.step(5.0)
     woken = 5.0 + pace.idle_for(5.0)
     assert 5.02 < woken < 5.0334
-    assert not pace.due(woken - 0.0001)
-    assert pace.due(woken + 1e-9)       # the sample that has waited meanwhile takes the step
+    assert not pace.is_due(woken - 0.0001)
+    assert pace.is_due(woken + 1e-9)       # the sample that has waited meanwhile takes the step
     assert pace.idle_for(woken) < 1e-9 and pace.idle_for(7.0) == 0.0
     assert pace.idle_for(-100.0) <= 2.0 / 30.0
 
@@ -70,8 +70,8 @@ def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
 def test_nothing_is_under_way_before_the_first_command():
     history = CommandHistory(PERIOD)
     assert history.travel_under_way(0.3) == 0.0
-    assert history.arrived(0.0) == 0.0
-    assert history.only_stops_since(-math.inf)
+    assert history.command_at_motors(0.0) == 0.0
+    assert history.sent_only_stops_since(-math.inf)
     history.advance(PERIOD)
     assert history.unchanged_for == PERIOD
 
@@ -79,7 +79,7 @@ def test_nothing_is_under_way_before_the_first_command():
 @pytest.mark.parametrize('delay, command', [(0.0, 0.3), (0.015, 0.3), (0.03, 0.2), (0.05, 0.1),
                                             (0.07, 0.0)])
 def test_the_arrived_command_was_sent_one_delay_ago(delay, command):
-    assert history_of([0.1, 0.2, 0.3], extra=PERIOD).arrived(delay) == command
+    assert history_of([0.1, 0.2, 0.3], extra=PERIOD).command_at_motors(delay) == command
 
 
 def test_commands_are_forgotten_but_not_their_travel():

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from tb3_labs.config import Config, from_parameters, hint_for, setting
+from tb3_labs.config import Config, from_parameters, spelling_hint, setting
 
 
 @dataclass(frozen=True)
@@ -47,5 +47,5 @@ def test_parameters_make_a_configuration():
 
 
 def test_a_name_that_is_unknown_gets_the_nearest_one():
-    assert hint_for('rat', ['tries', 'rate', 'law']) == 'is rate meant?'
-    assert hint_for('xyz', ['tries', 'rate', 'law']) == 'known: law, rate, tries'
+    assert spelling_hint('rat', ['tries', 'rate', 'law']) == 'is rate meant?'
+    assert spelling_hint('xyz', ['tries', 'rate', 'law']) == 'known: law, rate, tries'

@@ -6,7 +6,7 @@ import pytest
 
 from known_motion import angle_between
 from rollout import control, run
-from tb3_labs.control.commands import MAX_IDLE, LawStep
+from tb3_labs.control.commands import IDLE_SAMPLE_PERIOD, LawStep
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
 from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, accepts_turn, make_turn
@@ -76,7 +76,7 @@ class Desk:
     def tick(self):
         """Returns a list with the present command, or an empty list."""
         output = self.core.tick(self.now, self.now)
-        self.watched = output.watched
+        self.needs_fast_ticks = output.needs_fast_ticks
         self.log_lines += output.log_lines
         return [] if output.command is None else [output.command]
 
@@ -95,7 +95,7 @@ class Desk:
     def told(self, words, warning=False):
         """Was one line with these words logged?"""
         self.tick()
-        return [line.warning for line in self.log_lines if words in line.text] == [warning]
+        return [line.is_warning for line in self.log_lines if words in line.text] == [warning]
 
     def finish(self, left=0.0):
         """End the turn with a robot at rest, and this remaining angle of the law [rad]."""
@@ -112,19 +112,19 @@ def desk():
 def test_the_node_is_watched_in_a_turn_and_while_the_mouse_is_active(desk):
     for _ in range(2):
         desk.tick()
-        assert not desk.watched and desk.core.problem_text(desk.now) == ''
+        assert not desk.needs_fast_ticks and desk.core.problem_text(desk.now) == ''
         desk.law.remaining, desk.law.times, desk.log_lines = 1.0, [], []
         desk.request_turn()
-        assert desk.core.idle_for(desk.now) < MAX_IDLE
+        assert desk.core.idle_for(desk.now) < IDLE_SAMPLE_PERIOD
         desk.run(0.2)
-        assert desk.watched
+        assert desk.needs_fast_ticks
         assert desk.told('Turning 90 degrees') and desk.law.times[0] == 0.1    # from standing
         desk.finish()
         desk.run(5.0)
     for active in (True, False):
         desk.core.on_mouse(Event(MouseState(active, 0.0, 0.0), desk.now))
         desk.tick()
-        assert desk.watched is desk.core.mouse.active is active
+        assert desk.needs_fast_ticks is desk.core.mouse.active is active
 
 
 def test_the_result_has_the_remaining_angle_of_the_law(desk):
@@ -193,7 +193,7 @@ def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
     core = ControllerCore(GivenTurnLaw())
     for k in range(300):
         core.on_turn(Event(90.0, 10.0 + 0.01 * k, 'script'), 10.0 + 0.01 * k)
-    assert [line.warning for line in core.tick(13.0, 13.0).log_lines] == 3 * [True]
+    assert [line.is_warning for line in core.tick(13.0, 13.0).log_lines] == 3 * [True]
     for _ in range(3):         # typed: each is answered
         core.on_typed(Event(90.0, 13.0), 13.0)
     assert len(core.tick(13.0, 13.0).log_lines) == 3

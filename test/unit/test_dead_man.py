@@ -54,14 +54,14 @@ def dead_man():
 def test_one_page_drives_until_the_person_lets_go(dead_man):
     with pytest.raises(ValueError, match='another page drives'):
         dead_man.hold(B, 0, 100.1, 0.0, True)
-    assert not dead_man.let_go(B) and dead_man.page is A
-    assert dead_man.let_go(A) and dead_man.page is None
-    assert dead_man.hold(B, 0, 100.2, 0.0, True) and dead_man.page is B
+    assert not dead_man.let_go(B) and dead_man.driving_page is A
+    assert dead_man.let_go(A) and dead_man.driving_page is None
+    assert dead_man.hold(B, 0, 100.2, 0.0, True) and dead_man.driving_page is B
 
 
 def test_after_a_stop_earlier_acts_of_a_person_are_rejected(dead_man):
     dead_man.stop()
-    assert dead_man.page is None and dead_man.stops == 1
+    assert dead_man.driving_page is None and dead_man.stops == 1
     for known, first, reason in ((0, False, 'stopped'), (0, True, 'stopped'), (None, True, 'stopped'),
                                  (1, False, 'came late')):
         with pytest.raises(ValueError, match=reason):

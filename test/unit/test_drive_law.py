@@ -87,7 +87,7 @@ def test_at_a_goal_within_half_the_tolerance_the_robot_only_turns(distance, ther
         assert step == LawStep(Twist2(), 0.0, True)
     else:
         assert step.remaining == pytest.approx(math.pi / 2.0) and step.command.angular > 0.0
-        assert not step.finished
+        assert not step.is_finished
 
 
 @pytest.mark.parametrize('left, arrived', [(0.0035, False), (0.0015, True), (-0.0003, True),
@@ -98,4 +98,4 @@ def test_move_forward_ends_if_a_stop_now_ends_at_the_goal(left, arrived):
     goal = Pose2(1.0, 0.0, 0.0)
     law = begun(goal)
     step = law.move_forward(at(1.0 - left, 0.0, 0.0, 0.1), goal, law.period)
-    assert step.finished is arrived
+    assert step.is_finished is arrived

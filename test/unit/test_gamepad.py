@@ -108,7 +108,7 @@ def let_pass(controller, since, until):
 
 
 def warned(controller, words):
-    return any(words in line.text and line.warning for line in controller.take('log_lines'))
+    return any(words in line.text and line.is_warning for line in controller.take('log_lines'))
 
 
 A, B, Y, HOLD = 0, 1, 2, 5
@@ -306,7 +306,7 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     pad.run(0.1, plugged=True, sticks=PUSHED)
     assert pad.run(0.31, plugged=False)[-1] is None and pad.holder is NOBODY
     assert pad.run(5.0) == []
-    said, = [line.text for line in pad.controller.take('log_lines') if line.warning]
+    said, = [line.text for line in pad.controller.take('log_lines') if line.is_warning]
     assert said.startswith('No joy for 0.3 s: robot stopped; ')
     assert ('autorepeat_rate' in said) is not repeats
     # back: only after a rest
@@ -342,13 +342,13 @@ def test_a_press_just_after_the_first_message_is_rejected(
 
 
 def test_the_node_is_watched_while_the_pad_drives_or_gives_control(pad):
-    assert not Core().tick(0.0).watched      # nothing was heard
+    assert not Core().tick(0.0).needs_fast_ticks      # nothing was heard
     for sticks, buttons, watched in (
             (REST, (), False), (PUSHED, (), True), (REST, (), False), (REST, (A,), True),
             (PUSHED, (B,), True)):      # the node waits until the sticks rest
         pad.sticks = sticks
         pad.press(*buttons)
-        assert pad.controller.tick(pad.now).watched is watched
+        assert pad.controller.tick(pad.now).needs_fast_ticks is watched
     assert pad.holder is NOBODY
     pad.controller.on_has_control(Event(True, pad.now))
-    assert not pad.controller.tick(pad.now).watched           # another node gave control
+    assert not pad.controller.tick(pad.now).needs_fast_ticks           # another node gave control

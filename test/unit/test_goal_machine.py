@@ -62,7 +62,7 @@ def test_a_canceled_drive_does_not_begin_again():
     machine = GoalMachine(GivenDriveLaw())
     machine.cancel()
     machine.restart()       # without a goal
-    assert (machine.failure, machine.begun, machine.step(STANDING, 0.1)) == ('', False, None)
+    assert (machine.failure, machine.has_begun, machine.step(STANDING, 0.1)) == ('', False, None)
     for reason, after in (('it slipped', ''), ('canceled', 'canceled')):
         machine.set_goal(GOAL)
         machine.cancel() if after else machine.give_up(reason)

@@ -138,7 +138,7 @@ def test_lost_samples_cause_no_false_alarm(settings):
     *[('the floor changes in a turn', {'slip': slip}, [
         (1.5,), (0.7, 0.0, 1.5), {'slip': 0.4 - slip}, (0.7, 0.0, 1.5), False])
       for slip in (0.0, 0.1, 0.4)],
-    ('the turn of the wheels explains an error for 0.13 s, not for WHEEL_MEMORY', {}, [
+    ('the turn of the wheels explains an error for 0.13 s, not for WHEEL_MEMORY_TIME', {}, [
         (1.0, 0.0, 1.5), {'gyro_bias_deg': 28.0}, (0.4,), True]),
     ('a frozen IMU repeats a rate: SensorMonitor finds this fault', {}, [
         (1.0, 0.0, 1.5), {'imu_frozen': True}, (2.0,), False]),

@@ -101,7 +101,7 @@ def test_a_reset_in_motion_is_as_exact_as_at_rest(robot, seed):
     assert_poses(poses, robot, declared, measured_at, metres=1e-4 if robot is CURVING else 1e-9)
     # Place and heading were taken at one and the same instant.
     frame = localizer.frame
-    assert angle_between(frame.imu_yaw_of_x - frame.odom_T_local.yaw, robot.imu_offset) < 1e-7
+    assert angle_between(frame.imu_yaw_at_zero - frame.odom_T_local.yaw, robot.imu_offset) < 1e-7
 
 
 @pytest.mark.parametrize('sample_delay', [0.0135, 0.08])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from story_nodes import Ahead
-from tb3_labs.control.commands import MAX_IDLE
+from tb3_labs.control.commands import IDLE_SAMPLE_PERIOD
 from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, GoalState, is_over, is_stopped)
@@ -59,7 +59,7 @@ class CoreRobot:
         output = self.core.tick(self.now, self.now)
         self.stamped_pose = output.stamped_pose
         self.refused += [line.text for line in output.log_lines
-                         if line.warning and not line.text.startswith('Goal')]
+                         if line.is_warning and not line.text.startswith('Goal')]
         return output
 
     def answers(self, request=None):
@@ -85,7 +85,7 @@ class CoreRobot:
                     OdometrySample(self.now, self.odom_pose, self.tremble, 0.0), self.now)
             output = self.tick()
             self.heard += [(outcome, text) for _, outcome, text in output.answers]
-            if output.command is not None or output.stops_first:
+            if output.command is not None or output.must_stop_first:
                 commands.append(output.command)
         return commands
 
@@ -158,7 +158,7 @@ def test_while_a_reset_waits_every_sample_of_the_imu_is_read():
     assert robot.core.idle_for(robot.now) == 0.0
     robot.imu = True
     robot.run(0.05)
-    assert robot.core.idle_for(robot.now) == MAX_IDLE
+    assert robot.core.idle_for(robot.now) == IDLE_SAMPLE_PERIOD
 
 
 def test_a_reset_in_a_spin_waits_for_samples_of_the_moment_of_its_request(monkeypatch):
@@ -230,8 +230,8 @@ def test_a_tick_returns_a_stop_at_once_and_each_status_once():
                         (lambda: robot.control(True), True), (robot.cancel, False)):
         act()
         output = robot.tick()
-        assert output.command is None and output.stops_first is not drives    # no step is due
-        assert output.watched is drives
+        assert output.command is None and output.must_stop_first is not drives    # no step is due
+        assert output.needs_fast_ticks is drives
     words = [robot.tick().status for _ in range(2)]
     assert output.status.text == 'gave up: canceled' and words == [None, None]
     assert [line.text for line in output.log_lines] == [

@@ -114,7 +114,7 @@ ZERO, HERE, THERE = (0.0, 0.0, 0.0), (2.0, 1.0, 0.5), (2.0, -1.0, 2.5)
     ((0.5, 0.0, 0.0), (0.002, 0.0, -0.02), 2.6, {}, POSE_KEPT, 'zero'),   # the first message of
     ((0.0, 0.0, 2.0), (0.002, 0.0, -0.02), 2.6, {}, POSE_KEPT, 'zero'),   # it is lost
     (HERE, ZERO, 4.0, {'turned': -1.0}, POSE_LOST, 'zero'),               # a board restarts
-    (HERE, ZERO, 2.6, {'driven_at': 9.9}, POSE_LOST, 'zero'),             # told to move before
+    (HERE, ZERO, 2.6, {'commanded_at': 9.9}, POSE_LOST, 'zero'),             # told to move before
     (HERE, (0.0, 0.0, 0.066), 11.7, {}, POSE_LOST, 'zero'),               # it may be carried
     # at 1 rad/s it comes to rest within half a second, and what a robot at rest may turn: 0.6 rad
     *[(HERE, ZERO, 0.6, {'rate': rate, 'turned': 0.5 * rate}, POSE_KEPT, 'zero')
@@ -127,7 +127,7 @@ def test_two_messages_show_a_jump_or_none(before, after, gap, how, outcome, word
     imu_after, steady = imu._replace(yaw=1.0 + turned), Steady()
     steady.take(sample(*before), 10.0, imu)
     at, jump = steady.take(sample(*after, stamp=gap), arrived, imu_after,
-                           how.get('driven_at', -math.inf))
+                           how.get('commanded_at', -math.inf))
     assert (jump and jump.outcome) == outcome
     if jump:
         assert words in jump.text and jump.imu_turn == 0.0

@@ -41,7 +41,7 @@ class PermissionSenders:
                     self.receive(sender, True, renews=True)
             self.permission.update(self.now)
             self.permission.set_sensor_problem(self.sensor_problem)
-            might = might or self.permission.grant_holds
+            might = might or self.permission.has_valid_grant
         return might
 
     def at_once(self, times, sender='pad'):
@@ -56,7 +56,7 @@ class PermissionSenders:
         return self.run(0.25)
 
     def warned(self, words):
-        return any(words in line.text and line.warning for line in self.log_queue.pop_all())
+        return any(words in line.text and line.is_warning for line in self.log_queue.pop_all())
 
 
 @pytest.fixture
@@ -82,7 +82,7 @@ def test_a_grant_holds_after_a_later_renewal(senders, after, granted):
     senders.send('pad', True)
     senders.now += after
     senders.at_once(1)
-    assert senders.permission.grant_holds is granted
+    assert senders.permission.has_valid_grant is granted
 
 
 @pytest.mark.parametrize('silence, revives', [(0.6, True), (1.9, True), (2.2, False)])
@@ -91,7 +91,7 @@ def test_renewals_restore_a_grant_only_after_a_short_silence(senders, silence, r
     senders.run(1.0)
     senders.renewing.clear()
     senders.run(silence)
-    assert not senders.permission.grant_holds
+    assert not senders.permission.has_valid_grant
     senders.renewing.add('pad')
     assert senders.run(5.0) is revives
     assert senders.warned('Control from pad is gone: it was silent for') is not revives
@@ -118,7 +118,7 @@ def test_a_waking_node_ignores_a_true_and_obeys_a_false(senders, word):
     senders.run(1.0)
     senders.now += 5.0
     senders.receive('another hand', word)
-    assert not senders.permission.grant_holds and not senders.run(5.0)
+    assert not senders.permission.has_valid_grant and not senders.run(5.0)
     assert senders.warned('it may have been asked for while this node did not run') is word
     senders.send('a third hand', True)
     assert senders.run(0.25)
@@ -144,7 +144,7 @@ def test_a_grant_is_void_if_the_sensors_stay_silent(senders, was_there, comes_af
     senders.run(comes_after)
     senders.sensor_problem = ''
     senders.run(3.0)
-    assert senders.permission.grant_holds is stands
+    assert senders.permission.has_valid_grant is stands
     told = 'Control from {} is gone: no imu for {} s'.format(
         *('pad', 2) if was_there else ('the start', 20))
     assert senders.warned(told) is not stands
@@ -183,7 +183,7 @@ def test_a_false_from_before_the_node_keeps_the_grant_at_the_start():
     senders = PermissionSenders()
     senders.permission = Permission(True, senders.log_queue)
     senders.receive('pad', False, Age.OLD, renews=True)
-    assert senders.run(1.0) and senders.permission.grant_holds
+    assert senders.run(1.0) and senders.permission.has_valid_grant
     assert senders.log_queue.pop_all() == []
 
 
@@ -197,7 +197,7 @@ def test_a_doubtful_true_is_ignored_and_a_doubtful_false_stops(senders, stands, 
     senders.receive('student', True)      # it repeats itself
     assert senders.run(0.5) is stands
     senders.receive('student', False, age)
-    assert not senders.permission.grant_holds and not senders.run(5.0)
+    assert not senders.permission.has_valid_grant and not senders.run(5.0)
     assert senders.give_anew('student')
 
 
@@ -214,18 +214,18 @@ def test_a_restarted_sender_may_give_a_grant_again(senders):
 
 # How old is a message? ---------------------------------------------------------------------------
 
-HERE = SenderConnection('/a', 'http://a:1', since=100.0)
+HERE = SenderConnection('/a', 'http://a:1', connected_at=100.0)
 
 
 @pytest.mark.parametrize('present, connection, now, age', [
     ([], HERE, 100.1, Age.NEW),                              # rostopic pub -1
     (['/a'], HERE, 101.9, Age.REPEATED),                     # rostopic pub -r 5, which runs from before the start
     (['/a'], HERE, 102.1, Age.NEW),                          # a person types
-    (['/a'], HERE._replace(since=150.0), 151.9, Age.REPEATED),     # connected late
+    (['/a'], HERE._replace(connected_at=150.0), 151.9, Age.REPEATED),     # connected late
     (['/a'], HERE._replace(renews=True, latches=True), 100.4, Age.REPEATED),
     (['/a'], HERE._replace(renews=True, latches=True), 102.1, Age.NEW),
     (['/a'], HERE._replace(latches=True), 100.2, Age.OLD),
-    (['/a'], HERE._replace(since=150.0, latches=True), 150.1, Age.LATCHED),
+    (['/a'], HERE._replace(connected_at=150.0, latches=True), 150.1, Age.LATCHED),
     (['/a'], HERE._replace(latches=True), 160.0, Age.LATCHED)])
 def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, connection, now, age):
     message_ages = MessageAges(present, 100.0)
@@ -241,7 +241,7 @@ def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, conne
 def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, age):
     message_ages = MessageAges([], 100.0)
     message_ages.age_of(HERE, 101.0)
-    assert message_ages.age_of(HERE._replace(since=200.0, **change), now) is age
+    assert message_ages.age_of(HERE._replace(connected_at=200.0, **change), now) is age
 
 
 @pytest.mark.parametrize('stamp, clock, age', [
@@ -252,7 +252,7 @@ def test_a_repeated_stamp_shows_a_repeated_message(stamp, clock, age):
     message_ages.age_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
     message_ages.age_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
     assert message_ages.age_of(HERE, 101.1, stamp, clock) is age
-    assert message_ages.age_of(HERE._replace(since=150.0, latches=True), 151.0, stamp, 10.0) is Age.LATCHED
+    assert message_ages.age_of(HERE._replace(connected_at=150.0, latches=True), 151.0, stamp, 10.0) is Age.LATCHED
 
 
 # A process that slept: this is noticed when it next reads the clock, and once ----------------------

@@ -9,7 +9,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.sample_buffer import SampleBuffer, Track
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, OdometrySample
-from tb3_labs.supervision.timeouts import INTERPOLATED_GAP, Lateness
+from tb3_labs.supervision.timeouts import MAX_INTERPOLATED_GAP, Lateness
 from timed_part import TimedPart
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,
@@ -62,7 +62,8 @@ def restamped(messages, new_stamp):
             for arrival, sample in messages]
 
 
-@pytest.mark.parametrize('gap, known', [(INTERPOLATED_GAP, True), (INTERPOLATED_GAP + 0.01, False), (4.3, False)])
+@pytest.mark.parametrize('gap, known', [
+    (MAX_INTERPOLATED_GAP, True), (MAX_INTERPOLATED_GAP + 0.01, False), (4.3, False)])
 def test_nothing_is_interpolated_over_a_dropout(gap, known):
     track = Track(lambda start, end, fraction: start + fraction * (end - start))
     for time in (-0.1, 0.0, gap):

@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.supervision.sensors_and_stalls import (
-    MAX_RETREAT, MAX_REST, STALL_STEP, STALL_TIME, StallMonitor)
+    MAX_RETREAT, MAX_REST_TIME, STALL_STEP, STALL_TIME, StallMonitor)
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
@@ -38,5 +38,5 @@ def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
 
 def test_a_robot_may_rest_for_a_limited_time():
     progress = StallMonitor()
-    assert after(progress, MAX_REST - DT, 1.0, must_move=False) == ''
+    assert after(progress, MAX_REST_TIME - DT, 1.0, must_move=False) == ''
     assert UNSETTLED in after(progress, 3 * DT, 1.0, must_move=False)

@@ -11,7 +11,7 @@ from tb3_labs.control.turning import SETTLING_TIME, PreciseTurn, Settling
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.localization.sample_timing import SampleTiming, YawNoise
 from tb3_labs.nodes.controller.turns import Heading, TurnConfig, degrees_of
-from tb3_labs.robot.samples import ImuSample, heading_jump
+from tb3_labs.robot.samples import ImuSample, heading_jump_text
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from timed_part import TimedPart
@@ -88,7 +88,7 @@ def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
     """A very small precise turn of a robot at rest; and at each step: was it finished?"""
     turn = PreciseTurn(1.5, 45.0, 0.01, MotorResponse(0.0, 0.0))
     turn.start(0.0, left)
-    return turn, [turn.step(0.0, 0.0, dt, age=age * k, noise=noise).finished for k in range(steps)]
+    return turn, [turn.step(0.0, 0.0, dt, age=age * k, noise=noise).is_finished for k in range(steps)]
 
 
 @pytest.mark.parametrize('noise, left, looks', [
@@ -124,10 +124,10 @@ def test_the_mean_starts_again_after_a_push_or_a_new_goal():
     (0.98, ''), (-0.98, ''), (1.02, '58 degrees'), (-1.02, '58 degrees'), (2.0 * math.pi, '')])
 def test_more_than_a_radian_at_once_is_a_jump(turned, said):
     """A node that does not notice the jump drives on by a wrong heading."""
-    jump = heading_jump(ImuSample(1.0, 3.0, 0.0),
-                        ImuSample(1.1, math.remainder(3.0 + turned, WHOLE_TURN), 0.0))
+    jump = heading_jump_text(ImuSample(1.0, 3.0, 0.0),
+                             ImuSample(1.1, math.remainder(3.0 + turned, WHOLE_TURN), 0.0))
     assert said in jump and bool(said) == bool(jump)
-    assert heading_jump(None, ImuSample(1.1, 3.0, 0.0)) == ''
+    assert heading_jump_text(None, ImuSample(1.1, 3.0, 0.0)) == ''
 
 
 def test_the_heading_at_rest_has_less_noise_than_one_sample():

@@ -37,25 +37,25 @@ class ApproachConfig:
     period: float
     #: Greatest acceleration [1/s^2] of the command.
     acceleration: float
-    #: Deceleration of the braking profile [1/s^2]. `braking` is less than `acceleration`, so that
-    #: the robot can follow the profile in spite of disturbances.
-    braking: float
+    #: Deceleration [1/s^2] of the braking profile. It is less than the acceleration, so that the
+    #: robot can follow the profile in spite of disturbances.
+    deceleration: float
     #: Near the goal, the speed is this gain [1/s] times the predicted remaining way.
     gain: float
     #: The lowest speed of a motion, since a slower robot would take too long to arrive.
-    slowest: float
+    min_speed: float
     #: The command is 0 if the predicted remaining way is shorter than this. Without this limit, the
     #: robot would move to and fro about the goal at the lowest speed.
-    close_enough: float
-    #: For a nudge, `close_enough` is at least this.
+    dead_band: float
+    #: For a nudge, `dead_band` is at least this.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would stop farther than this beyond the goal.
-    backwards_from: float = 0.0
+    max_overshoot: float = 0.0
     #: A nudge lasts at least this time [s], so that a stop does not replace the nudge too early.
     nudge_time: float = 0.0
     #: Does the sensor measure the speed at one instant, as a gyro does? The odometry sends the mean
     #: speed of a control period, which is too high while the robot brakes.
-    speed_is_prompt: bool = False
+    measures_instant_speed: bool = False
 
 
 def braking_speed(distance: float, deceleration: float, gain: float) -> float:
@@ -90,7 +90,7 @@ class Approach:
         self._direction = 0.0        # sign of the latest motion; 0 before the first motion
         self._reversals = 0          # number of reversals so far
         self._has_stopped = False    # was a stop commanded after the first motion?
-        self._identification = Identification(self._response, self._config.speed_is_prompt)
+        self._identification = Identification(self._response, self._config.measures_instant_speed)
         self._begin(math.nan, 0.0)    # the first step replaces these values
 
     def move_goal(self, change: float) -> None:
@@ -98,15 +98,15 @@ class Approach:
         self._start_remaining += change
         self.predicted_remaining.shift(change)
 
-    def only_stops_obeyed(self, age: float) -> bool:
+    def obeyed_only_stops(self, age: float) -> bool:
         """In the last `age` [s], did the robot obey only commands to stop?"""
         history = self._history
-        return history.only_stops_since(
+        return history.sent_only_stops_since(
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
-    def step(self, remaining: float, speed: float, fastest: float, dt: float,
+    def step(self, remaining: float, speed: float, max_speed: float, dt: float,
              noise: float = 0.0, age: float = 0.0) -> float:
-        """Returns the speed to command, at most `fastest`.
+        """Returns the speed to command, at most `max_speed`.
 
         `remaining` and `speed` were measured `age` [s] ago. `noise` is the standard deviation of
         `remaining`. The previous step was `dt` [s] ago.
@@ -118,21 +118,21 @@ class Approach:
             dt = self._config.period
             self._begin(remaining, speed)
         self._identification.update(
-            self._history, self._start_remaining - remaining, speed, fastest, age)
+            self._history, self._start_remaining - remaining, speed, max_speed, age)
         self._motor_speed = self._speed_of_motors(speed, dt)
         if self._now - age > self._measured_at + SAME_SAMPLE_TIME:
             self._measured_at = self._now - age
             self.predicted_remaining.add(self._prediction(remaining, age), noise)
-        latest = self._history.command
-        if self._direction and not latest:
+        latest_command = self._history.command
+        if self._direction and not latest_command:
             self._has_stopped = True
-        wanted = self._speed_to_zero(fastest)
-        if wanted:
-            self._remember_direction(wanted)
-        elif self._must_hold_nudge():
-            wanted = latest
+        command = self._speed_of_profile(max_speed)
+        if command:
+            self._remember_direction(command)
+        elif self._has_stopped and self._history.unchanged_for < self._config.nudge_time:
+            command = latest_command
         change = self._config.acceleration * dt
-        self._history.send(clamp(wanted, latest - change, latest + change))
+        self._history.send(clamp(command, latest_command - change, latest_command + change))
         return self._history.command
 
     def _begin(self, remaining: float, speed: float) -> None:
@@ -143,44 +143,41 @@ class Approach:
 
     def _advance(self, speed: float, dt: float) -> None:
         history = self._history
-        before = history.commanded_travel(history.period_start)
+        travel_before = history.commanded_travel(history.period_start)
         history.advance(dt)
-        travel = history.commanded_travel(history.period_start) - before
+        travel = history.commanded_travel(history.period_start) - travel_before
         fastest = max(abs(speed), abs(history.command))
         self.predicted_remaining.shift(-self._identification.estimate.gain * travel,
                                        TIME_DEVIATION * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
-        if self._config.speed_is_prompt:
+        if self._config.measures_instant_speed:
             return speed
         estimate = self._identification.estimate
         return first_order_response(
-            self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
+            self._motor_speed, self._history.command_at_motors(estimate.delay), estimate.lag, dt)
 
     def _prediction(self, remaining: float, age: float) -> float:
         estimate = self._identification.estimate
         under_way = self._history.travel_under_way(estimate.delay + age)
         return remaining - self._motor_speed * estimate.lag - estimate.gain * under_way
 
-    def _speed_to_zero(self, fastest: float) -> float:
+    def _speed_of_profile(self, max_speed: float) -> float:
         config = self._config
         distance = self.predicted_remaining.value
-        dead_band = config.close_enough
+        dead_band = config.dead_band
         gain_divisor = 1.0 + self._reversals
         if self._has_stopped:
             dead_band = max(dead_band, config.nudge_dead_band)
             gain_divisor += NUDGE_GAIN_DIVISOR
-        near = self.predicted_remaining.uncertainty + dead_band
-        is_before_goal = distance > near
-        is_beyond_goal = distance < -max(near, config.backwards_from)
+        margin = self.predicted_remaining.uncertainty + dead_band
+        is_before_goal = distance > margin
+        is_beyond_goal = distance < -max(margin, config.max_overshoot)
         if not is_before_goal and not is_beyond_goal:
             return 0.0
-        speed = braking_speed(abs(distance), config.braking, config.gain / gain_divisor)
-        speed = clamp(speed, min(config.slowest, fastest), fastest)
+        speed = braking_speed(abs(distance), config.deceleration, config.gain / gain_divisor)
+        speed = clamp(speed, min(config.min_speed, max_speed), max_speed)
         return math.copysign(speed, distance)
-
-    def _must_hold_nudge(self) -> bool:
-        return self._has_stopped and self._history.unchanged_for < self._config.nudge_time
 
     def _remember_direction(self, velocity: float) -> None:
         """Count reversals. Many reversals show that the robot differs from its model."""

@@ -20,13 +20,13 @@ from tb3_labs.robot.turtlebot3 import Twist2
 #: Until a new command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
 #: A node that does not drive reads a sample after each period of this length [s].
-MAX_IDLE = 0.036
+IDLE_SAMPLE_PERIOD = 0.036
 #: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
 STANDARD_ERRORS = 2.0
 #: A sample contradicts an estimate if they differ by more than this number of standard deviations.
 CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this time [s], which is longer than any delay and any sample's age.
-COMMAND_MEMORY = 1.4
+COMMAND_MEMORY_TIME = 1.4
 #: A smaller lag [s] is replaced by this lag, to avoid a division by zero.
 MIN_LAG = 1e-6
 
@@ -36,7 +36,7 @@ class LawStep(NamedTuple):
 
     command: Twist2
     remaining: float         # remaining way [m or rad]
-    finished: bool           # has the robot reached the goal of the law?
+    is_finished: bool        # has the robot reached the goal of the law?
 
 
 class Pace:
@@ -48,11 +48,11 @@ class Pace:
         self._last: Optional[float] = None
 
     @property
-    def running(self) -> bool:
+    def is_running(self) -> bool:
         """Was a step taken since the last restart?"""
         return self._last is not None
 
-    def due(self, now: float) -> bool:
+    def is_due(self, now: float) -> bool:
         """Is it time for the next step?"""
         clock_went_back = now < self._next - 2.0 * self._period
         return now >= self._next or clock_went_back
@@ -94,7 +94,7 @@ class CommandHistory:
     def __init__(self, period: float) -> None:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
-        self._sent = deque([_SentCommand(-COMMAND_MEMORY, 0.0, 0.0)])
+        self._sent = deque([_SentCommand(-COMMAND_MEMORY_TIME, 0.0, 0.0)])
         self.now = 0.0        # time [s] since the start
         #: Start [s] of the period in which the robot obeys a command that is sent now.
         self.period_start = 0.0
@@ -121,7 +121,7 @@ class CommandHistory:
         self.command = command
         travel = self.commanded_travel(self.period_start)
         self._sent.append(_SentCommand(self.period_start, command, travel))
-        while self._sent[1].start < self.now - COMMAND_MEMORY:
+        while self._sent[1].start < self.now - COMMAND_MEMORY_TIME:
             self._sent.popleft()
 
     def commanded_travel(self, until: float) -> float:
@@ -134,11 +134,11 @@ class CommandHistory:
         since = min(self.now - delay, self.period_start)
         return self.commanded_travel(self.period_start) - self.commanded_travel(since)
 
-    def arrived(self, delay: float) -> float:
+    def command_at_motors(self, delay: float) -> float:
         """Returns the command that reaches the motors now; 0 before the first command."""
         return self._command_at(self.now - delay).command
 
-    def only_stops_since(self, time: float) -> bool:
+    def sent_only_stops_since(self, time: float) -> bool:
         """Have all commands been stops since `time` [s]?"""
         return not any(sent.command for sent in self._sent if sent.start >= time)
 
@@ -178,14 +178,14 @@ class Estimate:
 
         A sample replaces the estimate if it contradicts the estimate, or has no noise.
         """
-        spread = noise * noise
-        largest_surprise = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + spread)
-        agrees = abs(sample - self.value) <= largest_surprise
-        have_noise = spread > 0.0 and math.isfinite(self._variance)
+        noise_variance = noise * noise
+        max_difference = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + noise_variance)
+        agrees = abs(sample - self.value) <= max_difference
+        have_noise = noise_variance > 0.0 and math.isfinite(self._variance)
         if not (agrees and have_noise):
             self.value = sample
-            self._variance = spread
+            self._variance = noise_variance
             return
-        share = self._variance / (self._variance + spread)
-        self.value += share * (sample - self.value)
-        self._variance = share * spread
+        weight = self._variance / (self._variance + noise_variance)
+        self.value += weight * (sample - self.value)
+        self._variance = weight * noise_variance

@@ -14,7 +14,7 @@ from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import MAX_ANG_Z
-from tb3_labs.robot.samples import REST_LINEAR, Motion
+from tb3_labs.robot.samples import MAX_REST_SPEED, Motion
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
 #: The robot backs up if it would stop farther beyond the goal than this share of the tolerance.
@@ -78,8 +78,8 @@ class DriveLaw:
         self._backup_distance = BACKUP_SHARE * config.distance_tolerance
         self._driving = Approach(ApproachConfig(
             period=self.period, acceleration=config.linear_acceleration,
-            braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015,
-            close_enough=0.0005, backwards_from=self._backup_distance, nudge_time=self.period),
+            deceleration=0.2 * config.linear_acceleration, gain=15.0, min_speed=0.015,
+            dead_band=self.STOP_AHEAD, max_overshoot=self._backup_distance, nudge_time=self.period),
             response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
@@ -97,10 +97,10 @@ class DriveLaw:
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn until the robot's heading is nearly along the line."""
         if self._is_at_goal:
-            return LawStep(Twist2(), remaining=0.0, finished=True)
+            return LawStep(Twist2(), remaining=0.0, is_finished=True)
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining,
-                          finished=abs(turn.remaining) < self.FACING_ANGLE)
+                          is_finished=abs(turn.remaining) < self.FACING_ANGLE)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line, until a command to stop would bring the robot to rest at the goal.
@@ -116,7 +116,7 @@ class DriveLaw:
         to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD)
         self._turning.aim(self._heading_along(wrap(self._line + to_line)))
         return self._step(speed, self._turn(motion, dt), ahead,
-                          finished=self._is_at_goal or self._has_arrived(motion.linear))
+                          is_finished=self._is_at_goal or self._has_arrived(motion.linear))
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading, until the robot rests inside the tolerance."""
@@ -124,7 +124,7 @@ class DriveLaw:
             self._final_turn_begun = True
             self._begin_turn(motion.pose, goal.yaw)
         turn = self._turn(motion, dt)
-        return self._step(0.0, turn, turn.remaining, turn.finished)
+        return self._step(0.0, turn, turn.remaining, turn.is_finished)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
         """Returns a text with the distance to the goal; '' if it is inside the tolerance."""
@@ -136,10 +136,10 @@ class DriveLaw:
 
     def _has_arrived(self, linear: float) -> bool:
         remaining = self._driving.predicted_remaining.value
-        farthest = self._backup_distance
-        if abs(linear) > REST_LINEAR:    # a moving robot may stop later than predicted
-            farthest = self.OVERSHOOT_SHARE * self.distance_tolerance
-        return -farthest <= remaining <= self.STOP_AHEAD
+        max_overshoot = self._backup_distance
+        if abs(linear) > MAX_REST_SPEED:    # a moving robot may stop later than predicted
+            max_overshoot = self.OVERSHOOT_SHARE * self.distance_tolerance
+        return -max_overshoot <= remaining <= self.STOP_AHEAD
 
     def _heading_along(self, direction: float) -> float:
         return wrap(direction + math.pi) if self._reverse else direction
@@ -148,10 +148,11 @@ class DriveLaw:
         self._turning.start(pose.yaw, difference(goal_yaw, pose.yaw))
 
     def _turn(self, motion: Motion, dt: float) -> LawStep:
-        measured = motion.pose.yaw - motion.extrapolated_turn
-        return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
+        measured_yaw = motion.pose.yaw - motion.extrapolated_turn
+        return self._turning.step(
+            measured_yaw, motion.angular, dt, age=motion.imu_age, noise=motion.yaw_noise)
 
-    def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool) -> LawStep:
-        both = Twist2(linear, turn.command.angular)
-        return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
-                       remaining, finished)
+    def _step(self, linear: float, turn: LawStep, remaining: float, is_finished: bool) -> LawStep:
+        command = saturate(Twist2(linear, turn.command.angular), self._max_linear,
+                           self._max_angular, self._model)
+        return LawStep(command, remaining, is_finished)

@@ -22,7 +22,7 @@ from tb3_labs.supervision.sensors_and_stalls import StallMonitor
 
 #: A drive that ends outside its tolerance, for instance because the network stalled, is started
 #: again at most this number of times.
-MORE_TRIES = 2
+MAX_RETRIES = 2
 
 
 class GoalMachine:
@@ -33,31 +33,31 @@ class GoalMachine:
         self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED
         self.failure = ''         # the reason why the drive was given up, or ''
-        self.begun = False        # was a motion to this goal commanded?
-        self.canceled = False     # did a person or program cancel the drive?
+        self.has_begun = False    # was a motion to this goal commanded?
+        self.is_canceled = False  # did a person or program cancel the drive?
         self.attempt = 0          # number of drives so far; a goal or a restart begins a drive
-        self._tries_left = 0
+        self._retries_left = 0
         self._law_is_started = False
         self._stalls: Dict[GoalState, StallMonitor] = defaultdict(StallMonitor)
         self._settling = Settling()
         self._time = 0.0             # sum [s] of all `dt`
 
     @property
-    def active(self) -> bool:
+    def is_active(self) -> bool:
         return self.state is not GoalState.GOAL_REACHED and not self.failure
 
     def set_goal(self, goal: Pose2) -> None:
         self.goal = goal
-        self.canceled = False
+        self.is_canceled = False
         self.restart()
 
     def restart(self) -> None:
         """Begin the drive to the goal again, unless the drive was canceled."""
-        if self.goal is not None and not self.canceled:
+        if self.goal is not None and not self.is_canceled:
             self.failure = ''
-            self.begun = False
+            self.has_begun = False
             self.attempt += 1
-            self._tries_left = MORE_TRIES
+            self._retries_left = MAX_RETRIES
             self._begin()
 
     def interrupt(self) -> None:
@@ -71,7 +71,7 @@ class GoalMachine:
     def cancel(self) -> None:
         """End the drive. The next drive needs a new goal."""
         if self.goal is not None:
-            self.canceled = True
+            self.is_canceled = True
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
@@ -84,12 +84,12 @@ class GoalMachine:
 
     def _command(self, motion: Motion, rests: bool, dt: float) -> Optional[Twist2]:
         goal = self.goal
-        if goal is None or not self.active:
+        if goal is None or not self.is_active:
             return None
         if not self._law_is_started:
             self._start_law(motion.pose, goal)
         step = self._law_step(motion, goal, dt)
-        if step.finished:
+        if step.is_finished:
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
             self._finish_state(motion.pose, goal)
@@ -101,7 +101,7 @@ class GoalMachine:
     def _start_law(self, pose: Pose2, goal: Pose2) -> None:
         for stall in self._stalls.values():
             stall.resume()
-        self.begun = True
+        self.has_begun = True
         self._law_is_started = True
         self.state = GoalState.ROTATE_TO_GOAL
         self.law.start(pose, goal)
@@ -128,8 +128,8 @@ class GoalMachine:
             shortfall = self.law.shortfall(pose, goal)
             if not shortfall:
                 self.state = GoalState.GOAL_REACHED
-            elif self._tries_left:
-                self._tries_left -= 1
+            elif self._retries_left:
+                self._retries_left -= 1
                 self._begin()
             else:
                 self.failure = shortfall

@@ -68,11 +68,11 @@ LEARNING_WEIGHT = 0.1
 #: Each measurement of the delay has at least this weight in the mean delay.
 MIN_LEARNING_WEIGHT = 0.01
 #: A steady speed differs from the command by less than this share of the command.
-CRUISE_DEVIATION = 0.08
+MAX_STEADY_DEVIATION = 0.08
 #: A speed is steady only if the command did not change for this time [s].
-CRUISE_TIME = 0.12
+MIN_STEADY_TIME = 0.12
 #: Samples are used if the command is at least this share of the fastest speed.
-MIN_CRUISE_SHARE = 0.5
+MIN_COMMAND_SHARE = 0.5
 #: Samples are used until this time [s] after the start.
 LEARNING_TIME = 1.5
 #: A robot that is faster than this [rad/s or m/s] has begun to move.
@@ -83,7 +83,7 @@ SPEEDING_UP_SHARES = 0.1, 1.5
 #: limit, a turn by 0.2 degrees with a noisy gyro takes up to 3.5 s in place of 0.75 s.
 MIN_FIRST_COMMAND = 0.2
 #: If the first sample shows more than this share of the commanded speed, the lag is 0.
-PROMPT_SHARE = 0.98
+NO_LAG_SHARE = 0.98
 
 
 class MotorResponse:
@@ -130,7 +130,7 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
     speed_share = speed / steady_speed
     motion_time = travelled / steady_speed
     lag = 0.0
-    if speed_share <= PROMPT_SHARE:
+    if speed_share <= NO_LAG_SHARE:
         lag = motion_time / (-math.log1p(-speed_share) - speed_share)
     if not 0.0 <= lag <= MAX_LAG:
         return None
@@ -140,17 +140,17 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
 class Identification:
     """Identifies delay, lag and gain during one approach."""
 
-    def __init__(self, response: MotorResponse, speed_is_prompt: bool) -> None:
+    def __init__(self, response: MotorResponse, measures_instant_speed: bool) -> None:
         """`response` has the values of earlier approaches, and learns from this approach. For
-        `speed_is_prompt`, see ApproachConfig."""
+        `measures_instant_speed`, see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = copy(response)
         self._learned = response                # the response that all approaches share
         self._linearized_at = copy(response)    # the equations give differences from these values
-        self._speed_is_prompt = speed_is_prompt
+        self._measures_instant_speed = measures_instant_speed
         self._from_rest = False          # was the robot at rest at the start?
         self._start_observed = False     # did a sample show that the robot speeds up?
-        lag_deviation = FIRST_LAG_DEVIATION if speed_is_prompt else FIXED_LAG_DEVIATION
+        lag_deviation = FIRST_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
         deviations = np.array([FIRST_GAIN_DEVIATION, FIRST_DELAY_DEVIATION, lag_deviation])
         self._normal_matrix = np.diag(deviations ** -2.0)
         self._normal_vector = np.zeros(3)
@@ -161,26 +161,26 @@ class Identification:
         self._from_rest = abs(speed) <= ONSET_SPEED
 
     def update(self, history: CommandHistory, travelled: float, speed: float,
-               fastest: float, age: float = 0.0) -> None:
+               max_speed: float, age: float = 0.0) -> None:
         """Take in the travel since the start and the `speed`, which were measured `age` [s] ago."""
         if age > STALL_AGE:
             self._from_rest = False    # a slow network may delay commands, too
         if not self._from_rest:
             return
-        starts = not self._start_observed and abs(speed) > ONSET_SPEED
-        if self._speed_is_prompt and starts:
+        is_first_motion = not self._start_observed and abs(speed) > ONSET_SPEED
+        if self._measures_instant_speed and is_first_motion:
             self._identify_at_start(history, travelled, speed, age)
         command = history.command
-        if abs(command) < MIN_CRUISE_SHARE * fastest or history.now > LEARNING_TIME:
+        if abs(command) < MIN_COMMAND_SHARE * max_speed or history.now > LEARNING_TIME:
             return
-        cruises = (history.unchanged_for > CRUISE_TIME
-                   and abs(speed - command) < CRUISE_DEVIATION * abs(command))
-        least, most = SPEEDING_UP_SHARES
-        command_arrived = history.unchanged_for > self.estimate.delay + age
-        speeds_up = self._start_observed and command_arrived and least < speed / command < most
-        if cruises or speeds_up:
-            self._solve(history, travelled, speed, fastest, age)
-        if cruises:
+        is_steady = (history.unchanged_for > MIN_STEADY_TIME
+                     and abs(speed - command) < MAX_STEADY_DEVIATION * abs(command))
+        min_share, max_share = SPEEDING_UP_SHARES
+        has_arrived = history.unchanged_for > self.estimate.delay + age    # the latest command
+        speeds_up = min_share < speed / command < max_share
+        if is_steady or (self._start_observed and has_arrived and speeds_up):
+            self._solve(history, travelled, speed, max_speed, age)
+        if is_steady:
             self._learned.learn(self.estimate)
 
     def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
@@ -192,13 +192,14 @@ class Identification:
             self._linearized_at.delay, self._linearized_at.lag = observed
             self.estimate = copy(self._linearized_at)
 
-    def _solve(self, history: CommandHistory, travelled: float, speed: float, fastest: float,
+    def _solve(self, history: CommandHistory, travelled: float, speed: float, max_speed: float,
                age: float) -> None:
         start = self._linearized_at
-        arrived = history.commanded_travel(history.now) - history.command * (start.delay + age)
-        row = np.array([arrived, -start.gain * history.command, -speed])
-        residual = travelled - (start.gain * arrived - start.lag * speed)
-        weight = (TIME_DEVIATION * fastest) ** -2.0
+        travel_under_way = history.command * (start.delay + age)
+        obeyed_travel = history.commanded_travel(history.now) - travel_under_way
+        row = np.array([obeyed_travel, -start.gain * history.command, -speed])
+        residual = travelled - (start.gain * obeyed_travel - start.lag * speed)
+        weight = (TIME_DEVIATION * max_speed) ** -2.0
         self._normal_matrix += weight * np.outer(row, row)
         self._normal_vector += weight * residual * row
         changes = np.linalg.solve(self._normal_matrix, self._normal_vector)

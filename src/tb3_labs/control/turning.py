@@ -26,22 +26,22 @@ class Settling:
     def __init__(self) -> None:
         #: Time of the first sample at rest [s]; None while the robot moves.
         self.rest_began_at: Optional[float] = None
-        self._last = 0.0      # time [s] of the latest sample
+        self._measured_at = 0.0    # time [s] of the latest sample
 
-    def update(self, at_rest: bool, measured_at: float) -> None:
-        """Take in the latest sample. `at_rest`: does this sample show a robot at rest?"""
-        if not at_rest:
+    def update(self, rests: bool, measured_at: float) -> None:
+        """Take in the latest sample. `rests`: does this sample show a robot at rest?"""
+        if not rests:
             self.rest_began_at = None
         elif self.rest_began_at is None or measured_at < self.rest_began_at:
             self.rest_began_at = measured_at
-        self._last = measured_at
+        self._measured_at = measured_at
 
     @property
     def rested_for(self) -> float:
         """Time [s] from the first to the latest sample at rest; 0 while the robot moves."""
         if self.rest_began_at is None:
             return 0.0
-        return self._last - self.rest_began_at
+        return self._measured_at - self.rest_began_at
 
     @property
     def has_settled(self) -> bool:
@@ -59,16 +59,16 @@ class PreciseTurn:
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     KNOWN_WELL_SHARE = 0.35
 
-    def __init__(self, fastest: float, acceleration: float, tolerance: float,
+    def __init__(self, max_rate: float, acceleration: float, tolerance: float,
                  response: MotorResponse) -> None:
-        """`response` has the known delay and lag of the robot. The limits are `fastest` [rad/s],
+        """`response` has the known delay and lag of the robot. The limits are `max_rate` [rad/s],
         `acceleration` [rad/s^2] and `tolerance` [rad]."""
-        self._fastest = fastest
+        self._max_rate = max_rate
         self._tolerance = tolerance
         self._approach = Approach(ApproachConfig(
-            period=self.period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-            slowest=0.02, close_enough=0.0007, nudge_dead_band=0.5 * tolerance,
-            nudge_time=self.period, speed_is_prompt=True), response)
+            period=self.period, acceleration=acceleration, deceleration=0.25 * acceleration,
+            gain=24.0, min_speed=0.02, dead_band=0.0007, nudge_dead_band=0.5 * tolerance,
+            nudge_time=self.period, measures_instant_speed=True), response)
         self.start(0.0, 0.0)
 
     def start(self, yaw: float, angle: float) -> None:
@@ -100,13 +100,13 @@ class PreciseTurn:
         """
         self._time += dt
         self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
-        command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
-        rests = is_at_rest(0.0, rate) and self._approach.only_stops_obeyed(age)
+        command = self._approach.step(self.remaining, rate, self._max_rate, dt, noise, age)
+        rests = is_at_rest(0.0, rate) and self._approach.obeyed_only_stops(age)
         self._settling.update(rests, self._time - age)
         if rests:
             self.remaining = self._approach.predicted_remaining.value
         return LawStep(Twist2(0.0, command), self.remaining,
-                       finished=self._settling.has_settled and self._is_inside_tolerance())
+                       is_finished=self._settling.has_settled and self._is_inside_tolerance())
 
     def _is_inside_tolerance(self) -> bool:
         uncertainty = self._approach.predicted_remaining.uncertainty

@@ -26,10 +26,10 @@ from typing import Deque, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.localization.sample_timing import SMALL_STEP, TimedSample
-from tb3_labs.robot.samples import REST_ANGULAR, WheelSample
+from tb3_labs.robot.samples import MAX_REST_TURN_RATE, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.timeouts import (
-    GYRO_GAP, INTERPOLATED_GAP, MEAN_ONLY_GAP, RESUME_TIME)
+    MAX_GYRO_GAP, MAX_INTERPOLATED_GAP, MAX_WHEEL_GAP, RESUME_TIME)
 
 #: The gyro may show a turn up to this time [s] later than the wheels.
 MAX_GYRO_LAG = 0.13
@@ -38,15 +38,15 @@ MAX_GYRO_LEAD = 0.04
 #: On a carpet, up to this share of the wheels' turn is slip.
 MAX_SLIP_SHARE = 0.45
 #: Uneven wheels change the rate of turn by up to this share of _WheelTurn.rate_of_one_wheel.
-UNEVEN_SHARE = 0.1
+MAX_UNEVEN_SHARE = 0.1
 #: A healthy gyro drifts by up to this rate [rad/s].
-GYRO_DRIFT = 0.02
+MAX_GYRO_DRIFT = 0.02
 #: If an unexplained turn [rad] is larger than this, the gyro contradicts the wheels.
 MAX_UNEXPLAINED_TURN = 0.015
 #: A contradiction is over when the wheels have rested, and the gyro has agreed, for this time [s].
 AGREEMENT_TIME = 1.0
 #: Turns of the wheels are remembered for this time [s].
-WHEEL_MEMORY = 0.6
+WHEEL_MEMORY_TIME = 0.6
 #: The text for the user, to which the robot's model and its reset topic are added.
 GYRO_CONTRADICTION = (
     'the gyro contradicts the wheels (calibrated while the robot moved? carried? not a {}?): let '
@@ -83,12 +83,12 @@ class _Comparison:
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
         """Returns the turns of the wheels that `reading` may show; None if a turn is unknown."""
-        first, last = reading.begin - MAX_GYRO_LAG, reading.end + MAX_GYRO_LEAD
-        turns = [turn for turn in self.turns if turn.end > first and turn.begin < last]
-        if not turns or turns[0].begin > first:    # `turns` is sorted by time
+        begin, end = reading.begin - MAX_GYRO_LAG, reading.end + MAX_GYRO_LEAD
+        turns = [turn for turn in self.turns if turn.end > begin and turn.begin < end]
+        if not turns or turns[0].begin > begin:    # `turns` is sorted by time
             return None
         for turn in turns:
-            if turn.rate_of_one_wheel and turn.end - turn.begin > MEAN_ONLY_GAP:
+            if turn.rate_of_one_wheel and turn.end - turn.begin > MAX_WHEEL_GAP:
                 return None
         return turns
 
@@ -97,7 +97,7 @@ def _plausible_rates(turns: List[_WheelTurn]) -> Tuple[float, float]:
     """Returns the lowest and the highest rate [rad/s] of a healthy gyro during `turns`."""
     rates = [turn.rate for turn in turns]
     rates += [(1.0 - MAX_SLIP_SHARE) * rate for rate in rates]
-    margin = GYRO_DRIFT + UNEVEN_SHARE * max(turn.rate_of_one_wheel for turn in turns)
+    margin = MAX_GYRO_DRIFT + MAX_UNEVEN_SHARE * max(turn.rate_of_one_wheel for turn in turns)
     return min(rates) - margin, max(rates) + margin
 
 
@@ -122,24 +122,24 @@ class GyroMonitor:
             self._rested_for = self._uncompared_for = 0.0
         elif self._uncompared_for < AGREEMENT_TIME:
             self._uncompared_for += timed.silence
-        sample, last = timed.sample, timed.previous_sample
+        sample, previous = timed.sample, timed.previous_sample
         if timed.stamp_interval < -SMALL_STEP:
             self._comparison = _Comparison()
         readings = self._comparison.readings
-        if 0.0 < timed.stamp_interval <= GYRO_GAP:
-            is_repeated = sample._replace(stamp=last.stamp) == last
-            readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate, is_repeated))
-        if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
+        if 0.0 < timed.stamp_interval <= MAX_GYRO_GAP:
+            is_repeated = (sample.yaw, sample.yaw_rate) == (previous.yaw, previous.yaw_rate)
+            readings.append(_GyroRate(previous.stamp, sample.stamp, previous.yaw_rate, is_repeated))
+        if readings and readings[0].end < sample.stamp - WHEEL_MEMORY_TIME:
             readings.popleft()    # no samples of the wheels arrive, so nothing is compared
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._sends_wheels = True
-        last = self._comparison.wheels
-        interval = 0.0 if last is None else sample.stamp - last.stamp
-        if interval < -SMALL_STEP or interval > INTERPOLATED_GAP:
+        previous = self._comparison.wheels
+        interval = sample.stamp - previous.stamp if previous else 0.0
+        if interval < -SMALL_STEP or interval > MAX_INTERPOLATED_GAP:
             self._comparison = _Comparison()
-        elif last is not None and interval > 0.0:
-            self._add_turn(last, sample)
+        elif previous is not None and interval > 0.0:
+            self._add_turn(previous, sample)
         self._comparison.wheels = sample
         readings = self._comparison.readings
         while readings and readings[0].end + MAX_GYRO_LEAD <= sample.stamp:
@@ -155,14 +155,14 @@ class GyroMonitor:
         waited_for = max(self._rested_for, self._uncompared_for)
         return self._sends_wheels and waited_for < AGREEMENT_TIME
 
-    def _add_turn(self, last: WheelSample, sample: WheelSample) -> None:
-        begin, end = last.stamp, sample.stamp
-        left, right = sample.left - last.left, sample.right - last.right
-        per_track = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
+    def _add_turn(self, previous: WheelSample, sample: WheelSample) -> None:
+        begin, end = previous.stamp, sample.stamp
+        left, right = sample.left - previous.left, sample.right - previous.right
+        rate_of_radian = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
         turns = self._comparison.turns
-        turns.append(_WheelTurn(begin, end, rate=(right - left) * per_track,
-                                rate_of_one_wheel=max(abs(left), abs(right)) * per_track))
-        while turns[0].end < end - WHEEL_MEMORY:
+        turns.append(_WheelTurn(begin, end, rate=(right - left) * rate_of_radian,
+                                rate_of_one_wheel=max(abs(left), abs(right)) * rate_of_radian))
+        while turns[0].end < end - WHEEL_MEMORY_TIME:
             turns.popleft()
 
     def _compare_with_wheels(self, reading: _GyroRate) -> None:
@@ -174,23 +174,20 @@ class GyroMonitor:
         if self._uncompared_for < AGREEMENT_TIME:    # a wait that has ended does not begin again
             self._uncompared_for = 0.0
         seconds = reading.end - reading.begin
-        wheels_rest = max(turn.rate_of_one_wheel for turn in turns) < REST_ANGULAR
+        wheels_rest = max(turn.rate_of_one_wheel for turn in turns) < MAX_REST_TURN_RATE
         if wheels_rest:
             self._rested_for += seconds
-        nearest = clamp(reading.rate, *_plausible_rates(turns))
-        is_slow = abs(reading.rate) < REST_ANGULAR
-        shows_rest = is_slow and abs(reading.rate) < abs(nearest)    # although the wheels turn
-        if shows_rest or reading.rate == nearest:
+        lowest_rate, highest_rate = _plausible_rates(turns)
+        nearest_rate = clamp(reading.rate, lowest_rate, highest_rate)
+        is_slow = abs(reading.rate) < MAX_REST_TURN_RATE
+        shows_rest = is_slow and abs(reading.rate) < abs(nearest_rate)    # although the wheels turn
+        if shows_rest or reading.rate == nearest_rate:
             self._agree(seconds, wheels_rest)
         elif not reading.is_repeated:
-            self._disagree((reading.rate - nearest) * seconds)
-
-    def _disagree(self, unexplained: float) -> None:
-        comparison = self._comparison
-        comparison.agreed_for = 0.0
-        comparison.unexplained += unexplained
-        if abs(comparison.unexplained) > MAX_UNEXPLAINED_TURN:
-            self._contradicts = True
+            comparison.agreed_for = 0.0
+            comparison.unexplained += (reading.rate - nearest_rate) * seconds
+            if abs(comparison.unexplained) > MAX_UNEXPLAINED_TURN:
+                self._contradicts = True
 
     def _agree(self, seconds: float, wheels_rest: bool) -> None:
         """Add up the time of agreement. A contradiction ends only while the wheels rest."""

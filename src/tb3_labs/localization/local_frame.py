@@ -24,7 +24,7 @@ class LocalFrame:
     """The pose of ``local`` in ``odom``, and the IMU's yaw if the heading in ``local`` is 0."""
 
     odom_T_local: Pose2
-    imu_yaw_of_x: float
+    imu_yaw_at_zero: float
 
     @classmethod
     def declare(cls, local_T_base: Pose2, odom_T_base: Pose2, imu_yaw: float) -> 'LocalFrame':
@@ -39,4 +39,4 @@ class LocalFrame:
 
     def heading(self, imu_yaw: float) -> float:
         """Returns the robot's heading in ``local`` [rad], (-pi, pi]."""
-        return wrap(imu_yaw - self.imu_yaw_of_x)
+        return wrap(imu_yaw - self.imu_yaw_at_zero)

@@ -22,7 +22,7 @@ from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFinder
 from tb3_labs.localization.sample_buffer import SampleBuffer
 from tb3_labs.localization.sample_timing import SampleTiming, TimedSample, YawNoise
-from tb3_labs.robot.samples import Motion, heading_jump
+from tb3_labs.robot.samples import Motion, heading_jump_text
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import RequestedPose
@@ -45,20 +45,20 @@ class StampedPose:
 class Reset:
     """A request to declare the robot's pose, and its outcome."""
 
-    requested: RequestedPose
+    requested_pose: RequestedPose
     requested_at: float = 0.0        # [s, receiver's clock]
     stamp: Optional[float] = None    # `requested_at` on the sender's clock [s], or None
     epoch: int = 0                   # epoch of the sender's clock at `stamp`
     sample_delay: float = 0.0        # samples are this much [s] older than their stamps show
     pose_before: Optional[Pose2] = None    # pose in the old frame at the request, or None
-    declared: Optional[Pose2] = None       # pose in the new frame; None before the reset
+    declared_pose: Optional[Pose2] = None  # pose in the new frame; None before the reset
     problem: str = ''                # reason why the reset was not carried out
-    hint: str = ''                   # text that is added to the answer
+    note: str = ''                   # text that is added to the answer
 
     @property
     def is_done(self) -> bool:
         """Was the reset carried out?"""
-        return self.declared is not None
+        return self.declared_pose is not None
 
     @property
     def is_over(self) -> bool:
@@ -68,7 +68,7 @@ class Reset:
     @property
     def answer(self) -> str:
         """The answer to the caller of a reset that is over."""
-        return self.problem or '{} to {}{}'.format(PRINTED_POSE_SET, self.declared, self.hint)
+        return self.problem or f'{PRINTED_POSE_SET} to {self.declared_pose}{self.note}'
 
     def give_up(self) -> None:
         """End a reset whose caller no longer waits for the answer. The old frame stays."""
@@ -85,7 +85,7 @@ class Localizer:
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
         self.is_lost = False    # True from a loss of the pose to the next reset
-        self._driven_at = -math.inf    # time [s] of the latest known command to move
+        self._commanded_at = -math.inf    # time [s] of the latest known command to move
         self._jump_finder = JumpFinder()
         self.jumps: Queue[Jump] = Queue()    # jumps of both sensors
         self._buffer = SampleBuffer()
@@ -95,7 +95,7 @@ class Localizer:
         self._awaits_imu = True    # has the IMU sent nothing since a silence of both sensors?
 
     def on_imu(self, timed: TimedSample) -> None:
-        jump = heading_jump(timed.previous_sample, timed.sample)
+        jump = heading_jump_text(timed.previous_sample, timed.sample)
         if jump:
             self.jumps.append(Jump(jump))
         self._buffer.add_imu(timed)
@@ -105,14 +105,14 @@ class Localizer:
 
     def on_command(self, now: float) -> None:
         """Take in a command to move the robot, which was sent at `now` [s, receiver's clock]."""
-        self._driven_at = now
+        self._commanded_at = now
 
     def on_odometry(self, timed: TimedSample) -> None:
         if timed.all_silent > RESET_SILENCE:
             self._awaits_imu = True
         if self._timing.imu is None or self._awaits_imu:
             return
-        jump = self._jump_finder.find(timed, self._timing.imu.sample, self._driven_at)
+        jump = self._jump_finder.find(timed, self._timing.imu.sample, self._commanded_at)
         if jump is not None:
             self._on_jump(jump)
         self._buffer.add_odometry(timed)
@@ -141,14 +141,14 @@ class Localizer:
 
     def pop_resets(self) -> List[Reset]:
         """Returns the resets that ended since the previous call, in order."""
-        over = [reset for reset in self._resets if reset.is_over]
-        if over:
-            self._resets = self._waiting
-        return over
+        ended = [reset for reset in self._resets if reset.is_over]
+        if ended:
+            self._resets = self._waiting_resets
+        return ended
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
-        """Declare that the robot is at the pose `reset.requested` at the time `now`. Resets are
-        carried out in order. Samples are `sample_delay` [s] older than their stamps show."""
+        """Declare that the robot is at `reset.requested_pose` at the time `now`. Resets are carried
+        out in order. Samples are `sample_delay` [s] older than their stamps show."""
         reset.requested_at = now
         reset.sample_delay = sample_delay
         self._convert_request(reset)
@@ -157,10 +157,10 @@ class Localizer:
     @property
     def has_resets(self) -> bool:
         """Does a reset wait for samples?"""
-        return bool(self._waiting)
+        return bool(self._waiting_resets)
 
     @property
-    def _waiting(self) -> List[Reset]:
+    def _waiting_resets(self) -> List[Reset]:
         return [reset for reset in self._resets if not reset.is_over]
 
     def motion(self, now: float) -> Optional[Motion]:
@@ -182,13 +182,13 @@ class Localizer:
     def _awaits_reset(self, stamp: float) -> bool:
         """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
-                   for reset in self._waiting)
+                   for reset in self._waiting_resets)
 
     def _on_jump(self, jump: Jump) -> None:
         if jump.text:
             self.jumps.append(jump)
         if jump.outcome == POSE_LOST:    # earlier samples are invalid
-            for reset in self._waiting:
+            for reset in self._waiting_resets:
                 reset.problem = 'the robot started anew at that moment'
             self.frame = None
             self._buffer = SampleBuffer()
@@ -197,14 +197,14 @@ class Localizer:
         self._buffer.shift(jump.shift)
         if self.frame is not None:
             self.frame = LocalFrame(jump.shift @ self.frame.odom_T_local,
-                                    wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
+                                    wrap(self.frame.imu_yaw_at_zero + jump.imu_turn))
 
     def _convert_request(self, reset: Reset) -> None:
         reset.stamp = self._timing.clock.stamp_of(reset.requested_at)
         reset.epoch = self._timing.clock.epoch
 
     def _carry_out_resets(self) -> None:
-        for reset in self._waiting:
+        for reset in self._waiting_resets:
             if reset.stamp is None:
                 self._convert_request(reset)
             if reset.epoch != self._timing.clock.epoch:    # the samples for the reset are lost
@@ -219,12 +219,12 @@ class Localizer:
 
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:
         try:
-            reset.declared = reset.requested.in_local(self.odom_T_local)
+            reset.declared_pose = reset.requested_pose.in_local(self.odom_T_local)
         except ValueError as problem:
             reset.problem = str(problem)
             return
         if self.frame is not None:
             reset.pose_before = self.frame.pose(odom_T_base, imu_yaw)
-        self.frame = LocalFrame.declare(reset.declared, odom_T_base, imu_yaw)
+        self.frame = LocalFrame.declare(reset.declared_pose, odom_T_base, imu_yaw)
         self._frame_number += 1
         self.is_lost = False

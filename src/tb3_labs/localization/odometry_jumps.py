@@ -25,7 +25,8 @@ from typing import NamedTuple, Optional
 from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.sample_timing import TimedSample
-from tb3_labs.robot.samples import REST_LINEAR, ImuSample, OdometrySample, WheelSample, is_at_rest
+from tb3_labs.robot.samples import (
+    MAX_REST_SPEED, ImuSample, OdometrySample, WheelSample, is_at_rest)
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 
@@ -38,17 +39,17 @@ STEP_SLACK = 0.05
 #: This angle [rad] is added to the largest possible turn, since messages arrive unevenly.
 TURN_SLACK = 0.3
 #: A rate of turn [rad/s] above this is a spike, which the firmware sends by mistake.
-SPIKE_RATE = 10.0
+MIN_SPIKE_RATE = 10.0
 #: A step to zero is a reset only if it begins farther than this distance [m] from zero.
-ZERO_PLACE = 0.001
+MIN_RESET_DISTANCE = 0.001
 #: The first place after a reset is within this distance [m] of zero, since the robot may move.
-NEAR_ZERO_PLACE = 0.03
+NEAR_ZERO_DISTANCE = 0.03
 #: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1
 #: The yaw of a robot at rest changes by at most this angle [rad] between two messages.
-RESTING_TURN = 0.1
+MAX_RESTING_TURN = 0.1
 #: If the IMU turns farther than this [rad] in a silence, the board has calibrated the IMU.
-CALIBRATION_TURN = 0.005
+MIN_CALIBRATION_TURN = 0.005
 #: If the messages of a turning robot stop, the robot comes to rest within this time [s].
 STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it moves for this time [s] while the wheels rest.
@@ -78,7 +79,7 @@ class _OdometryMessage(NamedTuple):
     imu: ImuSample
 
     @property
-    def rests(self) -> bool:
+    def shows_rest(self) -> bool:
         return is_at_rest(self.sample.linear, self.imu.yaw_rate)
 
     def shortest_gap(self, earlier: '_OdometryMessage') -> float:
@@ -100,27 +101,27 @@ class JumpFinder:
     """Finds the jumps of the odometry of one robot, message by message."""
 
     def __init__(self) -> None:
-        self._moved: Optional[_OdometryMessage] = None       # the latest message with a new pose
-        self._received: Optional[_OdometryMessage] = None    # the latest message
+        self._last_moved: Optional[_OdometryMessage] = None    # the latest message with a new pose
+        self._latest: Optional[_OdometryMessage] = None        # the latest message
 
     def find(self, timed: TimedSample, imu: ImuSample,
-             driven_at: float = -math.inf) -> Optional[Jump]:
+             commanded_at: float = -math.inf) -> Optional[Jump]:
         """Returns the jump of an odometry message, or None. `imu` is the latest ImuSample. The
-        latest known command to move was sent at `driven_at` [s, receiver's clock]."""
+        latest known command to move was sent at `commanded_at` [s, receiver's clock]."""
         latest = _OdometryMessage(timed.sample, timed.arrival, imu)
-        moved, received = self._moved, self._received
-        self._received = latest
-        if moved is None or received is None:
-            self._moved = latest
+        last_moved, previous = self._last_moved, self._latest
+        self._latest = latest
+        if last_moved is None or previous is None:
+            self._last_moved = latest
             return None
-        if latest.sample.pose != moved.sample.pose:
-            self._moved = latest
-        if _is_reset(received, latest):
-            return _after_reset(received, latest, driven_at)
-        old_pose, sample = moved.sample.pose, latest.sample
-        problem = _problem_of_displacement(old_pose, sample.pose, latest.longest_gap(moved))
+        if latest.sample.pose != last_moved.sample.pose:
+            self._last_moved = latest
+        if _is_reset(previous, latest):
+            return _jump_of_reset(previous, latest, commanded_at)
+        old_pose, sample = last_moved.sample.pose, latest.sample
+        problem = _problem_of_displacement(old_pose, sample.pose, latest.longest_gap(last_moved))
         if problem:
-            return _stand_still(problem, moved, latest)
+            return _jump_at_rest(problem, last_moved, latest)
         if _is_backwards(old_pose, sample):    # reflect the new place through the old place
             mirrored = Pose2(2.0 * old_pose.x - sample.pose.x, 2.0 * old_pose.y - sample.pose.y,
                              sample.pose.yaw)
@@ -132,39 +133,39 @@ def _is_reset(earlier: _OdometryMessage, later: _OdometryMessage) -> bool:
     if later.shortest_gap(earlier) <= RESET_SILENCE:
         return False
     old_pose, new_pose = earlier.sample.pose, later.sample.pose
-    turned = difference(later.imu.yaw, earlier.imu.yaw)
+    imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
     # after a reset of the board, the yaw of the IMU is near zero, too
     yaw_is_near = (abs(new_pose.yaw) <= NEAR_ZERO_YAW
-                   or abs(difference(new_pose.yaw, turned)) <= NEAR_ZERO_YAW)
-    place_is_near = math.hypot(new_pose.x, new_pose.y) <= NEAR_ZERO_PLACE
+                   or abs(difference(new_pose.yaw, imu_turn)) <= NEAR_ZERO_YAW)
+    place_is_near = math.hypot(new_pose.x, new_pose.y) <= NEAR_ZERO_DISTANCE
     is_zero = new_pose.x == new_pose.y == 0.0
     is_near_zero = place_is_near and yaw_is_near
     if not is_zero and not is_near_zero:
         return False
-    has_moved = old_pose.distance_to(new_pose) > NEAR_ZERO_PLACE
-    contradicts_imu = abs(difference(new_pose.yaw - old_pose.yaw, turned)) > NEAR_ZERO_YAW
-    is_calibrated = is_zero and earlier.rests and abs(turned) > CALIBRATION_TURN
+    has_moved = old_pose.distance_to(new_pose) > NEAR_ZERO_DISTANCE
+    contradicts_imu = abs(difference(new_pose.yaw - old_pose.yaw, imu_turn)) > NEAR_ZERO_YAW
+    is_calibrated = is_zero and earlier.shows_rest and abs(imu_turn) > MIN_CALIBRATION_TURN
     return has_moved or contradicts_imu or is_calibrated
 
 
-def _after_reset(earlier: _OdometryMessage, later: _OdometryMessage, driven_at: float) -> Jump:
-    turned = difference(later.imu.yaw, earlier.imu.yaw)
-    stood = earlier.rests and driven_at < earlier.arrival - COMMAND_TIMEOUT
+def _jump_of_reset(earlier: _OdometryMessage, later: _OdometryMessage, commanded_at: float) -> Jump:
+    imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
+    was_at_rest = earlier.shows_rest and commanded_at < earlier.arrival - COMMAND_TIMEOUT
     is_short = later.longest_gap(earlier) < LONGEST_COUNTED_SILENCE
-    was_turned = abs(turned) > RESTING_TURN
-    if not stood or not is_short or was_turned:
+    was_turned = abs(imu_turn) > MAX_RESTING_TURN
+    if not was_at_rest or not is_short or was_turned:
         return Jump(SET_TO_ZERO, POSE_LOST)
-    return Jump(SET_TO_ZERO, POSE_KEPT, _shift(earlier.sample.pose, later.sample.pose), turned)
+    return Jump(SET_TO_ZERO, POSE_KEPT, _shift(earlier.sample.pose, later.sample.pose), imu_turn)
 
 
-def _stand_still(problem: str, earlier: _OdometryMessage, later: _OdometryMessage) -> Jump:
+def _jump_at_rest(problem: str, earlier: _OdometryMessage, later: _OdometryMessage) -> Jump:
     """Returns the jump of a robot that has not moved since the message `earlier`."""
-    turned = difference(later.imu.yaw, earlier.imu.yaw)
-    if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(earlier.imu.yaw_rate):
+    imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
+    if abs(imu_turn) > MAX_RESTING_TURN + STOPPING_TIME * abs(earlier.imu.yaw_rate):
         return Jump(problem, POSE_LOST)
     here = earlier.sample.pose
     return Jump(problem, POSE_KEPT,
-                _shift(Pose2(here.x, here.y, here.yaw + turned), later.sample.pose))
+                _shift(Pose2(here.x, here.y, here.yaw + imu_turn), later.sample.pose))
 
 
 def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
@@ -174,22 +175,22 @@ def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
 
 
 def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
-    moved = old_pose.distance_to(new_pose)
-    turned = abs(difference(new_pose.yaw, old_pose.yaw))
-    moved_too_far = moved > MAX_POSSIBLE_SPEED * seconds + STEP_SLACK
-    turned_too_far = turned > MAX_TURN_RATE * seconds + TURN_SLACK
-    at_zero = new_pose.x == new_pose.y == 0.0
-    if at_zero and (moved > ZERO_PLACE or turned_too_far):
+    distance = old_pose.distance_to(new_pose)
+    turn = abs(difference(new_pose.yaw, old_pose.yaw))
+    moved_too_far = distance > MAX_POSSIBLE_SPEED * seconds + STEP_SLACK
+    turned_too_far = turn > MAX_TURN_RATE * seconds + TURN_SLACK
+    is_at_zero = new_pose.x == new_pose.y == 0.0
+    if is_at_zero and (distance > MIN_RESET_DISTANCE or turned_too_far):
         return SET_TO_ZERO
     if moved_too_far or turned_too_far:
-        return f'the odometry jumped by {moved:.2f} m and {math.degrees(turned):.0f} degrees'
+        return f'the odometry jumped by {distance:.2f} m and {math.degrees(turn):.0f} degrees'
     return ''
 
 
 def _is_backwards(old_pose: Pose2, sample: OdometrySample) -> bool:
     forward = ((sample.pose.x - old_pose.x) * math.cos(sample.pose.yaw)
                + (sample.pose.y - old_pose.y) * math.sin(sample.pose.yaw))
-    return abs(sample.angular) > SPIKE_RATE and forward * sample.linear < 0.0
+    return abs(sample.angular) > MIN_SPIKE_RATE and forward * sample.linear < 0.0
 
 
 class EncoderMonitor:
@@ -212,16 +213,16 @@ class EncoderMonitor:
 
     def on_wheels(self, sample: WheelSample) -> None:
         last = self._wheels
-        rest = last is not None and (sample.left, sample.right) == (last.left, last.right)
-        if not rest or sample.stamp < self._rest_since:    # the clock may go back
+        is_resting = last is not None and (sample.left, sample.right) == (last.left, last.right)
+        if not is_resting or sample.stamp < self._rest_since:    # the clock may go back
             self._rest_since = sample.stamp
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:
         """Take in a sample of the odometry. A repeated pose is not a motion."""
-        is_new = self._odometry is not None and self._odometry.pose != sample.pose
-        moves = is_new and abs(sample.linear) > REST_LINEAR
-        if not moves or sample.stamp < self._moves_since:
+        is_new_pose = self._odometry is not None and self._odometry.pose != sample.pose
+        is_moving = is_new_pose and abs(sample.linear) > MAX_REST_SPEED
+        if not is_moving or sample.stamp < self._moves_since:
             self._moves_since = sample.stamp
         self._odometry = sample
 

@@ -1,11 +1,11 @@
 """Remembers the recent samples of both sensors, and interpolates their values at one instant.
 
 A node reads every message of the odometry, but not every sample of the IMU. If a gap of the IMU is
-longer than `INTERPOLATED_GAP`, the odometry shows how the robot turned in this gap.
+longer than `MAX_INTERPOLATED_GAP`, the odometry shows how the robot turned in this gap.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sample_timing`), metres, radians.
 Edge cases: A new epoch of the sender's clock empties the buffer. A gap of the odometry longer than
-`INTERPOLATED_GAP` is not interpolated. Messages of both sensors may arrive in any order.
+`MAX_INTERPOLATED_GAP` is not interpolated. Messages of both sensors may arrive in any order.
 """
 import math
 from bisect import bisect_left
@@ -16,10 +16,10 @@ from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import OdometrySample
-from tb3_labs.supervision.timeouts import BRIDGED_GAP, INTERPOLATED_GAP
+from tb3_labs.supervision.timeouts import MAX_BRIDGED_GAP, MAX_INTERPOLATED_GAP
 
 #: Samples are remembered for this time [s].
-SAMPLE_MEMORY = 1.5
+SAMPLE_MEMORY_TIME = 1.5
 
 
 class Track:
@@ -36,7 +36,7 @@ class Track:
         if time == self.newest:
             self._samples.pop()
         self._samples.append((time, value))
-        while self._samples[0][0] < time - SAMPLE_MEMORY:
+        while self._samples[0][0] < time - SAMPLE_MEMORY_TIME:
             self._samples.popleft()
 
     def replace_values(self, function: Callable[[Any], Any]) -> None:
@@ -64,12 +64,12 @@ class Track:
         neighbours = self.around(time)
         if neighbours is None:
             return None
-        (start, value), (end, end_value) = neighbours
+        (start, start_value), (end, end_value) = neighbours
         if start == end:
-            return value
-        if end - start > INTERPOLATED_GAP:
+            return start_value
+        if end - start > MAX_INTERPOLATED_GAP:
             return None
-        return self._interpolate(value, end_value, (time - start) / (end - start))
+        return self._interpolate(start_value, end_value, (time - start) / (end - start))
 
 
 class SampleBuffer:
@@ -92,7 +92,7 @@ class SampleBuffer:
         self._check_epoch(timed.epoch)
         self._odometry.add(timed.time, timed.sample.pose)
         self._unpaired.append((timed.time, timed.sample))
-        while self._unpaired[0][0] < timed.time - SAMPLE_MEMORY:
+        while self._unpaired[0][0] < timed.time - SAMPLE_MEMORY_TIME:
             self._unpaired.popleft()
 
     def shift(self, shift: Pose2) -> None:
@@ -128,7 +128,7 @@ class SampleBuffer:
             return yaw
         (start, start_yaw), (end, end_yaw) = neighbours
         before, here, after = [self._odometry.value_at(when) for when in (start, time, end)]
-        is_bridged = end - start <= BRIDGED_GAP
+        is_bridged = end - start <= MAX_BRIDGED_GAP
         if not is_bridged or before is None or here is None:
             return None
         yaw = start_yaw + difference(here.yaw, before.yaw)

@@ -27,18 +27,18 @@ from typing import Any, DefaultDict, NamedTuple, Optional
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
-from tb3_labs.supervision.timeouts import GYRO_GAP, LONG_SILENCE, WindowMinimum
+from tb3_labs.supervision.timeouts import LONG_SILENCE, MAX_GYRO_GAP, WindowMinimum
 
 #: A clock that goes back by less than this time [s] is being corrected, and was not set.
 SMALL_STEP = 0.1
 #: A stamp that is this much [s] ahead of its arrival belongs to a new clock.
 CLOCK_STEP = 1.0
 #: If stamps are wrong by CLOCK_STEP or more for longer than this time [s], they are not a clock.
-MAX_OFF_TIME = 1.0
+MAX_WRONG_TIME = 1.0
 #: If a stamp is repeated this number of times, the stamps are not a clock.
 MAX_REPEATS = 3
 #: A new sample has at least this weight in the variance of the noise.
-NOISE_WEIGHT = 0.02
+MIN_NOISE_WEIGHT = 0.02
 #: A turn is slow if its rate is below this [rad/s].
 SLOW_TURN_RATE = 0.2
 #: A turn is even if its rate changes by less than this [rad/s] between two samples.
@@ -109,7 +109,7 @@ class _Stamp(NamedTuple):
     stamp: float = math.nan
     time: float = -math.inf        # the latest stamp that the source has sent
     repeats: int = 0               # number of messages that repeated the stamp
-    off_since: float = math.inf    # from this arrival on, all stamps are wrong by CLOCK_STEP
+    wrong_since: float = math.inf  # from this arrival on, all stamps are wrong by CLOCK_STEP
 
 
 class SenderClock:
@@ -127,20 +127,18 @@ class SenderClock:
         stamps are not a clock. `silence`, `all_silent`: see TimedSample."""
         last = self._latest[source]
         repeats = last.repeats + 1 if stamp == last.stamp else 0
-        off_since = math.inf
-        if self._is_off(stamp, arrival):
-            off_since = min(last.off_since, arrival)
-        is_off_for_long = arrival - off_since > MAX_OFF_TIME
-        if self.uses_stamps and (stamp == 0.0 or repeats >= MAX_REPEATS or is_off_for_long):
+        wrong_since = math.inf
+        if self._is_wrong(stamp, arrival):
+            wrong_since = min(last.wrong_since, arrival)
+        is_wrong_for_long = arrival - wrong_since > MAX_WRONG_TIME
+        if self.uses_stamps and (stamp == 0.0 or repeats >= MAX_REPEATS or is_wrong_for_long):
             self.uses_stamps = False
             self._new_epoch()
         elif self._is_new_clock(stamp - last.stamp, arrival, silence, all_silent):
             self._new_epoch()
-            off_since = math.inf
-        time = arrival
-        if self.uses_stamps:
-            time = max(stamp, self._latest[source].time)
-        self._latest[source] = _Stamp(stamp, time, repeats, off_since)
+            wrong_since = math.inf
+        time = max(stamp, self._latest[source].time) if self.uses_stamps else arrival
+        self._latest[source] = _Stamp(stamp, time, repeats, wrong_since)
         self._last_arrival = arrival
         self._least.add(arrival, arrival - time)
         return time
@@ -155,7 +153,7 @@ class SenderClock:
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
-    def _is_off(self, stamp: float, arrival: float) -> bool:
+    def _is_wrong(self, stamp: float, arrival: float) -> bool:
         least = self._least.value
         return least is not None and abs(arrival - stamp - least) >= CLOCK_STEP
 
@@ -189,14 +187,14 @@ class YawNoise:
     def learn(self, timed: TimedSample) -> None:
         previous, sample = timed.previous_sample, timed.sample
         rate = sample.yaw_rate
-        if previous is None or not 0.0 < timed.interval < GYRO_GAP:
+        if previous is None or not 0.0 < timed.interval < MAX_GYRO_GAP:
             return
         if abs(rate) > SLOW_TURN_RATE or abs(rate - previous.yaw_rate) > EVEN_TURN_CHANGE:
             return
-        turned = 0.5 * (previous.yaw_rate + rate) * timed.interval
+        predicted_turn = 0.5 * (previous.yaw_rate + rate) * timed.interval
         # the difference of two samples has twice the variance of one sample
-        sample_variance = 0.5 * (difference(sample.yaw, previous.yaw) - turned) ** 2
+        sample_variance = 0.5 * (difference(sample.yaw, previous.yaw) - predicted_turn) ** 2
         self._count += 1
-        weight = max(NOISE_WEIGHT, 1.0 / self._count)
+        weight = max(MIN_NOISE_WEIGHT, 1.0 / self._count)
         variance = self.deviation ** 2
         self.deviation = math.sqrt(variance + weight * (sample_variance - variance))

@@ -83,7 +83,7 @@ class PanelRobot:
         if grip.mouse:
             self._require(self._mouse, 'mouse_info: is the controller running?')
             self._refuse_beside_move_to_goal()
-        is_new = self.dead_man.page is None
+        is_new = self.dead_man.driving_page is None
         now = steady_time()
         lateness = request.lateness(now)
         if not self.dead_man.hold(page, known_stops=request.stops, now=now, lateness=lateness,
@@ -161,7 +161,7 @@ class PanelRobot:
 
     def _on_stop(self):
         """Release pad and mouse, since another node stopped the robot."""
-        if self.dead_man.page is not None:
+        if self.dead_man.driving_page is not None:
             self._release()
         self.dead_man.stop()
 
@@ -175,7 +175,7 @@ class PanelRobot:
 
     def on_lost(self, page):
         """Stop the robot if `page` drives, since the connection to the page has ended."""
-        if self.dead_man.page is page:
+        if self.dead_man.driving_page is page:
             self.stop()
 
     def _confirm(self, page, request, since):

@@ -51,7 +51,7 @@ class Pages:
         released = threading.Event()
 
         def release():
-            if self._robot.dead_man.page is not None:
+            if self._robot.dead_man.driving_page is not None:
                 self._robot.stop()
             released.set()
         self._server.call_soon(release)
@@ -90,7 +90,7 @@ class Pages:
 
     def _driver_for(self, page):
         """Returns 'this' if `page` drives the robot, 'other' if another page drives, or else ''."""
-        driver = self._robot.dead_man.page
+        driver = self._robot.dead_man.driving_page
         if driver is None:
             return ''
         return 'this' if driver is page else 'other'

@@ -13,19 +13,19 @@ MAX_TURN_PER_SAMPLE = 1.0
 #: In a day, a robot drives at most this distance [m] from the zero of its odometry.
 MAX_ODOMETRY_DISTANCE = 2e4
 #: The largest speed [m/s] in the odometry, which a person who spins the wheels can reach.
-MAX_DRIVE_SPEED = 3.0
+MAX_ODOMETRY_SPEED = 3.0
 #: The largest rate of turn [rad/s] in the odometry, whose spikes are 2 pi in 1 ms or more.
-MAX_SPIKE_RATE = 7e3
+MAX_ODOMETRY_TURN_RATE = 7e3
 #: The board's gyro measures at most this rate [rad/s], which is 2000 deg/s.
 MAX_GYRO_RATE = 35.0
 #: The angle of a wheel is at most this [rad], since the encoder counts to 2^31.
 MAX_WHEEL_ANGLE = 3.5e6
 #: The latest stamp [s] that ROS can send, which is in the year 2106.
-LAST_STAMP = 2.0 ** 32 - 2.0
+MAX_STAMP = 2.0 ** 32 - 2.0
 #: A robot at rest has at most this forward speed [m/s] in its samples.
-REST_LINEAR = 0.005
+MAX_REST_SPEED = 0.005
 #: A robot at rest has at most this rate of turn [rad/s] in its samples.
-REST_ANGULAR = 0.03
+MAX_REST_TURN_RATE = 0.03
 
 
 class ImuSample(NamedTuple):    # a NamedTuple is faster than a dataclass
@@ -80,12 +80,12 @@ def within_bound(name: str, value: float, bound: float, unit: str) -> float:
 
 def is_at_rest(linear: float, angular: float) -> bool:
     """Is a robot with these speeds [m/s, rad/s] at rest?"""
-    return abs(linear) <= REST_LINEAR and abs(angular) <= REST_ANGULAR
+    return abs(linear) <= MAX_REST_SPEED and abs(angular) <= MAX_REST_TURN_RATE
 
 
-def heading_jump(previous: Optional[ImuSample], sample: ImuSample) -> str:
+def heading_jump_text(previous: Optional[ImuSample], sample: ImuSample) -> str:
     """Returns a text about a jump of the heading between two samples, or ''."""
-    turned = difference(sample.yaw, previous.yaw) if previous else 0.0
-    if abs(turned) <= MAX_TURN_PER_SAMPLE:
+    turn = difference(sample.yaw, previous.yaw) if previous else 0.0
+    if abs(turn) <= MAX_TURN_PER_SAMPLE:
         return ''
-    return f"the IMU's heading jumped by {abs(math.degrees(turned)):.0f} degrees"
+    return f"the IMU's heading jumped by {abs(math.degrees(turn)):.0f} degrees"

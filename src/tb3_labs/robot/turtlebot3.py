@@ -65,9 +65,9 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
     angular_limit = min(max_angular, model.max_angular)
     linear = max(min(twist.linear, linear_limit), -linear_limit)    # NaN stays NaN
     angular = max(min(twist.angular, angular_limit), -angular_limit)
-    wheel = abs(linear) + model.half_track * abs(angular)
-    if wheel > model.max_wheel_speed:
-        scale = model.max_wheel_speed / wheel
+    wheel_speed = abs(linear) + model.half_track * abs(angular)
+    if wheel_speed > model.max_wheel_speed:
+        scale = model.max_wheel_speed / wheel_speed
         linear, angular = scale * linear, scale * angular
     return Twist2(linear, angular)
 

@@ -9,7 +9,7 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
-    LAST_STAMP, MAX_DRIVE_SPEED, MAX_ODOMETRY_DISTANCE, MAX_SPIKE_RATE, OdometrySample,
+    MAX_STAMP, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_TURN_RATE, OdometrySample,
     within_bound)
 
 #: This environment variable has the path of the pipe into which the simulated robot writes true
@@ -52,9 +52,9 @@ def to_odometry_sample(message):
     pose = to_pose2(message.pose.pose)
     within_bound('place', max(abs(pose.x), abs(pose.y)), MAX_ODOMETRY_DISTANCE, 'm')
     return OdometrySample(
-        within_bound('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's'), pose,
-        within_bound('speed', twist.linear.x, MAX_DRIVE_SPEED, 'm/s'),
-        within_bound('rate of turn', twist.angular.z, MAX_SPIKE_RATE, 'rad/s'))
+        within_bound('stamp', message.header.stamp.to_sec(), MAX_STAMP, 's'), pose,
+        within_bound('speed', twist.linear.x, MAX_ODOMETRY_SPEED, 'm/s'),
+        within_bound('rate of turn', twist.angular.z, MAX_ODOMETRY_TURN_RATE, 'rad/s'))
 
 
 def to_pose_stamped(pose, frame_id, stamp):

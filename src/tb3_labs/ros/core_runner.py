@@ -69,13 +69,13 @@ class CoreRunner:
     def _decide(self):
         """Let the core decide, and send the command of the core. The caller holds the lock."""
         output = self._tick()
-        if output.stops_first:
+        if output.must_stop_first:
             self._cmd_vel.stop()
         if output.command is not None:
             self._cmd_vel.send(output.command)
         self._publish(output)
-        self._watchdog.set_awake(output.watched)
-        if output.has_more:
+        self._watchdog.set_awake(output.needs_fast_ticks)
+        if output.has_other_work:
             self._waiting.put(output)
         return output
 
@@ -93,7 +93,7 @@ class CoreRunner:
         while True:
             output = self._waiting.get()
             for line in output.log_lines:
-                log = rospy.logwarn if line.warning else rospy.loginfo
+                log = rospy.logwarn if line.is_warning else rospy.loginfo
                 log('%s', line.text)
             self._carry_out(output)
 

@@ -17,7 +17,7 @@ from dynamic_reconfigure.msg import (
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
-from tb3_labs.config import bounds_text, hint_for
+from tb3_labs.config import bounds_text, spelling_hint
 from tb3_labs.ros.node import guarded
 
 #: {type of a setting: name of the type in dynamic_reconfigure}
@@ -57,7 +57,7 @@ class LiveSettings:
             unknown = sorted(set(values) - set(names))
             if unknown:
                 raise ValueError(f'{unknown[0]} cannot be changed while the node runs; '
-                                 + hint_for(unknown[0], names))
+                                 + spelling_hint(unknown[0], names))
             changed = replace(self._current, **values)
             if changed != self._current:
                 self._apply(changed)

@@ -5,7 +5,7 @@ from dataclasses import fields
 
 import rospy
 
-from tb3_labs.config import NOT_GIVEN, from_parameters, hint_for
+from tb3_labs.config import NOT_GIVEN, from_parameters, spelling_hint
 from tb3_labs.robot.turtlebot3 import model_of_environment, robot_model
 
 
@@ -28,7 +28,7 @@ def read_config(*config_types, of=None, typed=()):
                 raise ValueError(f'{word} is not an argument; a parameter is given by '
                                  f'_{shown}:=VALUE (--help tells more)')
         for name in sorted(set(given) - known):
-            raise ValueError(f'parameter {node}/{name} is unknown; {hint_for(name, known)}')
+            raise ValueError(f'parameter {node}/{name} is unknown; {spelling_hint(name, known)}')
     try:
         configs = [from_parameters(config_type, given) for config_type in config_types]
     except ValueError as problem:

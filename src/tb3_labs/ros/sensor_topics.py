@@ -9,12 +9,12 @@ from sensor_msgs.msg import JointState
 
 from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.robot.samples import (
-    MAX_WHEEL_ANGLE, MAX_GYRO_RATE, LAST_STAMP, ImuSample, WheelSample, within_bound)
+    MAX_WHEEL_ANGLE, MAX_GYRO_RATE, MAX_STAMP, ImuSample, WheelSample, within_bound)
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
 #: Time [s] between two readings of the wheels. A TurtleBot3 sends two messages in this time. The
-#: period must be below timeouts.MEAN_ONLY_GAP, so that wheels and gyro can be compared.
+#: period must be below timeouts.MAX_WHEEL_GAP, so that wheels and gyro can be compared.
 WHEEL_PERIOD = 0.06
 
 
@@ -41,7 +41,7 @@ def to_wheel_sample(message):
 
 
 def _stamp(message):
-    return within_bound('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's')
+    return within_bound('stamp', message.header.stamp.to_sec(), MAX_STAMP, 's')
 
 
 def subscribe_wheels(callback):

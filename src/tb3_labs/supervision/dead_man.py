@@ -17,7 +17,7 @@ class DeadMan:
     """Remembers the page that drives. The caller makes one object for each page."""
 
     def __init__(self) -> None:
-        self.page: Optional[object] = None    # the page that drives
+        self.driving_page: Optional[object] = None    # the page that drives
         self.stops = 0    # number of stops so far
         self._freshness = Freshness('page', INPUT_TIMEOUT)
         self._sleep = SleepMonitor()
@@ -49,29 +49,29 @@ class DeadMan:
         if lateness > INPUT_TIMEOUT:
             return False
         self.check(known_stops, now, lateness, INPUT_TIMEOUT)
-        if self.page not in (None, page):
+        if self.driving_page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
-        if self.page is None and not is_first:
+        if self.driving_page is None and not is_first:
             raise ValueError('the start of this grip came late: let go, and grip again')
-        self.page = page
+        self.driving_page = page
         self._freshness.on_message(now)
         return True
 
     def let_go(self, page: object) -> bool:
         """The person lets go of the controls on `page`. Returns True if this page drove."""
-        drove = self.page is page
+        drove = self.driving_page is page
         if drove:
-            self.page = None
+            self.driving_page = None
         return drove
 
     def stop(self) -> None:
         """Count a stop. After a stop, a page drives only if a person acts again."""
         self.stops += 1
-        self.page = None
+        self.driving_page = None
 
     def lost_for(self, now: float) -> float:
         """Returns the silence [s] of the page that drives; 0 if the page is not lost."""
         self._sleep.update(now)
-        if self.page is None or self._freshness.is_fresh(now):
+        if self.driving_page is None or self._freshness.is_fresh(now):
             return 0.0
         return self._freshness.age(now)

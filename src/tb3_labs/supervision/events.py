@@ -57,7 +57,7 @@ class SenderConnection(NamedTuple):
 
     sender: str
     process: str = ''         # address of the process that has the sender's name now
-    since: float = -math.inf  # time [s] at which the connection was made
+    connected_at: float = -math.inf  # time [s] at which the connection was made
     latches: bool = False     # does the sender repeat its last message to each new connection?
     renews: bool = False      # as in Event
 
@@ -65,9 +65,9 @@ class SenderConnection(NamedTuple):
 class MessageAges:
     """Finds the Age of each message of one topic by the connection on which it arrived."""
 
-    def __init__(self, present: Iterable[str], now: float) -> None:
-        """This node begins to listen at `now`. The senders in `present` existed before that."""
-        self._present = frozenset(present)
+    def __init__(self, earlier_senders: Iterable[str], now: float) -> None:
+        """This node begins to listen at `now`. The `earlier_senders` existed before `now`."""
+        self._earlier_senders = frozenset(earlier_senders)
         self._begun_at = now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock) of each sender
@@ -90,7 +90,7 @@ class MessageAges:
 
     def _age_of_first(self, connection: SenderConnection, previous: Optional[SenderConnection],
                       now: float) -> Age:
-        if previous is None and connection.sender not in self._present:
+        if previous is None and connection.sender not in self._earlier_senders:
             return Age.NEW
         is_restarted = previous is not None and previous.process != connection.process
         if is_restarted and connection.renews:    # a renewing sender is silent until a person acts
@@ -100,7 +100,7 @@ class MessageAges:
             return Age.OLD    # a person cannot send a new message so soon
         if connection.latches and not connection.renews:
             return Age.LATCHED
-        if now - connection.since < SENDER_PAUSE:
+        if now - connection.connected_at < SENDER_PAUSE:
             return Age.REPEATED
         return Age.RESTARTED if is_restarted else Age.NEW
 
@@ -126,9 +126,9 @@ class SenderRequests:
 
     def on_request(self, sender: str, content: object, now: float) -> SenderRequest:
         """Take in a request. Call this for each request, even for a refused request."""
-        just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
-        self._requests = {name: request for name, request in self._requests.items()
-                          if just_woke or now - request.latest_at <= SENDER_PAUSE}
+        if now - self._sleep.woke_at > SENDER_PAUSE:
+            self._requests = {name: request for name, request in self._requests.items()
+                              if now - request.latest_at <= SENDER_PAUSE}
         request = self.find(sender, content)
         if request is None:
             request = SenderRequest(content, now)
@@ -143,10 +143,10 @@ class SenderRequests:
         request = self._requests.get(sender)
         return request if request is not None and request.content == content else None
 
-    def end_repetitions(self, selects: Callable[[SenderRequest], bool] = lambda _: True) -> None:
-        """From now on, refuse each repeated request if ``selects(request)``."""
+    def end_repetitions(self, matches: Callable[[SenderRequest], bool] = lambda _: True) -> None:
+        """From now on, refuse each repeated request if ``matches(request)``."""
         for request in self._requests.values():
-            if request.is_repeated and selects(request):
+            if request.is_repeated and matches(request):
                 request.is_ended = True
 
 
@@ -154,7 +154,7 @@ class LogLine(NamedTuple):
     """A line of text for the user."""
 
     text: str
-    warning: bool    # is the line logged as a warning?
+    is_warning: bool    # is the line logged as a warning?
 
 
 class Queue(List[Content]):
@@ -181,12 +181,12 @@ class Output:
     #: The turtlebot3.Twist2 that the node must send; None if no command is due. Zero is a stop.
     command: Optional[Tuple[float, float]] = None
     #: Has the driver changed, so that the node must send one zero before the command?
-    stops_first: bool = False
+    must_stop_first: bool = False
     log_lines: Sequence[LogLine] = ()    # lines for the user
     #: Must the node look at the clock often, because the robot may move?
-    watched: bool = False
+    needs_fast_ticks: bool = False
 
     @property
-    def has_more(self) -> bool:
+    def has_other_work(self) -> bool:
         """Must the node do more than send the command?"""
         return bool(self.log_lines)

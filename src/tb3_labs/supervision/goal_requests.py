@@ -60,8 +60,8 @@ class RequestedPose:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
             pose = odom_T_local.inverse() @ pose
-        TypedPose(float(pose.x), float(pose.y))    # a Config refuses numpy's floats
-        return pose
+        place = TypedPose(float(pose.x), float(pose.y))    # a Config refuses numpy's floats
+        return Pose2(place.x, place.y, pose.yaw)
 
 
 class GoalRequest(NamedTuple):
@@ -106,8 +106,8 @@ class GoalRequests:
     def __init__(self, sleep: SleepMonitor) -> None:
         #: The latest request that was accepted. The first goal comes from the node's parameters,
         #: and a cancel with a stamp ends this goal, too.
-        self.present = GoalRequest(None, stamp=EARLIEST_STAMP)
-        self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
+        self.present_request = GoalRequest(None, stamp=EARLIEST_STAMP)
+        self._open_request: Optional[GoalRequest] = None    # its client waits for an answer
         #: The answers to the clients of goals, in order.
         self.answers: Queue[GoalAnswer] = Queue()
         self._sleep = sleep
@@ -137,8 +137,8 @@ class GoalRequests:
         """Make `request` the present goal. Cancel the previous goal."""
         self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
         self.answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
-        self.present = request
-        self._open = request
+        self.present_request = request
+        self._open_request = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
         """Answer the client of `request` that the goal is rejected."""
@@ -146,9 +146,9 @@ class GoalRequests:
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
         """Answer the client of the present goal, if this client still waits."""
-        if self._open is not None:
-            self.answers.append(GoalAnswer(self._open, outcome, text))
-            self._open = None
+        if self._open_request is not None:
+            self.answers.append(GoalAnswer(self._open_request, outcome, text))
+            self._open_request = None
 
     def give_up(self) -> None:
         """Give up the present goal, so that its repetitions do not start the drive again."""
@@ -157,11 +157,11 @@ class GoalRequests:
     def cancel(self, name: str = '', stamp: int = 0) -> bool:
         """Take in a cancel. Returns True if the cancel ends the present goal."""
         self._sender_goals.end_repetitions(lambda goal: goal.message.is_canceled_by(name, stamp))
-        if not self.present.is_canceled_by(name, stamp):
+        if not self.present_request.is_canceled_by(name, stamp):
             return False
         self.give_up()
         return True
 
     def _is_present(self, sender_goal: SenderRequest) -> bool:
-        present = self.present
+        present = self.present_request
         return sender_goal is self._sender_goals.find(present.sender, present.goal)

@@ -7,10 +7,10 @@ which a stop holds until a person releases the machine again.
    grant is valid, move_to_goal may drive the robot.
 2. If a sender renews its grants, a repeated True of this sender only renews its grant.
 3. A False of any sender ends the grants of all senders.
-4. A grant is suspended if the renewals stop for `SUSPEND_AFTER`. A later renewal restores the
+4. A grant is suspended if the renewals stop for `RENEWAL_TIMEOUT`. A later renewal restores the
    grant. After `RESUME_TIME` without a renewal, a grant has expired.
 5. A grant ends if the sensors are not fresh within `RESUME_TIME` after the grant. If the sensors
-   were never fresh before, a grant ends after `ROBOT_START`.
+   were never fresh before, a grant ends after `ROBOT_START_TIMEOUT`.
 6. If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that arrives
    while the process wakes is ignored, since it may be older than a stop.
 7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed. A
@@ -29,11 +29,11 @@ from typing import Dict, Set
 
 from tb3_labs.supervision.events import Age, Event, LogQueue
 from tb3_labs.supervision.timeouts import (
-    RENEWAL_PERIOD, RESUME_TIME, ROBOT_START, SUSPEND_AFTER, Freshness, SleepMonitor)
+    RENEWAL_PERIOD, RENEWAL_TIMEOUT, RESUME_TIME, ROBOT_START_TIMEOUT, Freshness, SleepMonitor)
 
 #: A renewal confirms its grant if it comes more than this time [s] after the grant. An earlier
 #: renewal may have been delayed together with the grant.
-CONFIRMED_AFTER = 0.04
+CONFIRMATION_TIME = 0.04
 REMEDY = 'False, then True, gives it again'
 #: The sender of the grant that the parameter `has_control` gives.
 START = 'the start'
@@ -48,7 +48,7 @@ class _Grant:
         self.had_sensors = False    # were the sensors fresh at any time since the grant?
         self._renews = renews
         self._renewed_for = 0.0
-        self._renewals = Freshness('control', SUSPEND_AFTER)
+        self._renewals = Freshness('control', RENEWAL_TIMEOUT)
         self._renewals.on_message(now)
 
     def renew(self, now: float) -> None:
@@ -66,8 +66,8 @@ class _Grant:
         """Returns the time [s] since the latest renewal; 0 if the sender does not renew."""
         return self._renewals.age(now) if self._renews else 0.0
 
-    def holds(self, now: float) -> bool:
-        is_confirmed = self._renewed_for >= CONFIRMED_AFTER
+    def is_valid(self, now: float) -> bool:
+        is_confirmed = self._renewed_for >= CONFIRMATION_TIME
         return not self._renews or (is_confirmed and self._renewals.is_fresh(now))
 
 
@@ -77,13 +77,13 @@ class Permission:
     def __init__(self, granted_at_start: bool, log: LogQueue) -> None:
         self._has_new_grant = False    # was a grant given since the latest pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
-        self._longest_wait = ROBOT_START    # time [s] for which a grant waits for the sensors
-        # The grants by sender.
-        self._grants: Dict[str, _Grant] = {}
+        #: Time [s] for which a grant waits for the sensors.
+        self._longest_wait = ROBOT_START_TIMEOUT
+        self._grants: Dict[str, _Grant] = {}      # by sender
         if granted_at_start:
             self._grants[START] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender
-        self._stops: Dict[str, float] = {}        # time [s] of each sender's latest False
+        self._stopped_at: Dict[str, float] = {}   # time [s] of each sender's latest False
         self._refused: Set[str] = set()    # senders whose refused True was logged
         self._now = math.nan           # time [s] of the latest update
         self._began_at = math.nan      # time [s] of the first update, or of the end of a long sleep
@@ -91,12 +91,12 @@ class Permission:
         self._log = log
 
     @property
-    def grant_holds(self) -> bool:
+    def has_valid_grant(self) -> bool:
         """Was a grant valid at the latest :meth:`update`?"""
-        return any(grant.holds(self._now) for grant in self._grants.values())
+        return any(grant.is_valid(self._now) for grant in self._grants.values())
 
     @property
-    def grant_exists(self) -> bool:
+    def has_grant(self) -> bool:
         """Does a grant exist, perhaps a suspended grant?"""
         return bool(self._grants)
 
@@ -135,15 +135,16 @@ class Permission:
             self._grants[sender] = _Grant(now, renews=message.renews)
             self._refused.discard(sender)
             self._has_new_grant = True
-        elif not self.grant_exists:
+        elif not self.has_grant:
             self._refuse(sender, 'True was said before')
 
     def _on_stop(self, message: 'Event[bool]') -> None:
         now, sender = message.arrived_at, message.sender
         if message.age is Age.OLD and set(self._grants) <= {START}:
             return
-        self._stops = {other: at for other, at in self._stops.items() if now - at <= RESUME_TIME}
-        self._stops[sender] = now
+        self._stopped_at = {other: time for other, time in self._stopped_at.items()
+                            if now - time <= RESUME_TIME}
+        self._stopped_at[sender] = now
         self._grants = {}
         self._refused.discard(sender)
 
@@ -167,15 +168,15 @@ class Permission:
                 self._grants = {}
                 self._log.add('Control is gone: ' + self.sleep.as_text(), warning=True)
         for sender, grant in list(self._grants.items()):
-            waits_for = now - grant.granted_at
-            if not grant.had_sensors and waits_for > self._longest_wait:
+            waited_for = now - grant.granted_at
+            if not grant.had_sensors and waited_for > self._longest_wait:
                 self._end(sender, f'{self._sensor_problem} for {self._longest_wait:.0f} s (is the '
                                   'robot running?)')
             elif grant.silent_for(now) > RESUME_TIME:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        stops_of_others = [at for other, at in self._stops.items() if other != sender]
+        stops_of_others = [time for other, time in self._stopped_at.items() if other != sender]
         if grant.granted_at - grant.latest_sending > RESUME_TIME:
             self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')
         elif grant.latest_sending < self._began_at:

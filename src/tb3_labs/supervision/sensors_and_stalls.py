@@ -10,20 +10,20 @@ from enum import Enum
 from typing import Any, Optional
 
 from tb3_labs.supervision.timeouts import (
-    FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
+    FROZEN_TIME, RESUME_TIME, ROBOT_START_TIMEOUT, SENSOR_TIMEOUT, Freshness)
 
 #: The reason why a robot with fresh sensors must not move yet.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
 #: If a command is faster than this [m/s], the readings must show a motion.
-SURE_DRIVE_SPEED = 0.02
+MIN_VISIBLE_SPEED = 0.02
 #: If a command is faster than this [rad/s], the readings must show a turn.
-SURE_TURN_RATE = 0.1
+MIN_VISIBLE_TURN_RATE = 0.1
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
 #: The robot is nearer to its goal only if the remaining way is shorter by at least this [m or rad].
 STALL_STEP = 0.004
 #: A motion fails if its command is 0 for longer than this time [s] in one state.
-MAX_REST = 4.0
+MAX_REST_TIME = 4.0
 #: The robot has missed its goal if the remaining way grows again by more than this [m or rad]. If
 #: the network stalls for a short time, a robot overshoots by less than this.
 MAX_RETREAT = 0.8
@@ -90,7 +90,8 @@ class SensorMonitor:
         self.hold_reason = ''
         #: Length [s] of the latest silence, which cannot begin before the motion was requested.
         self.silent_for = 0.0
-        self._longest_wait = ROBOT_START    # time [s] for which a motion waits for the sensors
+        #: Time [s] for which a motion waits for the sensors.
+        self._longest_wait = ROBOT_START_TIMEOUT
         self._silent_since = math.nan    # start [s] of the silence, or NaN
         self._were_ready = False         # were all sensors ready at the latest update?
 
@@ -184,8 +185,8 @@ class DriveSensors(SensorMonitor):
         """Find readings that did not change, although `last_command` moves the robot. If the
         odometry turns, the IMU must change, too, since the odometry takes its yaw from the IMU."""
         linear, angular = self.last_command
-        drives = abs(linear) > SURE_DRIVE_SPEED
-        turns = abs(angular) > SURE_TURN_RATE
+        drives = abs(linear) > MIN_VISIBLE_SPEED
+        turns = abs(angular) > MIN_VISIBLE_TURN_RATE
         self.imu.check_repetition(turns or (drives and odometry_turned), now)
         self.odometry.check_repetition(drives or turns, now)
 
@@ -194,15 +195,15 @@ class StallMonitor:
     """Finds a robot that is stalled, in one state of a drive or in one turn."""
 
     def __init__(self) -> None:
-        # The shortest remaining way [m or rad] so far; None after a silence.
-        self._least: Optional[float] = math.inf
+        #: The shortest remaining way [m or rad] so far; None after a silence.
+        self._least_remaining: Optional[float] = math.inf
         self._stalled_for = 0.0
         self._rested_for = 0.0
 
     def resume(self) -> None:
         """After a silence of the sensors, accept a longer remaining way. Keep the time without
         progress, so that a bad network cannot hide a stalled robot."""
-        self._least = None
+        self._least_remaining = None
 
     def update(self, remaining: float, rests: bool, dt: float, must_move: bool = True) -> str:
         """Returns a text about the robot's problem, or ''. `remaining` is the remaining way [m or
@@ -210,18 +211,18 @@ class StallMonitor:
         `must_move`: does the command tell the robot to move?"""
         if not must_move:
             self._rested_for += dt
-            if self._rested_for <= MAX_REST:
+            if self._rested_for <= MAX_REST_TIME:
                 return ''
             return 'the robot does not settle although it is told to rest (a noisy IMU?)'
         remaining = abs(remaining)
-        if self._least is None:
-            self._least = remaining
-        if remaining <= self._least - STALL_STEP:
-            self._least = remaining
+        if self._least_remaining is None:
+            self._least_remaining = remaining
+        if remaining <= self._least_remaining - STALL_STEP:
+            self._least_remaining = remaining
             self._stalled_for = 0.0
         else:
             self._stalled_for += dt
-        if remaining <= self._least + MAX_RETREAT and self._stalled_for <= STALL_TIME:
+        if remaining <= self._least_remaining + MAX_RETREAT and self._stalled_for <= STALL_TIME:
             return ''
         if rests:
             return 'the robot does not move although it is told to (stuck, or motors off?)'

@@ -23,9 +23,9 @@ SENSOR_TIMEOUT = 0.22
 #: A sensor is frozen if it repeats a reading for longer than this while the robot must move.
 FROZEN_TIME = 0.6
 #: A motion waits this long for the first messages of a robot. A board needs up to 14 s to start.
-ROBOT_START = 20.0
+ROBOT_START_TIMEOUT = 20.0
 #: If a person types a turn before the robot is connected, the turn waits this long for the robot.
-ROBOT_WAIT = 5.0
+ROBOT_WAIT_TIMEOUT = 5.0
 #: A board that is reset is silent for longer than this, since the firmware needs 2.6 s.
 RESET_SILENCE = 1.0
 #: A pad, a page that drives, or an active mouse is lost if it is silent for longer than this.
@@ -38,13 +38,13 @@ LONGEST_COUNTED_SILENCE = 5.0
 # -- two samples are too far apart to be compared
 
 #: If the gap between two samples of the gyro is longer than this, the rate is unknown.
-GYRO_GAP = 0.15
+MAX_GYRO_GAP = 0.15
 #: If the gap between two samples of moving wheels is longer than this, only the mean rate is known.
-MEAN_ONLY_GAP = 0.08
+MAX_WHEEL_GAP = 0.08
 #: If the gap between two samples is longer than this, the motion between them is unknown.
-INTERPOLATED_GAP = 0.3
+MAX_INTERPOLATED_GAP = 0.3
 #: The odometry replaces the IMU in a gap up to this length, in which no robot makes half a turn.
-BRIDGED_GAP = 1.0
+MAX_BRIDGED_GAP = 1.0
 
 # -- a message is late, or repeats an earlier one
 
@@ -65,7 +65,7 @@ HAND_BACK_TIME = 0.15
 #: Time from one renewal of a permission to the next.
 RENEWAL_PERIOD = 0.1
 #: A grant is suspended after this time without a renewal.
-SUSPEND_AFTER = 0.5
+RENEWAL_TIMEOUT = 0.5
 #: A reset is refused if it was requested longer ago than this, since the robot may have moved.
 MAX_RESET_AGE = 1.0
 #: A sender that repeats a message sends it again within this time. If a sender was silent for
@@ -75,7 +75,7 @@ SENDER_PAUSE = 2.0
 # -- this process sleeps, or its clock stands
 
 #: If the time between two looks at the clock is longer than this, the process has slept.
-MIN_SLEEP = 1.0
+MIN_SLEEP_TIME = 1.0
 #: A simulated clock stands still if it does not change for this long.
 STANDSTILL_TIME = 0.3
 #: A node that may move its robot looks at the clock after this time without a message.
@@ -122,18 +122,18 @@ class SleepMonitor:
     """Finds a sleep of this process."""
 
     def __init__(self) -> None:
-        #: Length [s] of the sleep that the latest update found, or 0.
-        self.slept_for = 0.0
+        self.slept_for = 0.0    # length [s] of the sleep that the latest update found, or 0
         #: Has this process just woken? Messages may be old, so only stops are obeyed.
         self.is_waking = False
         self.woke_at = -math.inf    # time [s] at which the latest sleep ended
-        self._looks = Freshness('look at the clock', MIN_SLEEP)
+        self._looked_at = math.nan       # time [s] of the latest look at the clock
 
     def update(self, now: float) -> None:
         """Look at the clock. Call this several times a second, and before a message is used."""
-        gap = self._looks.on_message(now)
+        gap = now - self._looked_at
+        self._looked_at = now
         self.slept_for = 0.0
-        if MIN_SLEEP < gap < math.inf:
+        if gap > MIN_SLEEP_TIME:    # False for NaN
             self.slept_for = gap
             self.woke_at = now
         self.is_waking = now - self.woke_at < CROSSING_TIME
@@ -143,7 +143,7 @@ class SleepMonitor:
         self.slept_for = 0.0
         self.is_waking = False
         self.woke_at = -math.inf
-        self._looks.on_message(now)
+        self._looked_at = now
 
     @property
     def refusal(self) -> str:
@@ -162,14 +162,15 @@ class Lateness:
     def __init__(self) -> None:
         self._least = WindowMinimum()
         self._received_for = 0.0
-        self._last = Freshness('the sender')
+        self._sender = Freshness('the sender')
 
     def on_message(self, stamp: float, arrival: float) -> float:
         """Take in a message, and return its extra delay [s]. `stamp` is on the sender's clock [s].
         A message without a stamp has the `stamp` 0 and the extra delay 0."""
         if stamp <= 0.0:
             return 0.0
-        self._received_for += min(self._last.on_message(arrival), MAX_RECEIVED_STEP)
+        silence = self._sender.on_message(arrival)
+        self._received_for += min(silence, MAX_RECEIVED_STEP)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None
         return arrival - stamp - self._least.value

@@ -9,14 +9,14 @@ all other angles are in radians. Speeds are in m/s.
 import math
 from typing import Optional
 
-from tb3_labs.control.commands import MAX_IDLE, Pace
+from tb3_labs.control.commands import IDLE_SAMPLE_PERIOD, Pace
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
     NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, accepts_turn)
-from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump, is_at_rest
+from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump_text, is_at_rest
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output, SenderRequests
 from tb3_labs.supervision.sensors_and_stalls import (
@@ -53,7 +53,7 @@ class ControllerCore:
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
         self.imu.on_message(now, sample.yaw)
-        jump = heading_jump(timed.previous_sample, sample)
+        jump = heading_jump_text(timed.previous_sample, sample)
         if jump and self.driver is Driver.TURN:
             self._change_driver(DriverEvent.TURN_OVER, jump)
         self._gyro.on_imu(timed, sends_wheels)
@@ -144,20 +144,20 @@ class ControllerCore:
 
     def tick(self, now: float, steady_now: float) -> Output:
         self._check_sleep_and_mouse(steady_now)
-        step_is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
+        step_is_due = self._pace.is_due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due
         command = self._command(now) if self._mouse_is_due or turn_is_due else None
         is_new_driver = self.driver is not self._last_driver
         self._last_driver = self.driver
-        return Output(command, stops_first=is_new_driver, log_lines=self._log.pop_all(),
-                      watched=self.driver is not Driver.NOBODY or self.mouse.active)
+        return Output(command, must_stop_first=is_new_driver, log_lines=self._log.pop_all(),
+                      needs_fast_ticks=self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem_text(self, now: float) -> str:
         """Returns a text about the problem of the IMU; '' if the IMU has no problem."""
         return self._sensors.problem_text(now) or self._gyro.problem_text()
 
     def idle_for(self, now: float) -> float:
-        return self._pace.idle_for(now) if self.driver is Driver.TURN else MAX_IDLE
+        return self._pace.idle_for(now) if self.driver is Driver.TURN else IDLE_SAMPLE_PERIOD
 
     def _command(self, now: float) -> Twist2:
         self._mouse_is_due = False
@@ -202,7 +202,7 @@ class ControllerCore:
     def _sensors_allow(self, turn: ActiveTurn, now: float) -> bool:
         self._sensors.update(now, self._gyro.awaits_comparison)
         if self._sensors.status is SensorStatus.SILENT:
-            if self._pace.running:
+            if self._pace.is_running:
                 self._log.add('Stopped: ' + self._sensors.hold_reason, warning=True)
             self._pace.restart()
         elif self._sensors.status is SensorStatus.RECOVERED:
@@ -223,11 +223,11 @@ class ControllerCore:
         step = self._law.step(heading.yaw, heading.rate, dt, imu.age(now), heading.noise)
         self.imu.check_repetition(must_change=True, now=now)
         problem = self._sensors.frozen_text() or self._gyro.problem_text()
-        if not problem and not step.finished:
+        if not problem and not step.is_finished:
             rests = is_at_rest(0.0, heading.rate)
             problem = turn.stall.update(
                 step.remaining, rests, dt, must_move=step.command != Twist2())
-        if problem or step.finished:
+        if problem or step.is_finished:
             turn.remaining_at_end = step.remaining
             self._change_driver(DriverEvent.TURN_OVER, problem)
             return Twist2()

@@ -24,7 +24,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 from tb3_labs.supervision.events import Event
-from tb3_labs.supervision.timeouts import ROBOT_WAIT
+from tb3_labs.supervision.timeouts import ROBOT_WAIT_TIMEOUT
 
 
 class ControllerNode:
@@ -36,7 +36,7 @@ class ControllerNode:
         self._response = MotorResponse()
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
         core = ControllerCore(self._law(config), gyro)
-        self._robot_wait = time.monotonic() + ROBOT_WAIT
+        self._robot_wait = time.monotonic() + ROBOT_WAIT_TIMEOUT
         runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
         self._core = core
         self._runner = runner

@@ -116,10 +116,10 @@ class GamepadCore:
         self._check_loss(now)
         command = self._command(now) if self._command_is_due else None
         waits_for_ready = self.pad.state is not None and self.holder is ControlHolder.NOBODY
-        watched = self.messages.must_renew or self._drives() or waits_for_ready
+        needs_fast_ticks = self.messages.must_renew or self._drives() or waits_for_ready
         output = PadOutput(
-            command, log_lines=self._log.pop_all(), watched=watched, holder=self.holder,
-            reset_requested=self._reset_requested,
+            command, log_lines=self._log.pop_all(), needs_fast_ticks=needs_fast_ticks,
+            holder=self.holder, reset_requested=self._reset_requested,
             control_messages=self.messages.waiting.pop_all(),
             renewal_is_due=self.messages.pop_renewal(now))
         self._reset_requested = False

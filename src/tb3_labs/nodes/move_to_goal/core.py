@@ -10,7 +10,7 @@ stands still and never goes back. Poses are in the local frame, in metres and ra
 import math
 from typing import Dict, Optional
 
-from tb3_labs.control.commands import MAX_IDLE, Pace
+from tb3_labs.control.commands import IDLE_SAMPLE_PERIOD, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import MotorResponse
@@ -96,7 +96,7 @@ class MoveToGoalCore:
         """Use another control law from now on. If the node has a goal, begin the drive again."""
         self._machine.law = law
         self._pace = Pace(law.period)
-        if self._machine.active:
+        if self._machine.is_active:
             self._machine.restart()
 
     def set_goal(self, goal: Pose2) -> None:
@@ -113,7 +113,7 @@ class MoveToGoalCore:
         except ValueError as refusal:
             requests.refuse(request, str(refusal))
             return
-        is_present = machine.active and machine.goal == goal
+        is_present = machine.is_active and machine.goal == goal
         if not is_present or not requests.repeats_present(sender_goal):
             self.set_goal(goal)
         requests.accept(request)
@@ -133,8 +133,8 @@ class MoveToGoalCore:
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested` now. The reset is refused if the request
-        may be from before a sleep of this process. After the reset, `reset.is_over` is True."""
+        """Declare that the robot is at `reset.requested_pose` now. The reset is refused if the
+        request may be from before a sleep of this process. Afterwards `reset.is_over` is True."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
         problem = self.sensors.problem_text(now, with_age=True)
@@ -153,10 +153,10 @@ class MoveToGoalCore:
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
         was_allowed = self.may_drive
-        self.may_drive = permission.grant_holds
+        self.may_drive = permission.has_valid_grant
         if permission.pop_new_grant() and (machine.failure or not was_allowed):
             # another node may have moved the robot before this grant
-            if machine.failure or machine.active:
+            if machine.failure or machine.is_active:
                 machine.restart()
             self._restart()
         elif self.may_drive and not was_allowed:
@@ -169,16 +169,16 @@ class MoveToGoalCore:
     def tick(self, now: float, steady_now: float) -> DriveOutput:
         self._update_control(steady_now)
         # a command is due after each period of the law, and also if a sensor is lost
-        is_due = self._pace.due(now) or not self.sensors.are_fresh(now)
+        is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
         command = self._command(now) if is_due else None
         self._check_end()
         keeps_command = self._drives and not is_due
         must_stop = command is None and not keeps_command
         return DriveOutput(
-            command, stops_first=must_stop, status=self._new_status(now),
+            command, must_stop_first=must_stop, status=self._new_status(now),
             log_lines=self._log.pop_all(),
-            watched=self._permission.grant_exists and self._machine.active,
-            has_control=self._permission.grant_exists, answers=self._requests.answers.pop_all(),
+            needs_fast_ticks=self._permission.has_grant and self._machine.is_active,
+            has_control=self._permission.has_grant, answers=self._requests.answers.pop_all(),
             stamped_pose=self._localizer.pop_pose(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
@@ -209,11 +209,11 @@ class MoveToGoalCore:
     def _check_end(self) -> None:
         """If the drive has ended, answer the client of its goal. A second call has no effect."""
         machine = self._machine
-        if machine.goal is None or machine.active:
+        if machine.goal is None or machine.is_active:
             return
         if machine.failure:
             self._requests.give_up()
-            outcome = GoalOutcome.CANCELED if machine.canceled else GoalOutcome.GIVEN_UP
+            outcome = GoalOutcome.CANCELED if machine.is_canceled else GoalOutcome.GIVEN_UP
             self._requests.end(outcome, machine.failure)
         else:
             self._requests.end(GoalOutcome.REACHED, PRINTED_REACHED + '!')
@@ -229,7 +229,7 @@ class MoveToGoalCore:
 
     @property
     def _drives(self) -> bool:
-        return self.may_drive and self._machine.active
+        return self.may_drive and self._machine.is_active
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
@@ -241,14 +241,15 @@ class MoveToGoalCore:
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
-            attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
-            failure=failure, hold_reason=self.sensors.hold_reason, may_drive=self.may_drive,
+            attempt=machine.attempt, begun=machine.has_begun,
+            active=machine.is_active and not failure, failure=failure,
+            hold_reason=self.sensors.hold_reason, may_drive=self.may_drive,
             sensor_problem=self.sensors.problem_text(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
             return 0.0
-        return self._pace.idle_for(now) if self._drives else MAX_IDLE
+        return self._pace.idle_for(now) if self._drives else IDLE_SAMPLE_PERIOD
 
     # -- the drive
 
@@ -259,7 +260,7 @@ class MoveToGoalCore:
         sensors = self.sensors
         sensors.update(now, self._gyro.awaits_comparison)
         self._permission.set_sensor_problem(sensors.problem_text(now))
-        awaits_sensors = self._permission.grant_exists and self._machine.active
+        awaits_sensors = self._permission.has_grant and self._machine.is_active
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
         if sensors.status is SensorStatus.RECOVERED:
@@ -294,15 +295,15 @@ class MoveToGoalCore:
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]
                 self._log.add(f'{text}: {jump.outcome}', warning=True)
-            has_begun = self._machine.begun and self._machine.active
-            if self._localizer.is_lost and self._machine.active:
+            has_begun = self._machine.has_begun and self._machine.is_active
+            if self._localizer.is_lost and self._machine.is_active:
                 self._machine.give_up(POSE_LOST)
-            elif self._permission.grant_exists and has_begun:
+            elif self._permission.has_grant and has_begun:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_resets():
             if reset.is_done:
                 self._machine.restart()
                 self._restart()
-                if not self._machine.active:
-                    reset.hint = '; no goal: send one'
+                if not self._machine.is_active:
+                    reset.note = '; no goal: send one'
                 self._log.add(reset.answer)

@@ -162,7 +162,7 @@ class Resets:
         response.stamp = reset.stamp
         if reset.pose_before is not None:
             response.before = _in_degrees(reset.pose_before)
-        response.after = _in_degrees(reset.declared)
+        response.after = _in_degrees(reset.declared_pose)
         return response
 
     def _on_set_pose(self, request):

@@ -84,7 +84,7 @@ class DriveOutput(Output):
     odom_T_local: Optional[Pose2] = None
 
     @property
-    def has_more(self) -> bool:
+    def has_other_work(self) -> bool:
         return bool(self.log_lines or self.answers or self.status)
 
 

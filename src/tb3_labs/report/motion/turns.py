@@ -19,9 +19,9 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.recording.run_data import ImuSamples, RunData
 from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, movements
 from tb3_labs.report.motion.resets_and_goals import recorded_states
-from tb3_labs.robot.samples import REST_ANGULAR
+from tb3_labs.robot.samples import MAX_REST_TURN_RATE
 
-#: A robot rests if its mean rate of turn over this time [s] is below REST_ANGULAR.
+#: A robot rests if its mean rate of turn over this time [s] is below MAX_REST_TURN_RATE.
 REST_WINDOW = 0.15
 #: The robot has come to rest within this time [s] after the last command.
 REST_WAIT = 2.0
@@ -122,7 +122,7 @@ def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
     """Does the robot rest from `begin` to `end` [s]? Returns False without IMU samples."""
     rates = imu.between(begin, end).yaw_rate
-    return len(rates) > 0 and bool(abs(rates.mean()) < REST_ANGULAR)
+    return len(rates) > 0 and bool(abs(rates.mean()) < MAX_REST_TURN_RATE)
 
 
 def _requested(run: RunData, since: float, end: float, turned: float) -> float:
