@@ -52,7 +52,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
         content = content.encode('utf-8', errors='backslashreplace')
     new_file = path.with_name(f'.{secrets.token_hex(8)}.part')
     try:
-        with open(str(new_file), 'xb') as file:     # x: does not replace a file or a link
+        with open(str(new_file), 'xb') as file:     # x fails if the file or a link exists
             file.write(content)
         os.replace(str(new_file), str(path))
     finally:

@@ -1,20 +1,19 @@
 """An approach moves the robot to a goal, and stops the robot at the goal in spite of delays.
 
 If a controller looks only at the measured position, it brakes too late, and overshoots. An approach
-is a Smith predictor, which controls the *predicted remaining way*. If a stop is commanded now, the
-predicted remaining way is the distance from the resting robot to the goal. The formula is
+is a Smith predictor, which controls the *predicted remaining way*. A robot that is told to stop now
+would come to rest at this distance before the goal. The formula is
 
     remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
 
-After the command 0, a motor with the speed v still travels v lag, which is the integral of v
-exp(-t/lag). Each sample gives one prediction, with the delay, lag and gain from `motor_response`.
+After the command 0, a motor with the speed v still travels v * lag, which is the integral of
+v exp(-t/lag). Each sample gives one prediction, with the delay, lag and gain from `motor_response`.
 An `Estimate` filters the noise of the predictions. Between two samples, only the commands change
 the predicted remaining way. A braking profile gives the speed for each predicted remaining way.
 After the first stop, *nudges*, which are short commands, correct the remaining error.
 
 Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
-Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
-(1957).
+Source: Smith, Closer control of loops with dead time, Chemical Engineering Progress 53 (1957).
 """
 import math
 from dataclasses import dataclass
@@ -37,7 +36,7 @@ class ApproachConfig:
     period: float
     #: Greatest acceleration [1/s^2] of the command.
     acceleration: float
-    #: Deceleration [1/s^2] of the braking profile. It is less than the acceleration, so that the
+    #: Deceleration [1/s^2] of the braking profile, which is less than the acceleration, so that the
     #: robot can follow the profile in spite of disturbances.
     deceleration: float
     #: Near the goal, the speed is this gain [1/s] times the predicted remaining way.

@@ -89,7 +89,7 @@ class _SentCommand(NamedTuple):
 
 
 class CommandHistory:
-    """The commands since the start of an approach. Before an approach, all commands were stops."""
+    """The commands since the start of an approach. All earlier commands count as stops."""
 
     def __init__(self, period: float) -> None:
         """The robot obeys each command for one `period` [s]."""

@@ -61,8 +61,7 @@ class DriveLaw:
     #: The robot steers towards a point on the line, which is this distance [m] ahead of the robot.
     #: A larger distance calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD = 0.20
-    #: A moving robot has not arrived if it would stop farther beyond the goal than this share of
-    #: the tolerance.
+    #: A robot that still moves may stop beyond the goal by at most this share of the tolerance.
     OVERSHOOT_SHARE = 0.3
 
     def __init__(self, config: DriveConfig, model: RobotModel,

@@ -2,8 +2,8 @@
 
 The law, :mod:`tb3_labs.control.drive_law`, gives the command in each driving state, and decides
 when a state is finished. This module chooses the next state. A drive is given up if the robot gets
-no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows it
-at the goal.
+no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows the
+robot at the goal.
 
 Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure the
 command is None.

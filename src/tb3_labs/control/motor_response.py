@@ -21,13 +21,13 @@ the speed v = gain u (1 - exp(-(t - delay) / lag)). It follows that
     lag = motion_time / (-log(1 - speed_share) - speed_share)
     delay = t - motion_time - lag speed_share
 
-The measured delay is the time of the command's way to the robot, plus the time of the sample's way
+The measured delay is the time that a command needs to the robot, plus the time that a sample needs
 back. The stamp of a delayed sample looks fresh, since the robot sets its clock over the same slow
 network. The *sample delay* is the measured delay minus `COMMAND_TIME`.
 
 Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
-Source: the step response of a first-order system with dead time, as in K. J. Astrom and
-T. Hagglund, PID Controllers: Theory, Design, and Tuning (1995), chapter 2.
+Source: the step response of a first-order system with dead time, as in Astrom and Hagglund,
+PID Controllers: Theory, Design, and Tuning (1995), chapter 2.
 """
 import math
 from copy import copy
@@ -71,9 +71,9 @@ MIN_LEARNING_WEIGHT = 0.01
 MAX_STEADY_DEVIATION = 0.08
 #: A speed is steady only if the command did not change for this time [s].
 MIN_STEADY_TIME = 0.12
-#: Samples are used if the command is at least this share of the fastest speed.
+#: A sample is evaluated only if the command is at least this share of the fastest speed.
 MIN_COMMAND_SHARE = 0.5
-#: Samples are used until this time [s] after the start.
+#: Samples are evaluated until this time [s] after the start of an approach.
 LEARNING_TIME = 1.5
 #: A robot that is faster than this [rad/s or m/s] has begun to move.
 ONSET_SPEED = 0.03
@@ -146,7 +146,7 @@ class Identification:
         #: The estimate of this approach.
         self.estimate = copy(response)
         self._learned = response                # the response that all approaches share
-        self._linearized_at = copy(response)    # the equations give differences from these values
+        self._linearized_at = copy(response)    # the equations give changes of these values
         self._measures_instant_speed = measures_instant_speed
         self._from_rest = False          # was the robot at rest at the start?
         self._start_observed = False     # did a sample show that the robot speeds up?

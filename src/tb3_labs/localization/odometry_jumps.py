@@ -63,7 +63,7 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
 class Jump(NamedTuple):
-    """A step of a sensor that is not a motion of the robot."""
+    """A step in the values of a sensor, which no motion of the robot explains."""
 
     text: str                 # text for the user about the step, or ''
     outcome: str = ''         # POSE_KEPT, POSE_LOST or ''

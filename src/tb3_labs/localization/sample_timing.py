@@ -15,8 +15,8 @@ Units: seconds. Cases:
 1. A stamp that is merely old is used, since its message was delayed.
 2. A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Until the
    stamps of this source reach their highest value again, this value is the time of each sample.
-3. A stamp that goes back by `SMALL_STEP` or more, is in the future, or follows a long silence,
-   begins a new *epoch*. Times of different epochs cannot be compared.
+3. A new *epoch* begins with a stamp that goes back by `SMALL_STEP` or more, is in the future, or
+   follows a long silence. Times of different epochs cannot be compared.
 4. Stamps are not a clock if they are zero, stand still, or differ between two sources.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
@@ -33,7 +33,7 @@ from tb3_labs.supervision.timeouts import LONG_SILENCE, MAX_GYRO_GAP, WindowMini
 SMALL_STEP = 0.1
 #: A stamp that is this much [s] ahead of its arrival belongs to a new clock.
 CLOCK_STEP = 1.0
-#: If stamps are wrong by CLOCK_STEP or more for longer than this time [s], they are not a clock.
+#: Stamps that are wrong by CLOCK_STEP or more for longer than this time [s] are not a clock.
 MAX_WRONG_TIME = 1.0
 #: If a stamp is repeated this number of times, the stamps are not a clock.
 MAX_REPEATS = 3
@@ -107,7 +107,7 @@ class _Stamp(NamedTuple):
     """The latest stamp of one source in an epoch. The defaults mean that no stamp has arrived."""
 
     stamp: float = math.nan
-    time: float = -math.inf        # the latest stamp that the source has sent
+    time: float = -math.inf        # time of the source's latest sample
     repeats: int = 0               # number of messages that repeated the stamp
     wrong_since: float = math.inf  # from this arrival on, all stamps are wrong by CLOCK_STEP
 

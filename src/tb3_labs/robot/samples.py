@@ -7,14 +7,14 @@ from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
-#: Between two samples of the IMU, a robot turns by at most this angle [rad]. If the IMU is silent,
-#: a node stops the robot before the robot can turn farther.
+#: Between two samples of the IMU, a robot turns by at most this angle [rad], since a node stops the
+#: robot before that if the IMU is silent.
 MAX_TURN_PER_SAMPLE = 1.0
 #: In a day, a robot drives at most this distance [m] from the zero of its odometry.
 MAX_ODOMETRY_DISTANCE = 2e4
-#: The largest speed [m/s] in the odometry, which a person who spins the wheels can reach.
+#: The largest speed [m/s] that the odometry shows if a person spins the wheels.
 MAX_ODOMETRY_SPEED = 3.0
-#: The largest rate of turn [rad/s] in the odometry, whose spikes are 2 pi in 1 ms or more.
+#: The largest rate of turn [rad/s] in the odometry, since a spike is 2 pi in at least 1 ms.
 MAX_ODOMETRY_TURN_RATE = 7e3
 #: The board's gyro measures at most this rate [rad/s], which is 2000 deg/s.
 MAX_GYRO_RATE = 35.0

@@ -80,5 +80,5 @@ class ControlMessages:
     def stop(self, caused_at: float) -> None:
         """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""
         self.must_renew = False
-        self.stopped_at = max(self.stopped_at, caused_at)    # a press of B may be delayed
+        self.stopped_at = max(self.stopped_at, caused_at)    # a button press may be delayed
         self.waiting.append(False)

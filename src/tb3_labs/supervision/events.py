@@ -75,7 +75,7 @@ class MessageAges:
     def age_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
                clock: float = 0.0) -> Age:
         """Returns the Age of a message that arrives now. `stamp` is the message's stamp, or 0.
-        `clock` is the present time on the stamps' clock. A driver that hangs repeats a stamp."""
+        `clock` is `now` on the stamps' clock. A device driver that hangs repeats a stamp."""
         sender = connection.sender
         previous = self._latest.get(sender)
         last_stamp, last_clock = self._stamps.get(sender, (0.0, 0.0))

@@ -46,7 +46,7 @@ class TypedPose(Config):
 
 @dataclass(frozen=True)
 class RequestedPose:
-    """The pose of a goal or a reset, in the frame ``local`` or ``odom`` that its sender chose."""
+    """The pose of a goal or a reset. The sender chose the frame, which is ``local`` or ``odom``."""
 
     pose: Pose2
     in_odom: bool = False
@@ -67,7 +67,7 @@ class RequestedPose:
 class GoalRequest(NamedTuple):
     """A goal as received."""
 
-    goal: Optional[RequestedPose]    # None for the goal at the start of the node
+    goal: Optional[RequestedPose]    # None for the goal in the node's parameters
     sender: str = ''
     name: str = ''        # name in the GoalID, or ''
     stamp: int = 0        # stamp in the GoalID [ns, sender's clock], or 0

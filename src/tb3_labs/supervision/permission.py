@@ -97,7 +97,7 @@ class Permission:
 
     @property
     def has_grant(self) -> bool:
-        """Does a grant exist, perhaps a suspended grant?"""
+        """Does a valid or suspended grant exist?"""
         return bool(self._grants)
 
     def pop_new_grant(self) -> bool:

@@ -55,7 +55,7 @@ MAX_RECEIVED_STEP = 0.1
 #: If a sample is older than this, the network stalls.
 STALL_AGE = 0.1
 #: A message that arrives within this time after an event may have been sent before the event. An
-#: event is a press, a sleep, a node's start, or a pad's first message.
+#: event is a button press, a sleep, a node's start, or a pad's first message.
 CROSSING_TIME = 0.3
 #: A pad that takes the robot back waits this long, so that move_to_goal can stop the robot.
 HAND_BACK_TIME = 0.15
