@@ -44,40 +44,41 @@ class Pace:
 
     def __init__(self, period: float) -> None:
         self._period = period
-        self._next = 0.0
-        self._last: Optional[float] = None
+        self._next_step_at = 0.0
+        self._last_step_at: Optional[float] = None
 
     @property
     def is_running(self) -> bool:
         """Was a step taken since the last restart?"""
-        return self._last is not None
+        return self._last_step_at is not None
 
     def is_due(self, now: float) -> bool:
         """Is it time for the next step?"""
-        clock_went_back = now < self._next - 2.0 * self._period
-        return now >= self._next or clock_went_back
+        clock_went_back = now < self._next_step_at - 2.0 * self._period
+        return now >= self._next_step_at or clock_went_back
 
     def idle_for(self, now: float) -> float:
         """Returns the time [s] until the next step, which needs a new sample."""
-        return clamp(self._next - now, 0.0, 2.0 * self._period)
+        return clamp(self._next_step_at - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
         """Take a step. Returns the time [s] since the previous step."""
-        last = self._last
-        self._last = now
+        last = self._last_step_at
+        self._last_step_at = now
         if last is None:
-            self._next = now + self._period - STEP_LEAD
+            self._next_step_at = now + self._period - STEP_LEAD
             return self._period
         self.skip(now)
         return max(0.0, now - last)
 
     def skip(self, now: float) -> None:
         """Skip a step that was due, so that the next step is due one period later."""
-        self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
+        self._next_step_at = clamp(
+            self._next_step_at + self._period, now + 0.5 * self._period, now + self._period)
 
     def restart(self) -> None:
         """Treat the next step as the first, since the robot rests, or another node drives."""
-        self._last = None
+        self._last_step_at = None
 
 
 class _SentCommand(NamedTuple):
@@ -100,12 +101,12 @@ class CommandHistory:
         self.period_start = 0.0
         self.command = 0.0          # the latest command
         self.first_command = 0.0    # 0 before the first command
-        self._same_since = 0.0
+        self._changed_at = 0.0
 
     @property
     def unchanged_for(self) -> float:
         """Time [s] since the latest change of the command."""
-        return self.now - self._same_since
+        return self.now - self._changed_at
 
     def advance(self, dt: float) -> None:
         self.now += dt
@@ -117,7 +118,7 @@ class CommandHistory:
         if len(self._sent) == 1:    # no command was sent yet
             self.first_command = command
         if command != self.command:
-            self._same_since = self.now
+            self._changed_at = self.now
         self.command = command
         travel = self.commanded_travel(self.period_start)
         self._sent.append(_SentCommand(self.period_start, command, travel))

@@ -88,10 +88,10 @@ class DriveLaw:
         backwards = wrap(self._line + math.pi)
         turns = sum_of_turns(pose.yaw, self._line, goal.yaw)
         reverse_turns = sum_of_turns(pose.yaw, backwards, goal.yaw)
-        self._reverse = self._config.allow_reverse and reverse_turns < turns
+        self._is_reversed = self._config.allow_reverse and reverse_turns < turns
         self._begin_turn(pose, self._heading_along(self._line))
         self._driving.start()
-        self._final_turn_begun = False
+        self._has_begun_final_turn = False
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn until the robot's heading is nearly along the line."""
@@ -109,7 +109,7 @@ class DriveLaw:
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
         ahead, cross_track_error = -line_T_base.x, line_T_base.y    # left positive
-        direction = -1.0 if self._reverse else 1.0
+        direction = -1.0 if self._is_reversed else 1.0
         speed = direction * self._driving.step(ahead, direction * motion.linear,
                                                self._max_linear, dt)
         to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD)
@@ -119,8 +119,8 @@ class DriveLaw:
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading, until the robot rests inside the tolerance."""
-        if not self._final_turn_begun:
-            self._final_turn_begun = True
+        if not self._has_begun_final_turn:
+            self._has_begun_final_turn = True
             self._begin_turn(motion.pose, goal.yaw)
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, turn.is_finished)
@@ -141,7 +141,7 @@ class DriveLaw:
         return -max_overshoot <= remaining <= self.STOP_AHEAD
 
     def _heading_along(self, direction: float) -> float:
-        return wrap(direction + math.pi) if self._reverse else direction
+        return wrap(direction + math.pi) if self._is_reversed else direction
 
     def _begin_turn(self, pose: Pose2, goal_yaw: float) -> None:
         self._turning.start(pose.yaw, difference(goal_yaw, pose.yaw))

@@ -106,14 +106,14 @@ class MotorResponse:
             return MIN_SAMPLE_DELAY
         return min(excess, MAX_SAMPLE_DELAY)
 
-    def learn(self, other: 'MotorResponse') -> None:
+    def learn(self, measured: 'MotorResponse') -> None:
         """Take in one measurement of delay, lag and gain."""
         self._count += 1
         weight = max(MIN_LEARNING_WEIGHT, 1.0 / self._count)
-        self._mean_delay += weight * (other.delay - self._mean_delay)
-        self.delay += LEARNING_WEIGHT * (other.delay - self.delay)
-        self.lag += LEARNING_WEIGHT * (other.lag - self.lag)
-        self.gain += LEARNING_WEIGHT * (other.gain - self.gain)
+        self._mean_delay += weight * (measured.delay - self._mean_delay)
+        self.delay += LEARNING_WEIGHT * (measured.delay - self.delay)
+        self.lag += LEARNING_WEIGHT * (measured.lag - self.lag)
+        self.gain += LEARNING_WEIGHT * (measured.gain - self.gain)
 
 
 def identify_at_start(time: float, steady_speed: float, travelled: float,
@@ -145,7 +145,7 @@ class Identification:
         `measures_instant_speed`, see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = copy(response)
-        self._learned = response                # the response that all approaches share
+        self._shared_response = response        # the response that all approaches share
         self._linearized_at = copy(response)    # the equations give changes of these values
         self._measures_instant_speed = measures_instant_speed
         self._from_rest = False          # was the robot at rest at the start?
@@ -177,11 +177,11 @@ class Identification:
                      and abs(speed - command) < MAX_STEADY_DEVIATION * abs(command))
         min_share, max_share = SPEEDING_UP_SHARES
         has_arrived = history.unchanged_for > self.estimate.delay + age    # the latest command
-        speeds_up = min_share < speed / command < max_share
-        if is_steady or (self._start_observed and has_arrived and speeds_up):
+        speeds_up = self._start_observed and has_arrived and min_share < speed / command < max_share
+        if is_steady or speeds_up:
             self._solve(history, travelled, speed, max_speed, age)
         if is_steady:
-            self._learned.learn(self.estimate)
+            self._shared_response.learn(self.estimate)
 
     def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
                            age: float) -> None:

@@ -100,7 +100,8 @@ class PreciseTurn:
         """
         self._time += dt
         self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
-        command = self._approach.step(self.remaining, rate, self._max_rate, dt, noise, age)
+        command = self._approach.step(self.remaining, rate, max_speed=self._max_rate, dt=dt,
+                                      noise=noise, age=age)
         rests = is_at_rest(0.0, rate) and self._approach.obeyed_only_stops(age)
         self._settling.update(rests, self._time - age)
         if rests:

@@ -158,10 +158,10 @@ class GyroMonitor:
     def _add_turn(self, previous: WheelSample, sample: WheelSample) -> None:
         begin, end = previous.stamp, sample.stamp
         left, right = sample.left - previous.left, sample.right - previous.right
-        rate_of_radian = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
+        rate_per_radian = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
         turns = self._comparison.turns
-        turns.append(_WheelTurn(begin, end, rate=(right - left) * rate_of_radian,
-                                rate_of_one_wheel=max(abs(left), abs(right)) * rate_of_radian))
+        turns.append(_WheelTurn(begin, end, rate=(right - left) * rate_per_radian,
+                                rate_of_one_wheel=max(abs(left), abs(right)) * rate_per_radian))
         while turns[0].end < end - WHEEL_MEMORY_TIME:
             turns.popleft()
 

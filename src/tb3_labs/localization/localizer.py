@@ -173,11 +173,12 @@ class Localizer:
         turn = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
         heading = self.frame.heading(imu.yaw + turn)
         place = self.frame.pose(odometry.pose, imu.yaw)
-        driven = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION)
-        pose = Pose2(place.x + driven * math.cos(heading), place.y + driven * math.sin(heading),
-                     heading)
-        return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
-                      yaw_noise=self._yaw_noise.deviation, extrapolated_turn=turn)
+        distance = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION)
+        pose = Pose2(place.x + distance * math.cos(heading),
+                     place.y + distance * math.sin(heading), heading)
+        return Motion(pose, linear=odometry.linear, angular=imu.yaw_rate, imu_age=imu_age,
+                      odometry_age=odometry_age, yaw_noise=self._yaw_noise.deviation,
+                      extrapolated_turn=turn)
 
     def _awaits_reset(self, stamp: float) -> bool:
         """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""

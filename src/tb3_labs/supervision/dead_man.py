@@ -40,7 +40,7 @@ class DeadMan:
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
-        """Let `page` drive, while a person grips it. Raises ``ValueError`` if it must not drive.
+        """Let `page` drive. Raises ``ValueError`` if the page must not drive.
 
         `lateness` is the delay [s] of the message. Returns False if the delay is more than
         `INPUT_TIMEOUT`, since the message then counts as silence. `is_first`: is this the grip's

@@ -84,7 +84,7 @@ class Permission:
             self._grants[START] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender
         self._stopped_at: Dict[str, float] = {}   # time [s] of each sender's latest False
-        self._refused: Set[str] = set()    # senders whose refused True was logged
+        self._refused_senders: Set[str] = set()    # their refused True was logged
         self._now = math.nan           # time [s] of the latest update
         self._began_at = math.nan      # time [s] of the first update, or of the end of a long sleep
         self.sleep = SleepMonitor()
@@ -133,7 +133,7 @@ class Permission:
             self._refuse(sender, self.sleep.refusal)
         elif not was_true:
             self._grants[sender] = _Grant(now, renews=message.renews)
-            self._refused.discard(sender)
+            self._refused_senders.discard(sender)
             self._has_new_grant = True
         elif not self.has_grant:
             self._refuse(sender, 'True was said before')
@@ -146,12 +146,12 @@ class Permission:
                             if now - time <= RESUME_TIME}
         self._stopped_at[sender] = now
         self._grants = {}
-        self._refused.discard(sender)
+        self._refused_senders.discard(sender)
 
     def _refuse(self, sender: str, reason: str) -> None:
         """Log a refusal only one time, since the sender may repeat True for ever."""
-        if sender not in self._refused:
-            self._refused.add(sender)
+        if sender not in self._refused_senders:
+            self._refused_senders.add(sender)
             self._log.add(f'Control from {sender} does not count: {reason}. {REMEDY}', warning=True)
 
     def update(self, now: float) -> None:
@@ -186,5 +186,5 @@ class Permission:
 
     def _end(self, sender: str, reason: str) -> None:
         self._log.add(f'Control from {sender} is gone: {reason}. {REMEDY}', warning=True)
-        self._refused.add(sender)    # the refusal of the next True need not be logged
+        self._refused_senders.add(sender)    # the refusal of the next True need not be logged
         del self._grants[sender]
