@@ -7,7 +7,7 @@ import pytest
 from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.motor_response import (
     MIN_COMMAND_SHARE, MIN_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification, MotorResponse, identify_at_start)
-from tb3_labs.supervision.timeouts import STALL_AGE
+from tb3_labs.supervision.timeouts import MAX_SAMPLE_AGE
 
 PERIOD = 0.02
 
@@ -86,7 +86,7 @@ def test_only_plausible_speeds_are_used(share, tells):
 @pytest.mark.parametrize('what', [
     {'begin_speed': 0.2},                      # it moved already: by what command?
     {'command': 0.9 * MIN_COMMAND_SHARE, 'prompt': False},    # too slow
-    {'age': 1.1 * STALL_AGE},                # the network stalls
+    {'age': 1.1 * MAX_SAMPLE_AGE},                # the network stalls
     {'seconds': 0.1}])                         # over before it was steady
 def test_unclear_motions_are_not_learned(what):
     _, learned = identified(0.2, 0.1, **what)

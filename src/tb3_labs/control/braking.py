@@ -63,12 +63,12 @@ def braking_speed(distance: float, deceleration: float, gain: float) -> float:
     Far from the goal, the speed follows the braking profile v = sqrt(2 a d), with the distance d
     and the `deceleration` a [1/s^2]. At d = 0 the slope of this profile is infinite, and a motor
     cannot follow it. Therefore the speed near the goal is the distance times the `gain` [1/s]. At
-    the distance `meeting`, both formulas give the same speed and the same slope.
+    the distance `meeting_distance`, both formulas give the same speed and the same slope.
     """
-    meeting = deceleration / gain ** 2
-    if distance <= meeting:
+    meeting_distance = deceleration / gain ** 2
+    if distance <= meeting_distance:
         return gain * distance
-    return math.sqrt(deceleration * (2.0 * distance - meeting))
+    return math.sqrt(deceleration * (2.0 * distance - meeting_distance))
 
 
 class Approach:

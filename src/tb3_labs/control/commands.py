@@ -18,7 +18,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 
 #: Each step after the first is due earlier by this time [s], since a sample may be up to 5 ms late.
 #: Until a new command arrives, the robot obeys the previous command.
-STEP_LEAD = 0.0035
+STEP_LEAD_TIME = 0.0035
 #: A node that does not drive reads a sample after each period of this length [s].
 IDLE_SAMPLE_PERIOD = 0.036
 #: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
@@ -66,7 +66,7 @@ class Pace:
         last = self._last_step_at
         self._last_step_at = now
         if last is None:
-            self._next_step_at = now + self._period - STEP_LEAD
+            self._next_step_at = now + self._period - STEP_LEAD_TIME
             return self._period
         self.skip(now)
         return max(0.0, now - last)

@@ -57,10 +57,10 @@ class DriveLaw:
     #: The robot starts to drive when its heading is within this angle [rad] of the line.
     FACING_ANGLE = 0.1
     #: The robot has arrived if it would stop at most this distance [m] before the goal.
-    STOP_AHEAD = 0.0005
+    ARRIVAL_DISTANCE = 0.0005
     #: The robot steers towards a point on the line, which is this distance [m] ahead of the robot.
     #: A larger distance calms the steering. A smaller distance keeps the robot near the line.
-    LOOK_AHEAD = 0.20
+    LOOK_AHEAD_DISTANCE = 0.20
     #: A robot that still moves may stop beyond the goal by at most this share of the tolerance.
     OVERSHOOT_SHARE = 0.3
 
@@ -72,14 +72,14 @@ class DriveLaw:
         self._model = model
         self._max_linear = min(config.max_linear, model.max_linear)
         self._max_angular = min(config.max_angular, model.max_angular)
-        self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
-                                    math.radians(config.angle_tolerance_deg), response)
+        self._precise_turn = PreciseTurn(self._max_angular, config.angular_acceleration,
+                                         math.radians(config.angle_tolerance_deg), response)
         self._backup_distance = BACKUP_SHARE * config.distance_tolerance
-        self._driving = Approach(ApproachConfig(
+        self._approach = Approach(ApproachConfig(
             period=self.period, acceleration=config.linear_acceleration,
             deceleration=0.2 * config.linear_acceleration, gain=15.0, min_speed=0.015,
-            dead_band=self.STOP_AHEAD, max_overshoot=self._backup_distance, nudge_time=self.period),
-            response)
+            dead_band=self.ARRIVAL_DISTANCE, max_overshoot=self._backup_distance,
+            nudge_time=self.period), response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Choose the line to the goal, and the direction of the drive along this line."""
@@ -90,7 +90,7 @@ class DriveLaw:
         reverse_turns = sum_of_turns(pose.yaw, backwards, goal.yaw)
         self._is_reversed = self._config.allow_reverse and reverse_turns < turns
         self._begin_turn(pose, self._heading_along(self._line))
-        self._driving.start()
+        self._approach.start()
         self._has_begun_final_turn = False
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
@@ -110,10 +110,10 @@ class DriveLaw:
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
         ahead, cross_track_error = -line_T_base.x, line_T_base.y    # left positive
         direction = -1.0 if self._is_reversed else 1.0
-        speed = direction * self._driving.step(ahead, direction * motion.linear,
-                                               self._max_linear, dt)
-        to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD)
-        self._turning.aim(self._heading_along(wrap(self._line + to_line)))
+        speed = direction * self._approach.step(
+            ahead, direction * motion.linear, max_speed=self._max_linear, dt=dt)
+        to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD_DISTANCE)
+        self._precise_turn.aim(self._heading_along(wrap(self._line + to_line)))
         return self._step(speed, self._turn(motion, dt), ahead,
                           is_finished=self._is_at_goal or self._has_arrived(motion.linear))
 
@@ -134,21 +134,21 @@ class DriveLaw:
                 f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
     def _has_arrived(self, linear: float) -> bool:
-        remaining = self._driving.predicted_remaining.value
+        remaining = self._approach.predicted_remaining.value
         max_overshoot = self._backup_distance
         if abs(linear) > MAX_REST_SPEED:    # a moving robot may stop later than predicted
             max_overshoot = self.OVERSHOOT_SHARE * self.distance_tolerance
-        return -max_overshoot <= remaining <= self.STOP_AHEAD
+        return -max_overshoot <= remaining <= self.ARRIVAL_DISTANCE
 
     def _heading_along(self, direction: float) -> float:
         return wrap(direction + math.pi) if self._is_reversed else direction
 
     def _begin_turn(self, pose: Pose2, goal_yaw: float) -> None:
-        self._turning.start(pose.yaw, difference(goal_yaw, pose.yaw))
+        self._precise_turn.start(pose.yaw, difference(goal_yaw, pose.yaw))
 
     def _turn(self, motion: Motion, dt: float) -> LawStep:
         measured_yaw = motion.pose.yaw - motion.extrapolated_turn
-        return self._turning.step(
+        return self._precise_turn.step(
             measured_yaw, motion.angular, dt, age=motion.imu_age, noise=motion.yaw_noise)
 
     def _step(self, linear: float, turn: LawStep, remaining: float, is_finished: bool) -> LawStep:

@@ -38,7 +38,7 @@ import numpy as np
 from tb3_labs.control.commands import CommandHistory
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
-from tb3_labs.supervision.timeouts import STALL_AGE
+from tb3_labs.supervision.timeouts import MAX_SAMPLE_AGE
 
 #: Assumed lag [s] of the motors before the first measurement.
 FIRST_LAG = 0.05
@@ -148,8 +148,8 @@ class Identification:
         self._shared_response = response        # the response that all approaches share
         self._linearized_at = copy(response)    # the equations give changes of these values
         self._measures_instant_speed = measures_instant_speed
-        self._from_rest = False          # was the robot at rest at the start?
-        self._start_observed = False     # did a sample show that the robot speeds up?
+        self._began_at_rest = False      # was the robot at rest at the start?
+        self._has_seen_start = False     # did a sample show that the robot speeds up?
         lag_deviation = FIRST_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
         deviations = np.array([FIRST_GAIN_DEVIATION, FIRST_DELAY_DEVIATION, lag_deviation])
         self._normal_matrix = np.diag(deviations ** -2.0)
@@ -158,16 +158,16 @@ class Identification:
     def begin(self, speed: float) -> None:
         """Start at the measured `speed`, just before the first command. If the robot moves already,
         nothing is identified, since an earlier command may cause this motion."""
-        self._from_rest = abs(speed) <= ONSET_SPEED
+        self._began_at_rest = abs(speed) <= ONSET_SPEED
 
     def update(self, history: CommandHistory, travelled: float, speed: float,
                max_speed: float, age: float = 0.0) -> None:
         """Take in the travel since the start and the `speed`, which were measured `age` [s] ago."""
-        if age > STALL_AGE:
-            self._from_rest = False    # a slow network may delay commands, too
-        if not self._from_rest:
+        if age > MAX_SAMPLE_AGE:
+            self._began_at_rest = False    # a slow network may delay commands, too
+        if not self._began_at_rest:
             return
-        is_first_motion = not self._start_observed and abs(speed) > ONSET_SPEED
+        is_first_motion = not self._has_seen_start and abs(speed) > ONSET_SPEED
         if self._measures_instant_speed and is_first_motion:
             self._identify_at_start(history, travelled, speed, age)
         command = history.command
@@ -177,7 +177,7 @@ class Identification:
                      and abs(speed - command) < MAX_STEADY_DEVIATION * abs(command))
         min_share, max_share = SPEEDING_UP_SHARES
         has_arrived = history.unchanged_for > self.estimate.delay + age    # the latest command
-        speeds_up = self._start_observed and has_arrived and min_share < speed / command < max_share
+        speeds_up = self._has_seen_start and has_arrived and min_share < speed / command < max_share
         if is_steady or speeds_up:
             self._solve(history, travelled, speed, max_speed, age)
         if is_steady:
@@ -185,7 +185,7 @@ class Identification:
 
     def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
                            age: float) -> None:
-        self._start_observed = True
+        self._has_seen_start = True
         steady_speed = history.first_command * self._linearized_at.gain
         observed = identify_at_start(history.now - age, steady_speed, travelled, speed)
         if observed is not None:

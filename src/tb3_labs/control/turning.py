@@ -57,7 +57,7 @@ class PreciseTurn:
     #: If the IMU is noisy, a robot at rest waits at most this time [s] for more samples.
     MAX_WAIT_AT_REST = 0.6
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
-    KNOWN_WELL_SHARE = 0.35
+    MAX_UNCERTAINTY_SHARE = 0.35
 
     def __init__(self, max_rate: float, acceleration: float, tolerance: float,
                  response: MotorResponse) -> None:
@@ -111,7 +111,7 @@ class PreciseTurn:
 
     def _is_inside_tolerance(self) -> bool:
         uncertainty = self._approach.predicted_remaining.uncertainty
-        if uncertainty <= self.KNOWN_WELL_SHARE * self._tolerance:
+        if uncertainty <= self.MAX_UNCERTAINTY_SHARE * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.MAX_WAIT_AT_REST
                 and abs(self.remaining) <= self._tolerance + uncertainty)

@@ -25,7 +25,7 @@ from collections import deque
 from typing import Deque, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp
-from tb3_labs.localization.sample_timing import SMALL_STEP, TimedSample
+from tb3_labs.localization.sample_timing import MAX_CORRECTION, TimedSample
 from tb3_labs.robot.samples import MAX_REST_TURN_RATE, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.timeouts import (
@@ -78,7 +78,7 @@ class _Comparison:
         self.wheels: Optional[WheelSample] = None    # the latest sample
         self.readings: Deque[_GyroRate] = deque()    # rates of the gyro that are not compared yet
         self.turns: Deque[_WheelTurn] = deque()
-        self.unexplained = 0.0      # sum [rad] of the turns that the wheels do not explain
+        self.unexplained_turn = 0.0    # sum [rad] of the turns that the wheels do not explain
         self.agreed_for = 0.0       # time [s] for which gyro and wheels agreed
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
@@ -123,7 +123,7 @@ class GyroMonitor:
         elif self._uncompared_for < AGREEMENT_TIME:
             self._uncompared_for += timed.silence
         sample, previous = timed.sample, timed.previous_sample
-        if timed.stamp_interval < -SMALL_STEP:
+        if timed.stamp_interval < -MAX_CORRECTION:
             self._comparison = _Comparison()
         readings = self._comparison.readings
         if 0.0 < timed.stamp_interval <= MAX_GYRO_GAP:
@@ -136,7 +136,7 @@ class GyroMonitor:
         self._sends_wheels = True
         previous = self._comparison.wheels
         interval = sample.stamp - previous.stamp if previous else 0.0
-        if interval < -SMALL_STEP or interval > MAX_INTERPOLATED_GAP:
+        if interval < -MAX_CORRECTION or interval > MAX_INTERPOLATED_GAP:
             self._comparison = _Comparison()
         elif previous is not None and interval > 0.0:
             self._add_turn(previous, sample)
@@ -185,8 +185,8 @@ class GyroMonitor:
             self._agree(seconds, wheels_rest)
         elif not reading.is_repeated:
             comparison.agreed_for = 0.0
-            comparison.unexplained += (reading.rate - nearest_rate) * seconds
-            if abs(comparison.unexplained) > MAX_UNEXPLAINED_TURN:
+            comparison.unexplained_turn += (reading.rate - nearest_rate) * seconds
+            if abs(comparison.unexplained_turn) > MAX_UNEXPLAINED_TURN:
                 self._contradicts = True
 
     def _agree(self, seconds: float, wheels_rest: bool) -> None:
@@ -196,5 +196,5 @@ class GyroMonitor:
             return
         comparison.agreed_for += seconds
         if comparison.agreed_for >= AGREEMENT_TIME:
-            comparison.unexplained = 0.0
+            comparison.unexplained_turn = 0.0
             self._contradicts = False

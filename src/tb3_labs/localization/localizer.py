@@ -108,7 +108,7 @@ class Localizer:
         self._commanded_at = now
 
     def on_odometry(self, timed: TimedSample) -> None:
-        if timed.all_silent > RESET_SILENCE:
+        if timed.silence_of_all > RESET_SILENCE:
             self._awaits_imu = True
         if self._timing.imu is None or self._awaits_imu:
             return

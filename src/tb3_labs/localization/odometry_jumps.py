@@ -35,7 +35,7 @@ MAX_POSSIBLE_SPEED = 0.5
 #: No TurtleBot3 turns faster than this [rad/s].
 MAX_TURN_RATE = 4.0
 #: This distance [m] is added to the longest possible step, since messages arrive unevenly.
-STEP_SLACK = 0.05
+DISTANCE_SLACK = 0.05
 #: This angle [rad] is added to the largest possible turn, since messages arrive unevenly.
 TURN_SLACK = 0.3
 #: A rate of turn [rad/s] above this is a spike, which the firmware sends by mistake.
@@ -177,7 +177,7 @@ def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
 def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
     distance = old_pose.distance_to(new_pose)
     turn = abs(difference(new_pose.yaw, old_pose.yaw))
-    moved_too_far = distance > MAX_POSSIBLE_SPEED * seconds + STEP_SLACK
+    moved_too_far = distance > MAX_POSSIBLE_SPEED * seconds + DISTANCE_SLACK
     turned_too_far = turn > MAX_TURN_RATE * seconds + TURN_SLACK
     is_at_zero = new_pose.x == new_pose.y == 0.0
     if is_at_zero and (distance > MIN_RESET_DISTANCE or turned_too_far):

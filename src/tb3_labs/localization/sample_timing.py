@@ -13,10 +13,10 @@ the arrivals replace the stamps of both sensors.
 Units: seconds. Cases:
 
 1. A stamp that is merely old is used, since its message was delayed.
-2. A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Until the
-   stamps of this source reach their highest value again, this value is the time of each sample.
-3. A new *epoch* begins with a stamp that goes back by `SMALL_STEP` or more, is in the future, or
-   follows a long silence. Times of different epochs cannot be compared.
+2. A stamp that goes back by less than `MAX_CORRECTION` shows a clock that is being corrected. Until
+   the source's stamps reach their highest value again, this value is the time of each sample.
+3. A new *epoch* begins with a stamp that goes back by `MAX_CORRECTION` or more, is in the future,
+   or follows a long silence. Times of different epochs cannot be compared.
 4. Stamps are not a clock if they are zero, stand still, or differ between two sources.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
@@ -30,10 +30,10 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.timeouts import LONG_SILENCE, MAX_GYRO_GAP, WindowMinimum
 
 #: A clock that goes back by less than this time [s] is being corrected, and was not set.
-SMALL_STEP = 0.1
+MAX_CORRECTION = 0.1
 #: A stamp that is this much [s] ahead of its arrival belongs to a new clock.
-CLOCK_STEP = 1.0
-#: Stamps that are wrong by CLOCK_STEP or more for longer than this time [s] are not a clock.
+MIN_CLOCK_STEP = 1.0
+#: Stamps that are wrong by MIN_CLOCK_STEP or more for longer than this time [s] are not a clock.
 MAX_WRONG_TIME = 1.0
 #: If a stamp is repeated this number of times, the stamps are not a clock.
 MAX_REPEATS = 3
@@ -55,7 +55,7 @@ class TimedSample(NamedTuple):
     epoch: int              # epoch of the sender's clock
     measured_at: float      # time of measurement [s, receiver's clock]; see SenderClock.measured_at
     silence: float          # time [s] since this sensor's previous sample; infinite without one
-    all_silent: float       # time [s] since the latest sample of any sensor; infinite without one
+    silence_of_all: float   # time [s] since the latest sample of any sensor; infinite without one
     stamp_interval: float   # time [s] from the previous stamp; 0 for the first sample
 
     def age(self, now: float) -> float:
@@ -65,7 +65,7 @@ class TimedSample(NamedTuple):
     @property
     def interval(self) -> float:
         """Time [s] since the previous sample, by stamps if possible, otherwise by arrivals."""
-        is_plausible = 0.0 < self.stamp_interval <= self.silence + CLOCK_STEP
+        is_plausible = 0.0 < self.stamp_interval <= self.silence + MIN_CLOCK_STEP
         return self.stamp_interval if is_plausible else self.silence
 
 
@@ -91,12 +91,12 @@ class SampleTiming:
         silence = _silence(last, now)
         previous = last.sample if last else None
         stamp_interval = sample.stamp - previous.stamp if previous else 0.0
-        all_silent = min(_silence(self.imu, now), _silence(self.odometry, now))
-        time = self.clock.time_of(source, sample.stamp, now, silence, all_silent)
+        silence_of_all = min(_silence(self.imu, now), _silence(self.odometry, now))
+        time = self.clock.time_of(source, sample.stamp, now, silence, silence_of_all)
         return TimedSample(
             sample, previous, arrival=now, time=time, epoch=self.clock.epoch,
-            measured_at=self.clock.measured_at(time, now), silence=silence, all_silent=all_silent,
-            stamp_interval=stamp_interval)
+            measured_at=self.clock.measured_at(time, now), silence=silence,
+            silence_of_all=silence_of_all, stamp_interval=stamp_interval)
 
 
 def _silence(last: Optional[TimedSample], now: float) -> float:
@@ -109,7 +109,7 @@ class _Stamp(NamedTuple):
     stamp: float = math.nan
     time: float = -math.inf        # time of the source's latest sample
     repeats: int = 0               # number of messages that repeated the stamp
-    wrong_since: float = math.inf  # from this arrival on, all stamps are wrong by CLOCK_STEP
+    wrong_since: float = math.inf  # from this arrival on, all stamps are wrong by MIN_CLOCK_STEP
 
 
 class SenderClock:
@@ -122,10 +122,10 @@ class SenderClock:
         self._new_epoch()
 
     def time_of(self, source: str, stamp: float, arrival: float, silence: float,
-                all_silent: float) -> float:
+                silence_of_all: float) -> float:
         """Returns the time of a sample of `source` on the sender's clock, or `arrival` if the
-        stamps are not a clock. `silence`, `all_silent`: see TimedSample."""
-        last = self._latest[source]
+        stamps are not a clock. `silence`, `silence_of_all`: see TimedSample."""
+        last = self._latest_stamps[source]
         repeats = last.repeats + 1 if stamp == last.stamp else 0
         wrong_since = math.inf
         if self._is_wrong(stamp, arrival):
@@ -134,46 +134,46 @@ class SenderClock:
         if self.uses_stamps and (stamp == 0.0 or repeats >= MAX_REPEATS or is_wrong_for_long):
             self.uses_stamps = False
             self._new_epoch()
-        elif self._is_new_clock(stamp - last.stamp, arrival, silence, all_silent):
+        elif self._is_new_clock(stamp - last.stamp, arrival, silence, silence_of_all):
             self._new_epoch()
             wrong_since = math.inf
-        time = max(stamp, self._latest[source].time) if self.uses_stamps else arrival
-        self._latest[source] = _Stamp(stamp, time, repeats, wrong_since)
+        time = max(stamp, self._latest_stamps[source].time) if self.uses_stamps else arrival
+        self._latest_stamps[source] = _Stamp(stamp, time, repeats, wrong_since)
         self._last_arrival = arrival
-        self._least.add(arrival, arrival - time)
+        self._least_delay.add(arrival, arrival - time)
         return time
 
     def stamp_of(self, now: float) -> Optional[float]:
         """Converts `now` to the sender's clock; None before the first sample."""
-        return None if self._least.value is None else now - self._least.value
+        return None if self._least_delay.value is None else now - self._least_delay.value
 
     def measured_at(self, time: float, arrival: float) -> float:
         """Returns when the latest sample was measured [s, receiver's clock]. The fastest message is
         assumed to need no time. `time` is the result of :meth:`time_of`."""
-        assert self._least.value is not None
-        return min(arrival, time + self._least.value)
+        assert self._least_delay.value is not None
+        return min(arrival, time + self._least_delay.value)
 
     def _is_wrong(self, stamp: float, arrival: float) -> bool:
-        least = self._least.value
-        return least is not None and abs(arrival - stamp - least) >= CLOCK_STEP
+        least = self._least_delay.value
+        return least is not None and abs(arrival - stamp - least) >= MIN_CLOCK_STEP
 
     def _is_new_clock(self, interval: float, arrival: float, silence: float,
-                      all_silent: float) -> bool:
+                      silence_of_all: float) -> bool:
         """Does a stamp come from a new clock? `interval` is the time [s] since the source's
         previous stamp; NaN for the source's first stamp."""
-        if self._least.value is None:
+        if self._least_delay.value is None:
             return False
-        if all_silent > LONG_SILENCE:
+        if silence_of_all > LONG_SILENCE:
             return True
         if not self.uses_stamps:
             return arrival < self._last_arrival
         # delayed messages arrive together, but their stamps differ as usual
-        return interval < -SMALL_STEP or interval > silence + CLOCK_STEP
+        return interval < -MAX_CORRECTION or interval > silence + MIN_CLOCK_STEP
 
     def _new_epoch(self) -> None:
         self.epoch += 1
-        self._least = WindowMinimum()
-        self._latest: DefaultDict[str, _Stamp] = defaultdict(_Stamp)    # by source
+        self._least_delay = WindowMinimum()
+        self._latest_stamps: DefaultDict[str, _Stamp] = defaultdict(_Stamp)    # by source
 
 
 class YawNoise:

@@ -28,7 +28,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.supervision.goal_requests import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
+from tb3_labs.supervision.goal_requests import MAX_COORDINATE, MAX_YAW_DEG, TypedPose
 
 #: The panel reads a message with at most this many characters. The longest valid message has about
 #: 250 characters. In 500 characters JSON cannot be nested so deeply that Python fails.
@@ -143,8 +143,8 @@ def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
 def _read_pose(message: Dict) -> TypedPose:
     # move_to_goal would also refuse an invalid pose, but a page would not show the reason
     return TypedPose(
-        _read_number(message, 'x', MAX_DISTANCE, 'm'),
-        _read_number(message, 'y', MAX_DISTANCE, 'm'),
+        _read_number(message, 'x', MAX_COORDINATE, 'm'),
+        _read_number(message, 'y', MAX_COORDINATE, 'm'),
         _read_number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 

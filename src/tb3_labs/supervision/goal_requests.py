@@ -22,7 +22,7 @@ from tb3_labs.supervision.events import Queue, SenderRequest, SenderRequests
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, SleepMonitor
 
 #: The largest coordinate [m] that a person may type. A larger number may have a wrong unit.
-MAX_DISTANCE = 100.0
+MAX_COORDINATE = 100.0
 MAX_YAW_DEG = 360.0     # the largest heading [deg] that a person may type
 #: A goal with this stamp [ns] is older than every goal that a sender has stamped.
 EARLIEST_STAMP = 1
@@ -35,8 +35,8 @@ STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or p
 class TypedPose(Config):
     """A pose in the local frame that a person types, with the heading in degrees."""
 
-    x: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
-    y: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
+    x: float = setting(0.0, 'in the local frame', 'm', -MAX_COORDINATE, MAX_COORDINATE)
+    y: float = setting(0.0, 'in the local frame', 'm', -MAX_COORDINATE, MAX_COORDINATE)
     yaw_deg: float = setting(0.0, 'heading', 'deg', -MAX_YAW_DEG, MAX_YAW_DEG)
 
     @property

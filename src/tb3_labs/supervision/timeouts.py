@@ -53,7 +53,7 @@ DELAY_WINDOW = 5.0
 #: `Lateness` counts a longer silence of a sender as a silence of this length.
 MAX_RECEIVED_STEP = 0.1
 #: If a sample is older than this, the network stalls.
-STALL_AGE = 0.1
+MAX_SAMPLE_AGE = 0.1
 #: A message that arrives within this time after an event may have been sent before the event. An
 #: event is a button press, a sleep, a node's start, or a pad's first message.
 CROSSING_TIME = 0.3
@@ -160,7 +160,7 @@ class Lateness:
     the least delay in the latest `DELAY_WINDOW` seconds in which the sender sent messages."""
 
     def __init__(self) -> None:
-        self._least = WindowMinimum()
+        self._least_delay = WindowMinimum()
         self._received_for = 0.0
         self._sender = Freshness('the sender')
 
@@ -171,9 +171,9 @@ class Lateness:
             return 0.0
         silence = self._sender.on_message(arrival)
         self._received_for += min(silence, MAX_RECEIVED_STEP)
-        self._least.add(self._received_for, arrival - stamp)
-        assert self._least.value is not None
-        return arrival - stamp - self._least.value
+        self._least_delay.add(self._received_for, arrival - stamp)
+        assert self._least_delay.value is not None
+        return arrival - stamp - self._least_delay.value
 
 
 class WindowMinimum:

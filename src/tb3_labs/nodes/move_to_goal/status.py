@@ -13,7 +13,7 @@ from tb3_labs.localization.localizer import StampedPose
 from tb3_labs.robot.samples import Motion
 from tb3_labs.supervision.events import LogQueue, Output
 from tb3_labs.supervision.goal_requests import (
-    MAX_DISTANCE, MAX_YAW_DEG, GoalAnswer, TypedPose)
+    MAX_COORDINATE, MAX_YAW_DEG, GoalAnswer, TypedPose)
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,9 @@ class MoveToGoalConfig(Config):
     """The settings with which `move_to_goal` starts."""
 
     goal_x: float = setting(float(GOAL_X), 'first goal, in the local frame', 'm',
-                            -MAX_DISTANCE, MAX_DISTANCE)
+                            -MAX_COORDINATE, MAX_COORDINATE)
     goal_y: float = setting(float(GOAL_Y), 'first goal, in the local frame', 'm',
-                            -MAX_DISTANCE, MAX_DISTANCE)
+                            -MAX_COORDINATE, MAX_COORDINATE)
     goal_yaw_deg: float = setting(float(GOAL_YAW_DEG), 'heading at the first goal', 'deg',
                                   -MAX_YAW_DEG, MAX_YAW_DEG)
     has_control: bool = setting(False, 'may drive from the start; typed, not in a file')
