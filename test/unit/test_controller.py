@@ -76,7 +76,7 @@ class Desk:
     def tick(self):
         """Returns a list with the present command, or an empty list."""
         output = self.core.tick(self.now, self.now)
-        self.watched = output.watched
+        self.needs_fast_ticks = output.needs_fast_ticks
         self.log_lines += output.log_lines
         return [] if output.command is None else [output.command]
 
@@ -112,19 +112,19 @@ def desk():
 def test_the_node_is_watched_in_a_turn_and_while_the_mouse_is_active(desk):
     for _ in range(2):
         desk.tick()
-        assert not desk.watched and desk.core.problem_text(desk.now) == ''
+        assert not desk.needs_fast_ticks and desk.core.problem_text(desk.now) == ''
         desk.law.remaining, desk.law.times, desk.log_lines = 1.0, [], []
         desk.request_turn()
         assert desk.core.idle_for(desk.now) < MAX_IDLE
         desk.run(0.2)
-        assert desk.watched
+        assert desk.needs_fast_ticks
         assert desk.told('Turning 90 degrees') and desk.law.times[0] == 0.1    # from standing
         desk.finish()
         desk.run(5.0)
     for active in (True, False):
         desk.core.on_mouse(Event(MouseState(active, 0.0, 0.0), desk.now))
         desk.tick()
-        assert desk.watched is desk.core.mouse.active is active
+        assert desk.needs_fast_ticks is desk.core.mouse.active is active
 
 
 def test_the_result_has_the_remaining_angle_of_the_law(desk):

@@ -342,13 +342,13 @@ def test_a_press_just_after_the_first_message_is_rejected(
 
 
 def test_the_node_is_watched_while_the_pad_drives_or_gives_control(pad):
-    assert not Core().tick(0.0).watched      # nothing was heard
+    assert not Core().tick(0.0).needs_fast_ticks      # nothing was heard
     for sticks, buttons, watched in (
             (REST, (), False), (PUSHED, (), True), (REST, (), False), (REST, (A,), True),
             (PUSHED, (B,), True)):      # the node waits until the sticks rest
         pad.sticks = sticks
         pad.press(*buttons)
-        assert pad.controller.tick(pad.now).watched is watched
+        assert pad.controller.tick(pad.now).needs_fast_ticks is watched
     assert pad.holder is NOBODY
     pad.controller.on_has_control(Event(True, pad.now))
-    assert not pad.controller.tick(pad.now).watched           # another node gave control
+    assert not pad.controller.tick(pad.now).needs_fast_ticks           # another node gave control

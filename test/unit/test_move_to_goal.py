@@ -231,7 +231,7 @@ def test_a_tick_returns_a_stop_at_once_and_each_status_once():
         act()
         output = robot.tick()
         assert output.command is None and output.stops_first is not drives    # no step is due
-        assert output.watched is drives
+        assert output.needs_fast_ticks is drives
     words = [robot.tick().status for _ in range(2)]
     assert output.status.text == 'gave up: canceled' and words == [None, None]
     assert [line.text for line in output.log_lines] == [

@@ -60,7 +60,7 @@ class SleepingCore:
 
     @property
     def is_driven(self):
-        return self.core.tick(self.now, self.now).watched
+        return self.core.tick(self.now, self.now).needs_fast_ticks
 
     def event(self, what):
         return Event(what, self.now, 'person')

@@ -60,18 +60,18 @@ def serve_connections_in_threads(server=None):
     served."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
-    serving = threading.Lock()    # one connection at a time is checked and served
+    serving_lock = threading.Lock()    # one connection at a time is checked and served
 
     def serve_node(connection, address):
-        length = b''
-        closed = select.poll()
-        closed.register(connection, select.POLLRDHUP)
+        length_bytes = b''
+        hangup_poll = select.poll()
+        hangup_poll.register(connection, select.POLLRDHUP)
         with suppress(OSError):
-            length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
-        with serving:
+            length_bytes = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
+        with serving_lock:
             # A node first sends the length of its header, a small number. HTTP begins with letters.
-            is_node = len(length) == 4 and int.from_bytes(length, 'little') < 2 ** 16
-            if is_node and not closed.poll(0):
+            is_node = len(length_bytes) == 4 and int.from_bytes(length_bytes, 'little') < 2 ** 16
+            if is_node and not hangup_poll.poll(0):
                 serve(connection, address)
             else:
                 connection.close()
@@ -97,13 +97,13 @@ def find_late_publishers(manager=None):
                               if isinstance(listener, RegManager))
     update = manager.publisher_update
 
-    def update_joined(name, addresses):
+    def update_with_waiting(name, addresses):
         with manager.cond:
             joined = set(addresses).union(*(waiting for topic, waiting in manager.updates
                                             if topic == name))
             update(name, sorted(joined))
 
-    manager.publisher_update = update_joined
+    manager.publisher_update = update_with_waiting
 
 
 def subscribers_of(publisher):
@@ -119,12 +119,12 @@ def write_at_once(publisher, max_waiting=1):
     topic = publisher.impl
     add_connection = topic.add_connection
 
-    def add_writing(connection):
+    def add_writing_connection(connection):
         connection.write_data = _Writer(connection, max_waiting).write
         return add_connection(connection)
 
     topic.set_queue_size(None)
-    topic.add_connection = add_writing
+    topic.add_connection = add_writing_connection
 
 
 class _Writer:
@@ -164,11 +164,11 @@ class _Writer:
 def publish_together(publisher, messages):
     """Publish `messages` in one write, so that they arrive together. A subscriber with queue_size=1
     reads only the last message. Internals: `buff`, `seq`; test: test/ros/fake_robot.test."""
-    *before, last = messages
+    *first_messages, last = messages
     topic = publisher.impl
     topic.buff.seek(0)
     topic.buff.truncate()    # removes data for a subscriber that has ended
-    for message in before:
+    for message in first_messages:
         topic.seq += 1
         serialize_message(topic.buff, topic.seq, message)
     publisher.publish(last)

@@ -54,7 +54,7 @@ def subscribe_wheels(callback):
             return
         callback(sample)
 
-    were_sent = bool(publishers_of(rospy.resolve_name('joint_states')))
+    was_published = bool(publishers_of(rospy.resolve_name('joint_states')))
     subscriber = subscribe('joint_states', JointState, on_message,
                            idle_for=lambda now: WHEEL_PERIOD)
-    return lambda: were_sent or subscriber.get_num_connections() > 0
+    return lambda: was_published or subscriber.get_num_connections() > 0

@@ -18,7 +18,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 #: The last number of a mystery robot. The first number is 1.
 LAST_NUMBER = 9999
 #: The pause [s] between two occurrences of an intermittent fault.
-BETWEEN_FAULTS = 12.0
+FAULT_PAUSE_TIME = 12.0
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class HiddenFault:
 
     def settings_at(self, now: float) -> SimulatorConfig:
         """Returns the settings at `now` [s], as the same object until the settings change."""
-        is_pause = now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
+        is_pause = now % (FAULT_PAUSE_TIME + self.value) < FAULT_PAUSE_TIME
         is_healthy = is_pause and not self.fault.value_field
         return self._healthy if is_healthy else self._faulty
 

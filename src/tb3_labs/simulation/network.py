@@ -58,7 +58,7 @@ class Stalls:
         self._start = after + self._random.expovariate(self._rate)
         self._end = self._start + self._random.uniform(0.0, self._longest)
 
-    def release(self, moment: float) -> float:
+    def release_time(self, moment: float) -> float:
         """If the network stalls at `moment` [s], returns the end [s] of the stall, else `moment`.
         From call to call, `moment` must not go back."""
         while moment >= self._end:
@@ -81,9 +81,9 @@ class NetworkLink:
 
     def configure(self, settings: SimulatorConfig, now: float) -> None:
         self._arrived = self.pop(now)
-        before, self._settings = self._settings, settings
+        previous, self._settings = self._settings, settings
         rate, longest = settings.stalls_per_min / 60.0, settings.longest_stall
-        if rate != before.stalls_per_min / 60.0 or longest != before.longest_stall:
+        if rate != previous.stalls_per_min / 60.0 or longest != previous.longest_stall:
             self._stalls = None
             if rate:
                 # the seed of both links is the same, so a stall delays both directions
@@ -112,7 +112,7 @@ class NetworkLink:
             while in_flight and in_flight[0][0] <= until:
                 arrival, message = in_flight[0]
                 if stalls:
-                    arrival = stalls.release(arrival)
+                    arrival = stalls.release_time(arrival)
                 if arrival > until:
                     break
                 in_flight.popleft()

@@ -184,7 +184,7 @@ class Output:
     stops_first: bool = False
     log_lines: Sequence[LogLine] = ()    # lines for the user
     #: Must the node look at the clock often, because the robot may move?
-    watched: bool = False
+    needs_fast_ticks: bool = False
 
     @property
     def has_more(self) -> bool:

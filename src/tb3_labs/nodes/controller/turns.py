@@ -103,9 +103,9 @@ class ActiveTurn:
         self.remaining_at_end = 0.0
         self._begun_at = now
 
-    def move_goal(self, by: float) -> None:
-        self.requested += by
-        self.goal += by
+    def move_goal(self, angle: float) -> None:
+        self.requested += angle
+        self.goal += angle
         self.stall = StallMonitor()
 
     def remaining(self, yaw: float) -> float:
