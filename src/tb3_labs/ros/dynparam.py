@@ -25,7 +25,7 @@ from tb3_labs.terminal import run_tool
 
 #: Longest wait [s] for the service of a node.
 SERVICE_TIMEOUT = 2.0
-#: Matches the text with which rospy reports a refusal. The second group has the reason.
+#: Matches the text with which rospy reports a refusal. Group 2 of the match is the reason.
 REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
                      r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
 USAGE = 'usage: dynparam set NODE NAME VALUE'

@@ -26,10 +26,8 @@ FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 def _words_of(process):
     """Returns the words after `roslaunch` on the command line of a process, or []."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
-    for number, word in enumerate(argv[:2], 1):    # the first word may be python3
-        if os.path.basename(word) == 'roslaunch':
-            return argv[number:]
-    return []
+    names = [os.path.basename(word) for word in argv[:2]]    # the first word may be python3
+    return argv[names.index('roslaunch') + 1:] if 'roslaunch' in names else []
 
 
 def problem_of(argv, path):
@@ -38,8 +36,8 @@ def problem_of(argv, path):
 
     If `argv` names another launch file, which includes `path`, no argument is checked.
     """
-    words_before = ['', *argv]
-    if not any(_names_launch_file(path, before, word) for before, word in zip(words_before, argv)):
+    pairs = zip(['', *argv], argv)
+    if not any(_names_launch_file(path, word_before, word) for word_before, word in pairs):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}

@@ -22,8 +22,7 @@ from tb3_labs.ros.node import guarded
 
 #: {type of a setting: name of the type in dynamic_reconfigure}
 _TYPES = {bool: 'bool', float: 'double'}
-#: The name of the group that has all settings.
-_GROUP = 'Default'
+_GROUP = 'Default'    # the name of the group that has all settings
 
 
 class LiveSettings:

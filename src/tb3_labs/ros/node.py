@@ -24,7 +24,7 @@ from tb3_labs.ros.rospy_internals import (
     find_late_publishers, log_without_the_master, record_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
-#: Time [s] between two checks of the main thread whether the master answers, or the node ends.
+#: The main thread waits for the master, or for the end of the node. Time [s] between two checks.
 MAIN_THREAD_PERIOD = 0.2
 #: Time [s] for rospy's queues to send the last messages.
 FLUSH_TIME = 0.1
@@ -49,7 +49,7 @@ def run(name, make_node, interface):
         sys.exit(0)
     catch_signals()
     try:
-        if not rosgraph.is_master_online():    # with a typed parameter rospy would not wait
+        if not rosgraph.is_master_online():    # rospy does not wait if a parameter was typed
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():

@@ -2,6 +2,7 @@
 import os
 import sys
 from dataclasses import fields
+from itertools import chain
 
 import rospy
 
@@ -12,21 +13,18 @@ from tb3_labs.robot.turtlebot3 import model_of_environment, robot_model
 def read_config(*config_types, other_node=None, typed_values=()):
     """Returns an instance of each of `config_types`. The values come from the node's ``~``
     parameters, and from `typed_values`. Raises ``ValueError`` for an unknown or invalid parameter.
-    If `other_node` is given, the values come from that node, and unknown parameters are ignored.
-    """
+    If `other_node` is given, its parameters are read, and unknown parameters are ignored."""
     node = other_node or rospy.get_name()
     values = rospy.get_param(node, {})
     if not isinstance(values, dict):
         raise ValueError(f'parameter {node} = {values!r} is not valid: the name of the node holds '
                          'its parameters')
     values.update(typed_values)
-    known_names = {'model'}
-    for config_type in config_types:
-        known_names.update(item.name for item in fields(config_type))
+    known_names = {item.name for item in chain(*map(fields, config_types))} | {'model'}
     if other_node is None:
         for word in sys.argv[1:]:
             name, has_value, _ = word.partition(':=')
-            if name in known_names or not has_value:    # rospy renames a topic, or ignores `word`
+            if name in known_names or not has_value:    # rospy ignores `word` or renames a topic
                 shown_name = name if has_value else 'NAME'
                 raise ValueError(f'{word} is not an argument; a parameter is given by '
                                  f'_{shown_name}:=VALUE (--help tells more)')

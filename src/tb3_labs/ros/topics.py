@@ -75,9 +75,8 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
     def to_event(message):
         arrived_at = steady_time()
         connection = sender_connection(message)
-        sent_at = 0.0    # unknown if time is simulated, since a simulated clock may run faster
-        if is_wall_time():
-            sent_at = _stamp_of(message)
+        # a stamp of a simulated clock is not used, since the clock may run faster
+        sent_at = _stamp_of(message) if is_wall_time() else 0.0
         return Event(read(message), arrived_at, connection.sender, to_age(message),
                      renews=connection.renews, sent_at=sent_at)
 
@@ -85,7 +84,7 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
 
 
 def age_reader(topic):
-    """Returns a function for the events.Age of a message. Call the function for each message."""
+    """Returns a function that must be called for each message, and returns the events.Age."""
     message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: message_ages.age_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())

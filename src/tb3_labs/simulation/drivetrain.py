@@ -116,7 +116,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
-        # (start [s], drivetrain) of each motion whose end wheel_angles_at() has not reached yet
+        # (start [s], drivetrain) of each motion; wheel_angles_at() removes motions that have ended
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
@@ -133,7 +133,7 @@ class Body:
             self.imu.begin_motion(stamp, self.drivetrain.turn_curve)
 
     def pose_at(self, now: float) -> Pose2:
-        """Returns the robot's pose at `now` [s], at or after the last :meth:`advance_to`."""
+        """Returns the robot's pose at `now` [s], which is not before the last advance_to()."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)
         return later.pose
@@ -149,7 +149,7 @@ class Body:
         self.begin_motion()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """Returns the angles (left, right) [rad] of the motors. `moment` [s] never goes back."""
+        """Returns the angles (left, right) [rad] of the motors. `moment` [s] must not go back."""
         motions = self._unread_motions
         while len(motions) > 1 and motions[1][0] <= moment:
             motions.popleft()

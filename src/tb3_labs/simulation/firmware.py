@@ -3,9 +3,9 @@
 The faults of the real firmware are copied, because the labs have to work with these faults.
 
 The board clips the linear and the angular speed of a command, then the speed of each wheel. So a
-fast curve becomes slower and wider. A motor runs at a whole number of speed steps, rounded towards
-zero, at most `motor_steps`. The library rosserial reads infinity as 1, and NaN as 1.5. The board
-obeys the newest command for half a second after reading the command.
+fast curve becomes slower and wider. The board rounds the speed of a motor towards zero to a whole
+number of speed steps, at most `motor_steps`. The library rosserial reads infinity as 1, and NaN as
+1.5. The board obeys the newest command for half a second after reading the command.
 
 The heading of the odometry is from the IMU. The turn ``theta - theta_last`` is *not* wrapped. When
 the IMU crosses +/-180 deg, the displacement of one sample points backwards. The yaw of the sample
@@ -36,7 +36,7 @@ from tb3_labs.simulation.network import Arrival
 TICK_ANGLE = 2.0 * math.pi / 4096.0
 #: The speed of a motor is rounded towards zero to a multiple of this speed [rad/s].
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
-#: A reset is sent over a NetworkLink as this text, a command as (forward speed, rate of turn).
+#: A NetworkLink sends a reset as this text, and a command as (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
 
 
@@ -122,7 +122,7 @@ class Board:
         self._calibrated_at = -math.inf    # end [s] of the last calibration
         self._calibration_time = 0.0       # length [s] of the last calibration
         self._yaw_at_begin = 0.0           # true yaw [rad] at the start of the last calibration
-        #: Does the board calibrate its gyro, and neither read messages nor send samples?
+        #: Does the board calibrate its gyro? It then neither reads messages nor sends samples.
         self.is_calibrating = False
         #: Time [s] at which the calibration ends; infinity if the board does not calibrate.
         self.calibration_end = math.inf

@@ -69,10 +69,10 @@ class FakeRobot:
         pipe = os.environ.get(TRUTH_PIPE)
         self._pipe = TruthPipe(pipe) if pipe else None
         self._truth = self._static_tf = None
-        if not hidden and not pipe:
-            self._truth = make_publisher('ground_truth', PoseStamped)
         if not hidden:
             self._static_tf = make_publisher('/tf_static', TFMessage, latch=True)
+        if not hidden and not pipe:
+            self._truth = make_publisher('ground_truth', PoseStamped)
         self._world_T_odom = None
         options = dict(queue_size=1, tcp_nodelay=True)
         rospy.Subscriber('cmd_vel', Twist, guarded(self._on_command), **options)
@@ -183,7 +183,7 @@ class SensorTopics:
         self._tf = make_publisher('/tf', TFMessage)
 
     def send(self, burst, time_zero, wheel_readings):
-        """Publish the samples of a `burst`, which arrive together. Each topic gets one write. For
+        """Publish the samples of a `burst`, which arrive together, by one write for each topic. For
         `time_zero` see FakeRobot.tick. The `wheel_readings` before the samples are removed."""
         imu, tf, odometry, joints = [], [], [], []
         frames = self.frames

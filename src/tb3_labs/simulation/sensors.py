@@ -1,7 +1,7 @@
 """Makes the samples of IMU and odometry, with the board's stamps and the faults of sensors.
 
 Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s. Sensors were silent for
-0.3 to 4.3 s. A driver repeated one sample with new stamps for half a minute.
+0.3 to 4.3 s. One sensor repeated a sample with new stamps for half a minute.
 """
 import random
 from collections import deque
@@ -41,7 +41,7 @@ class Rhythm:
         self.set_rate(rate, start)
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Use `rate` [1/s] from `now` [s] on. The same rate does not change the moments."""
+        """Use `rate` [1/s] from `now` [s] on. An equal rate does not change the moments."""
         if rate != self._rate:
             self._rate, self._base, self._count = rate, now, 1
             self.due = now + 1.0 / rate
@@ -119,9 +119,7 @@ class Sensors:
     def measure_odometry(self, stamp: float) -> None:
         self._body.advance_to(stamp)
         left, right = self._body.wheel_angles_at(stamp - self._config.wheel_lag)
-        ticks = None
-        if not self._config.battery_cut:
-            ticks = encoder_ticks(left), encoder_ticks(right)
+        ticks = None if self._config.battery_cut else (encoder_ticks(left), encoder_ticks(right))
         if self.reset_is_due:
             self.odometer.reset(ticks)
         imu_sample = self._body.imu.measure([stamp])[0]

@@ -100,7 +100,8 @@ class Simulator:
         sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
         arrived = self.sensors.clock.stamped(self._sensor_link.pop(self.now + TIME_TOLERANCE))
-        return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
+        bursts = groupby(arrived, key=itemgetter(0))    # by the time of arrival
+        return [[sample for _, sample in burst] for _, burst in bursts]
 
     def _advance(self, dt: float) -> None:
         self.now += dt

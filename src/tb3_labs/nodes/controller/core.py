@@ -245,7 +245,7 @@ class ControllerCore:
         self._change_driver(DriverEvent.MOUSE_RELEASED, reason)
 
     def _change_driver(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver. If a turn ends for a `reason`, give up the turn."""
+        """Change the driver. A turn that ends with a `reason` is logged as given up."""
         previous_driver = self.driver
         self.driver = NEXT_DRIVER.get((previous_driver, event), previous_driver)
         if reason:

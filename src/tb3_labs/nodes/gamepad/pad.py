@@ -108,9 +108,8 @@ class PadListener:
 
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay of messages known? Without this delay, `lateness` may be wrong."""
-        if self.joy_node_hangs and not self.freshness.is_fresh(now):
-            return False
-        return now - self._learning_since >= CROSSING_TIME
+        is_stuck = self.joy_node_hangs and not self.freshness.is_fresh(now)
+        return not is_stuck and now - self._learning_since >= CROSSING_TIME
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""

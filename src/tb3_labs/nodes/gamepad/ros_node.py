@@ -26,8 +26,7 @@ class GamepadNode:
         self._control_publisher = rospy.Publisher(
             'ctrl_relinq', Bool, queue_size=20, latch=True, headers=RENEWAL_HEADER)
         self._published_holder = None
-        self._holder_publisher = rospy.Publisher(
-            'control_holder', String, queue_size=20, latch=True)
+        self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
         rospy.on_shutdown(self._on_leave)
         self._runner.check()
@@ -59,7 +58,7 @@ class GamepadNode:
             threading.Thread(target=guarded(_reset), daemon=True).start()
         if output.holder is not self._published_holder:
             self._published_holder = output.holder
-            self._holder_publisher.publish(output.holder.value)
+            self._holders.publish(output.holder.value)
 
     def _diagnose(self):
         joy = self._core.pad.freshness

@@ -119,7 +119,7 @@ class MoveToGoalCore:
         requests.accept(request)
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
-        """Remember that a goal arrived. A goal with a known GoalID has no other effect."""
+        """Remember that a goal arrived. A goal whose GoalID is known needs nothing else."""
         self._update_control(steady_now)    # the goal may have waited during a sleep
         self._check_end()
         return self._requests.on_goal(request, steady_now)
@@ -149,12 +149,12 @@ class MoveToGoalCore:
         self._permission.on_message(message)
 
     def _update_control(self, steady_now: float) -> None:
-        """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
         was_allowed = self.may_drive
         self.may_drive = permission.grant_holds
-        if permission.pop_new_grant() and (machine.failure or not was_allowed):
+        has_new_grant = permission.pop_new_grant()
+        if has_new_grant and (machine.failure or not was_allowed):
             # another node may have moved the robot before this grant
             if machine.failure or machine.active:
                 machine.restart()
@@ -280,7 +280,7 @@ class MoveToGoalCore:
             self._machine.give_up(frozen_text)
 
     def _pause(self) -> None:
-        """Treat the next command as the first, since the robot rests or another node drives."""
+        """Begin a new motion at the next command, since the robot rests or another node drives."""
         self._pace.restart()
         self.sensors.forget_silences()
 

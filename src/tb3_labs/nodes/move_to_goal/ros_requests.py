@@ -111,16 +111,16 @@ class GoalServer(ActionServer):
 
     def _on_request(self, goal, message):
         target = goal.goal.target_pose
-        handles = []
+        new_handles = []
         with self.lock:
-            self.register_goal_callback(handles.append)
+            self.register_goal_callback(new_handles.append)
             super().internal_goal_callback(goal)
             # actionlib makes no handle for a goal that it knows, or that was canceled before
-            handle = handles[0] if handles else None
+            handle = new_handles[0] if new_handles else None
             # actionlib makes an id for a goal that has none
             goal_id = handle.get_goal_id() if handle else goal.goal_id
-            request = GoalRequest(None, sender_of(connection_of(message)), goal_id.id,
-                                  goal_id.stamp.to_nsec(), handle)
+            request = GoalRequest(goal=None, sender=sender_of(connection_of(message)),
+                                  name=goal_id.id, stamp=goal_id.stamp.to_nsec(), client=handle)
             try:
                 request = request._replace(goal=to_requested_pose(target.header, target.pose))
             except ValueError as problem:
