@@ -7,7 +7,7 @@ person may have caused is an events.Event.
 
 The core decides in ``tick(now)``, which returns one events.Output. An Output has the command, and
 everything else that the node must do. CoreRunner calls `tick` after each message, and ten times a
-second. If an Output has `needs_fast_ticks`, CoreRunner then calls `tick` more often, since the
+second. After an Output with `needs_fast_ticks`, CoreRunner calls `tick` more often, since the
 messages may stop. For ``idle_for(now)`` seconds the core needs no sample of the IMU.
 
 The methods ``status(now)`` and ``problem_text(now)``, and all properties, do not change the core.
