@@ -17,7 +17,7 @@ class RecordedCalls(list):
     def stop(self):
         self.append('a zero')
 
-    def message_handled(self):
+    def on_message_handled(self):
         """The Watchdog has no thread here."""
 
     send = set_awake = list.append

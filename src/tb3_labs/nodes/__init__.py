@@ -10,5 +10,5 @@ everything else that the node must do. CoreRunner calls `tick` after each messag
 second. After an Output with `needs_fast_ticks`, CoreRunner calls `tick` more often, since the
 messages may stop. For ``idle_for(now)`` seconds the core needs no sample of the IMU.
 
-Properties, ``status(now)`` and ``problem_text(now)`` do not change the core.
+The methods ``status(now)`` and ``problem_text(now)``, and all properties, do not change the core.
 """

@@ -228,7 +228,7 @@ class PanelRobot:
 
     def _read_pad_numbers(self):
         try:
-            self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
+            self._pad_config = read_config(PadConfig, other_node=rospy.resolve_name('gamepad'))
         except Exception as problem:    # no exception may end the panel, which must stop robots
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

@@ -20,8 +20,8 @@ class CmdVel:
 
     def __init__(self):
         self._clock_runs = is_wall_time()
-        self._drives = False
-        self._closed = False           # does the node end?
+        self._is_driving = False
+        self._is_closed = False        # does the node end?
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         write_at_once(self._publisher)
 
@@ -35,25 +35,25 @@ class CmdVel:
         angular = angular if abs(angular) >= MIN_SPEED else 0.0
         if linear == angular == 0.0 or not self._clock_runs:
             self.stop()
-        elif not self._closed:
-            self._drives = True
+        elif not self._is_closed:
+            self._is_driving = True
             self._publish(linear, angular)
 
     def stop(self):
         """Send one zero command if this node was driving."""
-        if self._drives:
-            self._drives = False
+        if self._is_driving:
+            self._is_driving = False
             self._publish(0.0, 0.0)
 
     def close(self):
         """Stop the robot at the end of the node, and ignore all later commands."""
-        self._closed = True
+        self._is_closed = True
         self.stop()
 
-    def set_clock_runs(self, runs):
+    def set_clock_runs(self, clock_runs):
         """Store whether ROS time runs. When ROS time stops, stop the robot and return True."""
-        has_stopped = self._clock_runs and not runs
-        self._clock_runs = runs
+        has_stopped = self._clock_runs and not clock_runs
+        self._clock_runs = clock_runs
         if has_stopped:
             self.stop()
         return has_stopped

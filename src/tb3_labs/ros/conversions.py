@@ -12,9 +12,8 @@ from tb3_labs.robot.samples import (
     MAX_STAMP, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_TURN_RATE, OdometrySample,
     within_bound)
 
-#: This environment variable has the path of the pipe into which the simulated robot writes true
-#: poses. A topic could be read by a student's node. Each line of the pipe has x [m], y [m], yaw
-#: [rad].
+#: This environment variable has the path of the pipe for the true poses of the simulated robot. A
+#: student's node could read a topic. Each line of the pipe has x [m], y [m], yaw [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 

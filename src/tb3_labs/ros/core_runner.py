@@ -26,7 +26,7 @@ from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
 #: Time [s, wall clock] between two messages of the diagnostics.
-REPORT_PERIOD = 1.0
+DIAGNOSTICS_PERIOD = 1.0
 
 
 class CoreRunner:
@@ -40,7 +40,7 @@ class CoreRunner:
         command, with the lock, and must not wait. ``carry_out(output)`` runs without the lock."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
-        self._waiting = queue.SimpleQueue()    # Outputs for carry_out
+        self._waiting_outputs = queue.SimpleQueue()    # for carry_out
         threading.Thread(target=guarded(self._run), name='core runner', daemon=True).start()
         self._cmd_vel = CmdVel()
         rospy.on_shutdown(self._close)
@@ -53,7 +53,7 @@ class CoreRunner:
         with self._lock:
             method(*arguments)
             output = self._decide()
-        self._watchdog.message_handled()
+        self._watchdog.on_message_handled()
         return output
 
     def check(self):
@@ -76,7 +76,7 @@ class CoreRunner:
         self._publish(output)
         self._watchdog.set_awake(output.needs_fast_ticks)
         if output.has_other_work:
-            self._waiting.put(output)
+            self._waiting_outputs.put(output)
         return output
 
     def _on_clock(self, runs):
@@ -91,7 +91,7 @@ class CoreRunner:
 
     def _run(self):
         while True:
-            output = self._waiting.get()
+            output = self._waiting_outputs.get()
             for line in output.log_lines:
                 log = rospy.logwarn if line.is_warning else rospy.loginfo
                 log('%s', line.text)
@@ -120,7 +120,7 @@ class Watchdog:
         else:
             self._awake.clear()
 
-    def message_handled(self):
+    def on_message_handled(self):
         self._messages.on_message(steady_time())
 
     def _run(self):
@@ -128,11 +128,11 @@ class Watchdog:
             is_awake = self._awake.wait(IDLE_PERIOD)
             self._check_clock()
             quiet_time = self._messages.timeout if is_awake else IDLE_PERIOD
-            quiet_left = quiet_time - self._messages.age(steady_time())
-            if quiet_left <= 0.0:
+            remaining_quiet_time = quiet_time - self._messages.age(steady_time())
+            if remaining_quiet_time <= 0.0:
                 self._check()
             if is_awake:
-                time.sleep(max(CHECK_PERIOD, quiet_left))
+                time.sleep(max(CHECK_PERIOD, remaining_quiet_time))
 
     def _check_clock(self):
         if not is_wall_time():
@@ -156,7 +156,7 @@ class Diagnostics:
 
     def _run(self):
         while True:
-            time.sleep(REPORT_PERIOD)
+            time.sleep(DIAGNOSTICS_PERIOD)
             self._updater.force_update()
 
     def _fill(self, status):
@@ -168,7 +168,7 @@ class Diagnostics:
         return status
 
 
-def values_of(source, now):
+def values_of(freshness, now):
     """Returns the values of a Freshness, such as {'imu age [s]': '0.004', 'imu dropped': 0}."""
-    return {source.name + ' age [s]': f'{source.age(now):.3f}',
-            source.name + ' dropped': INVALID_COUNTS[source.name]}
+    return {freshness.name + ' age [s]': f'{freshness.age(now):.3f}',
+            freshness.name + ' dropped': INVALID_COUNTS[freshness.name]}

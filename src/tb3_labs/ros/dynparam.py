@@ -24,8 +24,8 @@ from tb3_labs.ros.topics import require_master
 from tb3_labs.terminal import run_tool
 
 #: Longest wait [s] for the service of a node.
-MAX_SERVICE_TIME = 2.0
-#: Matches the text with which rospy reports a refusal. The second group has the reason.
+SERVICE_TIMEOUT = 2.0
+#: Matches the text with which rospy reports a refusal. Group 2 of the match is the reason.
 REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
                      r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
 USAGE = 'usage: dynparam set NODE NAME VALUE'
@@ -35,7 +35,7 @@ def change(node, name, text):
     """Change the setting `name` of `node` to the value that a user typed as `text`. If the node
     refuses, raises ``ValueError`` with the reason. Raises ``ROSException`` for an unknown node."""
     service = rospy.resolve_name(node) + '/set_parameters'
-    rospy.wait_for_service(service, MAX_SERVICE_TIME)
+    rospy.wait_for_service(service, SERVICE_TIMEOUT)
     # the node refuses a value that does not have the type of the setting
     value = {'true': True, 'false': False}.get(text.lower(), number_or_text(text))
     try:

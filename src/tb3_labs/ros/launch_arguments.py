@@ -16,20 +16,18 @@ from pathlib import Path
 #: The package of the launch files.
 PACKAGE = 'tb3_labs'
 #: An argument that is a group of parameters has an example in its doc, such as {slip: 0.1}.
-EXAMPLE_OF_GROUP = re.compile(r'.*({.*})')
+GROUP_EXAMPLE_PATTERN = re.compile(r'.*({.*})')
 #: Matches a group of parameters. With {slip:0.1} or {slip: 0,5} roslaunch would crash.
-GROUP = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
+GROUP_PATTERN = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
 #: The doc of an argument that chooses a file has a pattern, such as params/pad_*.yaml.
-CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
+FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
 def _words_of(process):
     """Returns the words after `roslaunch` on the command line of a process, or []."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
-    for number, word in enumerate(argv[:2], 1):    # the first word may be python3
-        if os.path.basename(word) == 'roslaunch':
-            return argv[number:]
-    return []
+    names = [os.path.basename(word) for word in argv[:2]]    # the first word may be python3
+    return argv[names.index('roslaunch') + 1:] if 'roslaunch' in names else []
 
 
 def problem_of(argv, path):
@@ -38,30 +36,30 @@ def problem_of(argv, path):
 
     If `argv` names another launch file, which includes `path`, no argument is checked.
     """
-    words_before = ['', *argv]
-    if not any(_is_file(path, before, word) for before, word in zip(words_before, argv)):
+    pairs = zip(['', *argv], argv)
+    if not any(_names_launch_file(path, word_before, word) for word_before, word in pairs):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
     # roslaunch itself uses a word such as __name:=value
-    given = dict(word.split(':=', 1) for word in argv if re.match(r'(?!__)\w+:=', word))
-    for name, value in given.items():
+    given_values = dict(word.split(':=', 1) for word in argv if re.match(r'(?!__)\w+:=', word))
+    for name, value in given_values.items():
         if name not in arguments:
-            near = difflib.get_close_matches(name, arguments, 1)
+            similar_names = difflib.get_close_matches(name, arguments, 1)
             remedy = f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
-            if near:
-                remedy = f'is {near[0]}:= meant?'
+            if similar_names:
+                remedy = f'is {similar_names[0]}:= meant?'
             return f'{name}:={value}: {path.name} has no argument {name}; {remedy}'
         problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
         if problem:
             return f'{name}:={value}: {problem}'
     for name, item in arguments.items():
-        if item.get('default') is None and name not in given:
+        if item.get('default') is None and name not in given_values:
             return f"{name}:= is missing: {item.get('doc')}"
     return ''
 
 
-def _is_file(path, word_before, word):
+def _names_launch_file(path, word_before, word):
     """Does `word`, which follows `word_before` on the command line, name the launch file `path`?"""
     if word == path.name and word_before == PACKAGE:
         return True
@@ -71,15 +69,15 @@ def _is_file(path, word_before, word):
 def _problem_of_value(name, value, doc, folder):
     """Returns a sentence that corrects a wrong value; '' if the value is right. The text `doc` of
     the argument `name` shows which values are right. The launch files are in `folder`."""
-    example = EXAMPLE_OF_GROUP.match(doc)
-    if example and not GROUP.fullmatch(value):
+    example = GROUP_EXAMPLE_PATTERN.match(doc)
+    if example and not GROUP_PATTERN.fullmatch(value):
         return ('parameters are given in braces, with a blank after each colon, and a point in '
                 f'numbers: {name}:="{example.group(1)}"')
-    for start, end in CHOICE_OF_FILES.findall(doc):
+    for start, end in FILE_CHOICE_PATTERN.findall(doc):
         files = [str(file.relative_to(folder)) for file in folder.glob(f'{start}*{end}')]
-        known = sorted(file[len(start):-len(end)] for file in files)
-        if value not in known:
-            return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(known)}"
+        choices = sorted(file[len(start):-len(end)] for file in files)
+        if value not in choices:
+            return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(choices)}"
     return ''
 
 

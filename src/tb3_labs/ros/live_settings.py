@@ -22,24 +22,23 @@ from tb3_labs.ros.node import guarded
 
 #: {type of a setting: name of the type in dynamic_reconfigure}
 _TYPES = {bool: 'bool', float: 'double'}
-#: The name of the group that has all settings.
-_GROUP = 'Default'
+_GROUP = 'Default'    # the name of the group that has all settings
 
 
 class LiveSettings:
     """Offers the fields of `config`, except the fields whose names are in `fixed`. Each field is a
-    number or a bool. A thread of rospy calls `apply` with each new Config. If `apply` raises
-    ValueError, the change is refused."""
+    number or a bool. A thread of rospy calls `apply_config` with each new Config. If `apply_config`
+    raises ValueError, the change is refused."""
 
-    def __init__(self, config, apply, fixed=()):
+    def __init__(self, config, apply_config, fixed=()):
         self._current = config
-        self._apply = apply
-        self._offered = [item for item in fields(config) if item.name not in fixed]
+        self._apply_config = apply_config
+        self._offered_fields = [item for item in fields(config) if item.name not in fixed]
         self._lock = threading.Lock()    # guards changes
         descriptions = rospy.Publisher('~parameter_descriptions', ConfigDescription, queue_size=10,
                                        latch=True)
         self._updates = rospy.Publisher('~parameter_updates', Values, queue_size=10, latch=True)
-        descriptions.publish(_description(config, self._offered))
+        descriptions.publish(_description(config, self._offered_fields))
         self._updates.publish(self._message())
         rospy.Service('~set_parameters', Reconfigure, guarded(self._on_request))
 
@@ -53,14 +52,14 @@ class LiveSettings:
     def _change(self, values):
         """Apply {name: value}. Raises ServiceException with the reason if the change is refused."""
         try:
-            names = [item.name for item in self._offered]
+            names = [item.name for item in self._offered_fields]
             unknown = sorted(set(values) - set(names))
             if unknown:
                 raise ValueError(f'{unknown[0]} cannot be changed while the node runs; '
                                  + spelling_hint(unknown[0], names))
             changed = replace(self._current, **values)
             if changed != self._current:
-                self._apply(changed)
+                self._apply_config(changed)
         except ValueError as problem:
             rospy.logwarn('not changed: %s', problem)
             raise rospy.ServiceException(str(problem)) from None
@@ -70,8 +69,8 @@ class LiveSettings:
         self._current = changed
 
     def _message(self):
-        return encode({item.name: getattr(self._current, item.name) for item in self._offered},
-                      [GroupState(name=_GROUP, state=True)])
+        values = {item.name: getattr(self._current, item.name) for item in self._offered_fields}
+        return encode(values, [GroupState(name=_GROUP, state=True)])
 
 
 def encode(values, groups=()):
@@ -90,18 +89,19 @@ def decode(message):
             for item in message.bools + message.ints + message.strs + message.doubles}
 
 
-def _description(config, offered):
+def _description(config, offered_fields):
     parameters = [ParamDescription(
         name=item.name, type=_TYPES[type(item.default)],
-        description=f'{item.metadata["meaning"]}: {bounds_text(item)}') for item in offered]
+        description=f'{item.metadata["meaning"]}: {bounds_text(item)}') for item in offered_fields]
     return ConfigDescription(
         groups=[Group(name=_GROUP, parameters=parameters)],
-        max=_bounds(offered, 'high', True), min=_bounds(offered, 'low', False),
-        dflt=encode({item.name: getattr(config, item.name) for item in offered}))
+        max=_bounds(offered_fields, 'high', bool_bound=True),
+        min=_bounds(offered_fields, 'low', bool_bound=False),
+        dflt=encode({item.name: getattr(config, item.name) for item in offered_fields}))
 
 
-def _bounds(offered, which, of_bool):
-    """Returns the 'low' or the 'high' bound of each setting. The bound of a bool is `of_bool`."""
-    bounds = {item.name: item.metadata[which] for item in offered}
-    bounds.update({name: of_bool for name, bound in bounds.items() if bound is None})
+def _bounds(offered_fields, bound_key, bool_bound):
+    """Returns the bound 'low' or 'high' of each field. The bound of a bool is `bool_bound`."""
+    bounds = {item.name: item.metadata[bound_key] for item in offered_fields}
+    bounds.update({name: bool_bound for name, bound in bounds.items() if bound is None})
     return encode(bounds)

@@ -24,10 +24,10 @@ from tb3_labs.ros.rospy_internals import (
     find_late_publishers, log_without_the_master, record_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
-#: Time [s] between two checks of the main thread whether the master answers, or the node ends.
-MAIN_PERIOD = 0.2
+#: The main thread waits for the master, or for the end of the node. Time [s] between two checks.
+MAIN_THREAD_PERIOD = 0.2
 #: Time [s] for rospy's queues to send the last messages.
-LOG_TIME = 0.1
+FLUSH_TIME = 0.1
 #: A node that ends waits at most this time [s] for its shutdown hooks and for the master.
 END_TIMEOUT = 4.0
 END_POLL_PERIOD = 0.01
@@ -49,11 +49,11 @@ def run(name, make_node, interface):
         sys.exit(0)
     catch_signals()
     try:
-        if not rosgraph.is_master_online():    # with a typed parameter rospy would not wait
+        if not rosgraph.is_master_online():    # rospy does not wait if a parameter was typed
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
-                pause(MAIN_PERIOD)
+                pause(MAIN_THREAD_PERIOD)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_shutdown_has_begun.set)
         log_without_the_master()
@@ -63,7 +63,7 @@ def run(name, make_node, interface):
         node = make_node()    # noqa: F841 (without a name Python would delete the node)
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
-            pause(MAIN_PERIOD)
+            pause(MAIN_THREAD_PERIOD)
     except (ValueError, OverflowError) as problem:
         ignore_signals()
         end_roslaunch()
@@ -92,12 +92,12 @@ def guarded(callback):
         except rospy.ServiceException:
             raise    # rospy sends the reason to the client
         except Exception as problem:    # after any exception the robot must not drive on
-            where = traceback.extract_tb(sys.exc_info()[2])[-1]
+            raised_in = traceback.extract_tb(problem.__traceback__)[-1]
             rospy.logdebug('%s', traceback.format_exc())
             # while the node ends, a publisher that is closed already may raise an exception
             if not (_shutdown_has_begun.is_set() or rospy.is_shutdown()):
-                line = f'{os.path.basename(where.filename)} line {where.lineno}'
-                begin_shutdown(f'{type(problem).__name__}: {problem} ({line})')
+                place = f'{os.path.basename(raised_in.filename)} line {raised_in.lineno}'
+                begin_shutdown(f'{type(problem).__name__}: {problem} ({place})')
     return call
 
 
@@ -120,7 +120,7 @@ def _log_failure(failure=''):
     """Log the failure last, since a blocked terminal must not delay the zero command."""
     if failure:
         rospy.logfatal('%s', failure)
-    time.sleep(LOG_TIME)
+    time.sleep(FLUSH_TIME)
 
 
 def roslaunch_of_this():

@@ -2,6 +2,7 @@
 import os
 import sys
 from dataclasses import fields
+from itertools import chain
 
 import rospy
 
@@ -9,28 +10,28 @@ from tb3_labs.config import NOT_GIVEN, from_parameters, spelling_hint
 from tb3_labs.robot.turtlebot3 import model_of_environment, robot_model
 
 
-def read_config(*config_types, of=None, typed=()):
+def read_config(*config_types, other_node=None, typed_values=()):
     """Returns an instance of each of `config_types`. The values come from the node's ``~``
-    parameters, and from `typed`. Raises ``ValueError`` for an unknown or invalid parameter. If `of`
-    names another node, the values come from that node, and unknown parameters are ignored."""
-    node = of or rospy.get_name()
-    given = rospy.get_param(node, {})
-    if not isinstance(given, dict):
-        raise ValueError(f'parameter {node} = {given!r} is not valid: the name of the node holds '
+    parameters, and from `typed_values`. Raises ``ValueError`` for an unknown or invalid parameter.
+    If `other_node` is given, its parameters are read, and unknown parameters are ignored."""
+    node = other_node or rospy.get_name()
+    values = rospy.get_param(node, {})
+    if not isinstance(values, dict):
+        raise ValueError(f'parameter {node} = {values!r} is not valid: the name of the node holds '
                          'its parameters')
-    given.update(typed)
-    known = {item.name for config_type in config_types for item in fields(config_type)} | {'model'}
-    if of is None:
+    values.update(typed_values)
+    known_names = {item.name for item in chain(*map(fields, config_types))} | {'model'}
+    if other_node is None:
         for word in sys.argv[1:]:
             name, has_value, _ = word.partition(':=')
-            if name in known or not has_value:    # rospy renames a topic, or ignores `word`
-                shown = name if has_value else 'NAME'
+            if name in known_names or not has_value:    # rospy ignores `word` or renames a topic
+                shown_name = name if has_value else 'NAME'
                 raise ValueError(f'{word} is not an argument; a parameter is given by '
-                                 f'_{shown}:=VALUE (--help tells more)')
-        for name in sorted(set(given) - known):
-            raise ValueError(f'parameter {node}/{name} is unknown; {spelling_hint(name, known)}')
+                                 f'_{shown_name}:=VALUE (--help tells more)')
+        for name in sorted(set(values) - known_names):
+            raise ValueError(f'parameter {node}/{name} is unknown; {spelling_hint(name, known_names)}')
     try:
-        configs = [from_parameters(config_type, given) for config_type in config_types]
+        configs = [from_parameters(config_type, values) for config_type in config_types]
     except ValueError as problem:
         raise ValueError(f'parameter {node}/{problem}') from None
     return configs[0] if len(configs) == 1 else configs

@@ -30,9 +30,9 @@ def sender_of(header):
 
 def record_connections():
     """Add 'connected_at' [s, steady_time] and the sender's address 'process' to the header of each
-    connection, before a node subscribes. Without the two fields a repeated True would drive the
-    robot after a restart of the node. Internals: `_validate_header` and `endpoint_id` of
-    TCPROSTransport; test: test/ros/start_order.test."""
+    later connection. Call this function before a node subscribes. Without the two fields a repeated
+    True would drive the robot after a restart of the node. Internals: `_validate_header` and
+    `endpoint_id` of TCPROSTransport; test: test/ros/start_order.test."""
     validate = TCPROSTransport._validate_header
 
     def validate_and_record(self, header):
@@ -55,23 +55,23 @@ def serve_connections_in_threads(server=None):
     test/unit/test_node.py.
 
     A subscriber that gets two lists of publishers within a moment connects twice, and closes its
-    first connection. A publisher keeps the connection that was served last. On a busy computer a
-    late thread served the closed connection last in 10 of 200 pairs. So closed connections are not
-    served."""
+    first connection. A publisher keeps the connection that was served last. In 10 of 200 tests on a
+    busy computer the closed connection was served last, since its thread was late. So closed
+    connections are not served."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
-    serving = threading.Lock()    # one connection at a time is checked and served
+    serving_lock = threading.Lock()    # one connection at a time is checked and served
 
     def serve_node(connection, address):
-        length = b''
-        closed = select.poll()
-        closed.register(connection, select.POLLRDHUP)
+        length_bytes = b''
+        hangup_poll = select.poll()
+        hangup_poll.register(connection, select.POLLRDHUP)
         with suppress(OSError):
-            length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
-        with serving:
+            length_bytes = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
+        with serving_lock:
             # A node first sends the length of its header, a small number. HTTP begins with letters.
-            is_node = len(length) == 4 and int.from_bytes(length, 'little') < 2 ** 16
-            if is_node and not closed.poll(0):
+            is_node = len(length_bytes) == 4 and int.from_bytes(length_bytes, 'little') < 2 ** 16
+            if is_node and not hangup_poll.poll(0):
                 serve(connection, address)
             else:
                 connection.close()
@@ -97,13 +97,12 @@ def find_late_publishers(manager=None):
                               if isinstance(listener, RegManager))
     update = manager.publisher_update
 
-    def update_joined(name, addresses):
+    def update_with_waiting(name, addresses):
         with manager.cond:
-            joined = set(addresses).union(*(waiting for topic, waiting in manager.updates
-                                            if topic == name))
-            update(name, sorted(joined))
+            waiting_lists = [waiting for topic, waiting in manager.updates if topic == name]
+            update(name, sorted(set(addresses).union(*waiting_lists)))
 
-    manager.publisher_update = update_joined
+    manager.publisher_update = update_with_waiting
 
 
 def subscribers_of(publisher):
@@ -113,18 +112,18 @@ def subscribers_of(publisher):
 
 
 def write_at_once(publisher, max_waiting=1):
-    """From now on ``publish()`` itself writes to each subscriber. The queue of rospy would be lost
-    when the process ends. While a subscriber's buffers are full, the latest `max_waiting` messages
-    wait. Internals: `impl`, its `add_connection`; test: test/unit/test_node.py."""
+    """From now on ``publish()`` itself writes to each subscriber. Messages in rospy's queue
+    would be lost when the process ends. If a subscriber's buffers are full, the last `max_waiting`
+    messages wait. Internals: `impl`, its `add_connection`; test: test/unit/test_node.py."""
     topic = publisher.impl
     add_connection = topic.add_connection
 
-    def add_writing(connection):
+    def add_writing_connection(connection):
         connection.write_data = _Writer(connection, max_waiting).write
         return add_connection(connection)
 
     topic.set_queue_size(None)
-    topic.add_connection = add_writing
+    topic.add_connection = add_writing_connection
 
 
 class _Writer:
@@ -134,7 +133,7 @@ class _Writer:
         self._connection = connection
         self._lock = threading.Lock()    # guards `_waiting` and `_is_full`
         self._waiting = deque(maxlen=max_waiting)
-        self._is_full = False            # does a thread write, because the socket is full?
+        self._is_full = False            # is the socket full, so that a thread writes?
 
     def write(self, data):
         with self._lock:
@@ -164,11 +163,11 @@ class _Writer:
 def publish_together(publisher, messages):
     """Publish `messages` in one write, so that they arrive together. A subscriber with queue_size=1
     reads only the last message. Internals: `buff`, `seq`; test: test/ros/fake_robot.test."""
-    *before, last = messages
+    *first_messages, last = messages
     topic = publisher.impl
     topic.buff.seek(0)
     topic.buff.truncate()    # removes data for a subscriber that has ended
-    for message in before:
+    for message in first_messages:
         topic.seq += 1
         serialize_message(topic.buff, topic.seq, message)
     publisher.publish(last)

@@ -24,9 +24,10 @@ def to_imu_sample(message):
         raise ValueError('it has no orientation (orientation covariance -1)')
     if message.angular_velocity_covariance[0] == -1.0:
         raise ValueError('it has no gyro (gyro covariance -1)')
+    yaw_rate = within_bound('rate of turn', message.angular_velocity.z, MAX_GYRO_RATE, 'rad/s')
     q = message.orientation
-    return ImuSample(_stamp(message), yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z), within_bound(
-        'rate of turn', message.angular_velocity.z, MAX_GYRO_RATE, 'rad/s'))
+    yaw = yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
+    return ImuSample(_stamp(message), yaw, yaw_rate)
 
 
 def to_wheel_sample(message):
@@ -46,7 +47,7 @@ def _stamp(message):
 
 def subscribe_wheels(callback):
     """Call `callback` with the wheel samples on `joint_states`. Messages without wheels are
-    ignored. The returned function is true if any node publishes the topic."""
+    ignored. Returns a function that is true if any node publishes the topic."""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)
@@ -54,7 +55,7 @@ def subscribe_wheels(callback):
             return
         callback(sample)
 
-    were_sent = bool(publishers_of(rospy.resolve_name('joint_states')))
+    was_published = bool(publishers_of(rospy.resolve_name('joint_states')))
     subscriber = subscribe('joint_states', JointState, on_message,
                            idle_for=lambda now: WHEEL_PERIOD)
-    return lambda: were_sent or subscriber.get_num_connections() > 0
+    return lambda: was_published or subscriber.get_num_connections() > 0

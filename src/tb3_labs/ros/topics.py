@@ -49,7 +49,7 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
     If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message.
     The pauses save most of a node's computing time. If time is simulated, every message is read.
     """
-    is_idle = idle_for is not None and is_wall_time()
+    must_pause = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
 
     def handle(message):
@@ -60,7 +60,7 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
             INVALID_COUNTS[topic] += 1
             return
         callback(value)
-        if is_idle:
+        if must_pause:
             time.sleep(idle_for(ros_time()))
 
     return rospy.Subscriber(topic, message_type, guarded(handle), queue_size=queue_size,
@@ -75,9 +75,8 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
     def to_event(message):
         arrived_at = steady_time()
         connection = sender_connection(message)
-        sent_at = 0.0    # unknown if time is simulated, since a simulated clock may run faster
-        if is_wall_time():
-            sent_at = _stamp_of(message)
+        # a stamp of a simulated clock is not used, since the clock may run faster
+        sent_at = _stamp_of(message) if is_wall_time() else 0.0
         return Event(read(message), arrived_at, connection.sender, to_age(message),
                      renews=connection.renews, sent_at=sent_at)
 
@@ -85,7 +84,7 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
 
 
 def age_reader(topic):
-    """Returns a function for the events.Age of a message. Call the function for each message."""
+    """Returns a function that must be called for each message, and returns the events.Age."""
     message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: message_ages.age_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())
@@ -116,19 +115,19 @@ def publishers_of(topic):
     return {node for name, nodes in published if name == topic for node in nodes}
 
 
-def log_missing_topics(sources, hint='is the robot running?'):
-    """Log reminders until a message has arrived on /clock and on each topic. `sources` is {topic:
-    Freshness}. Each reminder ends with `hint`."""
+def log_missing_topics(freshness_of_topics, remedy='is the robot running?'):
+    """Log reminders until a message has arrived on /clock and on each topic of
+    `freshness_of_topics`, a {topic: Freshness}. Each reminder ends with `remedy`."""
     def run():
         time.sleep(FIRST_REMINDER_DELAY)
         while not rospy.is_shutdown():
-            missing = [rospy.resolve_name(topic) for topic, source in sources.items()
-                       if source.count == 0]
+            missing = [rospy.resolve_name(topic) for topic, freshness in freshness_of_topics.items()
+                       if freshness.count == 0]
             if rospy.get_time() == 0.0:
                 rospy.logerr('/use_sim_time is true, but nobody publishes /clock: start a '
                              'simulation, or: rosparam set /use_sim_time false, and start again')
             elif missing:
-                rospy.loginfo('Waiting for %s: %s', ' and '.join(missing), hint)
+                rospy.loginfo('Waiting for %s: %s', ' and '.join(missing), remedy)
             else:
                 return
             time.sleep(REMINDER_PERIOD)

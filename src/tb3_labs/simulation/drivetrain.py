@@ -19,7 +19,7 @@ from tb3_labs.simulation.imu import ImuModel, TurnCurve
 #: Longest time [s] of an arc while the speed changes.
 MAX_ARC_TIME = 1.0 / 60.0
 #: A motor has reached its goal speed if the speed differs by less than this [rad/s].
-STEADY_SPEED = 1e-6
+MOTOR_SPEED_TOLERANCE = 1e-6
 
 
 class Drivetrain:
@@ -50,15 +50,15 @@ class Drivetrain:
         """Compute the values that stay constant until speeds or goals change."""
         left_excess = self._left_speed - self._left_goal
         right_excess = self._right_speed - self._right_goal
-        self._steady = not self._lag or (
-            max(abs(left_excess), abs(right_excess)) < STEADY_SPEED)
-        if self._steady:
+        excess = max(abs(left_excess), abs(right_excess))
+        self._is_steady = not self._lag or excess < MOTOR_SPEED_TOLERANCE
+        if self._is_steady:
             self._left_speed, self._right_speed = self._left_goal, self._right_goal
             left_excess = right_excess = 0.0
-        left = self._left_radius / self._model.wheel_separation
-        right = self._right_radius / self._model.wheel_separation
-        self._steady_rate = right * self._right_goal - left * self._left_goal
-        self._fading_rate = right * right_excess - left * left_excess
+        left_ratio = self._left_radius / self._model.wheel_separation
+        right_ratio = self._right_radius / self._model.wheel_separation
+        self._steady_rate = right_ratio * self._right_goal - left_ratio * self._left_goal
+        self._fading_rate = right_ratio * right_excess - left_ratio * left_excess
 
     @property
     def turn_curve(self) -> TurnCurve:
@@ -77,7 +77,7 @@ class Drivetrain:
 
     def advance(self, dt: float) -> None:
         """Let `dt` seconds pass; `dt` >= 0."""
-        if self._steady:
+        if self._is_steady:
             if self._left_goal or self._right_goal:
                 self._roll(self._left_goal * dt, self._right_goal * dt)
             return
@@ -101,12 +101,12 @@ class Drivetrain:
         left *= self._left_radius
         right *= self._right_radius
         chord = (left + right) / 2.0
-        half = (right - left) / self._model.wheel_separation / 2.0
-        if half:
-            chord *= math.sin(half) / half
-        self._x += chord * math.cos(self._yaw + half)
-        self._y += chord * math.sin(self._yaw + half)
-        self._yaw += 2.0 * half
+        half_turn = (right - left) / self._model.wheel_separation / 2.0
+        if half_turn:
+            chord *= math.sin(half_turn) / half_turn
+        self._x += chord * math.cos(self._yaw + half_turn)
+        self._y += chord * math.sin(self._yaw + half_turn)
+        self._yaw += 2.0 * half_turn
 
 
 class Body:
@@ -116,7 +116,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
-        # (start [s], drivetrain) of each motion whose end wheel_angles_at() has not reached yet
+        # (start [s], drivetrain) of each motion; wheel_angles_at() removes motions that have ended
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
@@ -133,12 +133,12 @@ class Body:
             self.imu.begin_motion(stamp, self.drivetrain.turn_curve)
 
     def pose_at(self, now: float) -> Pose2:
-        """Returns the robot's pose at `now` [s], at or after the last :meth:`advance_to`."""
+        """Returns the robot's pose at `now` [s], which is not before the last advance_to()."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)
         return later.pose
 
-    def motion_changed(self) -> None:
+    def begin_motion(self) -> None:
         """Begin a new motion, after a change of goal speeds, physics or IMU settings."""
         self.imu.begin_motion(self._moved_until, self.drivetrain.turn_curve)
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
@@ -146,15 +146,15 @@ class Body:
     def use_bias(self, bias: float) -> None:
         """Let the gyro be wrong by `bias` [rad/s] from now on."""
         self.imu.bias = bias
-        self.motion_changed()
+        self.begin_motion()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """Returns the angles (left, right) [rad] of the motors. `moment` [s] never goes back."""
+        """Returns the angles (left, right) [rad] of the motors. `moment` [s] must not go back."""
         motions = self._unread_motions
         while len(motions) > 1 and motions[1][0] <= moment:
             motions.popleft()
-        since, drivetrain = motions[0]
-        if moment > since:
-            drivetrain.advance(moment - since)
+        begin, drivetrain = motions[0]
+        if moment > begin:
+            drivetrain.advance(moment - begin)
             motions[0] = moment, drivetrain
         return drivetrain.angles

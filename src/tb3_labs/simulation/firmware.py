@@ -3,9 +3,9 @@
 The faults of the real firmware are copied, because the labs have to work with these faults.
 
 The board clips the linear and the angular speed of a command, then the speed of each wheel. So a
-fast curve becomes slower and wider. A motor runs at a whole number of speed steps, rounded towards
-zero, at most `motor_steps`. The library rosserial reads infinity as 1, and NaN as 1.5. The board
-obeys the newest command for half a second after reading the command.
+fast curve becomes slower and wider. The board rounds the speed of a motor towards zero to a whole
+number of speed steps, at most `motor_steps`. The library rosserial reads infinity as 1, and NaN as
+1.5. The board obeys the newest command for half a second after reading the command.
 
 The heading of the odometry is from the IMU. The turn ``theta - theta_last`` is *not* wrapped. When
 the IMU crosses +/-180 deg, the displacement of one sample points backwards. The yaw of the sample
@@ -36,7 +36,7 @@ from tb3_labs.simulation.network import Arrival
 TICK_ANGLE = 2.0 * math.pi / 4096.0
 #: The speed of a motor is rounded towards zero to a multiple of this speed [rad/s].
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
-#: A reset is sent over a NetworkLink as this text, a command as (forward speed, rate of turn).
+#: A NetworkLink sends a reset as this text, and a command as (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
 
 
@@ -75,7 +75,7 @@ class Odometer:
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
         self._last_imu_yaw = imu_yaw    # yaw [rad] of the IMU at the last update
         self._ticks: Tuple[int, int] = (0, 0)
-        self._zero = (0, 0)           # the ticks at the last reset
+        self._ticks_at_reset = (0, 0)
         self._tick_change = (0, 0)    # ticks between the last two answers of the servos
         self._stamp = 0.0
         #: The mean speeds (left, right) [rad/s] of the wheels in the last interval.
@@ -84,8 +84,8 @@ class Odometer:
     @property
     def wheel_angles(self) -> Tuple[float, float]:
         """The angles (left, right) [rad] of the wheels since the start or the last reset."""
-        left, right = (TICK_ANGLE * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
-        return left, right
+        (left, right), (left_zero, right_zero) = self._ticks, self._ticks_at_reset
+        return TICK_ANGLE * (left - left_zero), TICK_ANGLE * (right - right_zero)
 
     def update(self, stamp: float, ticks: Optional[Tuple[int, int]],
                imu_yaw: float) -> OdometrySample:
@@ -111,18 +111,18 @@ class Odometer:
         """Set the pose and the wheel angles to zero. For `ticks` see :meth:`update`."""
         self._x = self._y = self._yaw = 0.0
         if ticks is not None:
-            self._ticks = self._zero = ticks
+            self._ticks = self._ticks_at_reset = ticks
 
 
 class Board:
     """Reads messages and obeys commands, but not while the board calibrates its gyro."""
 
     def __init__(self) -> None:
-        self._waiting: Deque[Arrival] = deque()     # messages that the board has not read yet
+        self._unread: Deque[Arrival] = deque()    # messages that the board has not read yet
         self._calibrated_at = -math.inf    # end [s] of the last calibration
         self._calibration_time = 0.0       # length [s] of the last calibration
-        self._yaw_before = 0.0             # true yaw [rad] at the start of the last calibration
-        #: Does the board calibrate its gyro, and neither read messages nor send samples?
+        self._yaw_at_begin = 0.0           # true yaw [rad] at the start of the last calibration
+        #: Does the board calibrate its gyro? It then neither reads messages nor sends samples.
         self.is_calibrating = False
         #: Time [s] at which the calibration ends; infinity if the board does not calibrate.
         self.calibration_end = math.inf
@@ -134,7 +134,7 @@ class Board:
         self.is_calibrating = True
         self.calibration_end = now + seconds
         self._calibration_time = seconds
-        self._yaw_before = yaw
+        self._yaw_at_begin = yaw
 
     def end_calibration(self, yaw: float) -> float:
         """Returns the gyro's new bias [rad/s]. `yaw` is the true yaw [rad] now, not wrapped."""
@@ -142,14 +142,14 @@ class Board:
         self._calibrated_at = self.calibration_end
         self.calibration_end = math.inf
         seconds = self._calibration_time
-        return (self._yaw_before - yaw) / seconds if seconds else 0.0
+        return (self._yaw_at_begin - yaw) / seconds if seconds else 0.0
 
     def read_up_to_reset(self, arrivals: Sequence[Arrival]) -> bool:
         """Read the messages that have arrived, up to the first reset. Returns True if a reset was
         read. The messages after the reset wait for the end of the calibration."""
-        self._waiting.extend(arrivals)
-        while self._waiting and not self.is_calibrating:
-            arrival, message = self._waiting.popleft()
+        self._unread.extend(arrivals)
+        while self._unread and not self.is_calibrating:
+            arrival, message = self._unread.popleft()
             if message == RESET_COMMAND:
                 return True
             linear, angular = message

@@ -83,13 +83,13 @@ class ImuModel:
             moment = stamp - age
             while len(motions) > 1 and motions[1][0] <= moment:
                 motions.popleft()
-            since, (yaw, rate, fading_rate, lag) = motions[0]
-            dt = moment - since
+            begin, (yaw, rate, fading_rate, lag) = motions[0]
+            dt = moment - begin
             yaw += rate * dt
             if fading_rate:
-                rest = fading_rate * exp(-dt / lag)
-                yaw += lag * (fading_rate - rest)
-                rate += rest
+                faded_rate = fading_rate * exp(-dt / lag)
+                yaw += lag * (fading_rate - faded_rate)
+                rate += faded_rate
             yaw = remainder(yaw + yaw_noise * yaw_deviation, WHOLE_TURN)
             rate = rate + rate_noise * rate_deviation if abs(rate) > dead_zone else 0.0
             if yaw == -math.pi:

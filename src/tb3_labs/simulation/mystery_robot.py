@@ -6,8 +6,7 @@ different faults. All random numbers come from ``random.Random(text).random()``,
 same numbers in all versions of Python.
 
 Anyone can compute the answer with this file, but the exercise asks for a measurement as a proof.
-
-The value of a Fault is in the unit `unit`. Times are in seconds since the start.
+Times are in seconds since the start.
 """
 import random
 from dataclasses import dataclass, field, replace
@@ -18,7 +17,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 #: The last number of a mystery robot. The first number is 1.
 LAST_NUMBER = 9999
 #: The pause [s] between two occurrences of an intermittent fault.
-BETWEEN_FAULTS = 12.0
+FAULT_PAUSE_TIME = 12.0
 
 
 @dataclass(frozen=True)
@@ -29,7 +28,7 @@ class Fault:
     name: str
     value_range: Tuple[float, float]    # least and largest absolute value
     digits: int                         # digits of the value after the decimal point
-    unit: str                           # of the value
+    unit: str                           # unit of the value
     tolerance: float                    # largest error of a right answer, in `unit`
     quantity: str                       # what the value is
     value_field: str = ''               # field of SimulatorConfig, set to the value times `scale`
@@ -91,8 +90,8 @@ class HiddenFault:
         self._healthy = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
-        """Returns the settings at `now` [s], as the same object until the settings change."""
-        is_pause = now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
+        """Returns the settings at `now` [s]. Equal settings are the same object."""
+        is_pause = now % (FAULT_PAUSE_TIME + self.value) < FAULT_PAUSE_TIME
         is_healthy = is_pause and not self.fault.value_field
         return self._healthy if is_healthy else self._faulty
 

@@ -6,7 +6,7 @@ message that would arrive during a stall waits for the end of the stall. A cut i
 until the setting `network_cut` is switched off. Both links have the same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another stall. Stalls and
-jitter have separate generators, so :meth:`NetworkLink.pop` does not change the random numbers.
+jitter have separate random generators, so the jitter is the same however often `pop` is called.
 
 Units: seconds. Edge cases: A stall does not delay a message that is due exactly at the end of the
 stall. A change of latency or jitter does not affect messages that were sent before the change. A
@@ -58,7 +58,7 @@ class Stalls:
         self._start = after + self._random.expovariate(self._rate)
         self._end = self._start + self._random.uniform(0.0, self._longest)
 
-    def release(self, moment: float) -> float:
+    def release_time(self, moment: float) -> float:
         """If the network stalls at `moment` [s], returns the end [s] of the stall, else `moment`.
         From call to call, `moment` must not go back."""
         while moment >= self._end:
@@ -81,13 +81,13 @@ class NetworkLink:
 
     def configure(self, settings: SimulatorConfig, now: float) -> None:
         self._arrived = self.pop(now)
-        before, self._settings = self._settings, settings
+        previous, self._settings = self._settings, settings
         rate, longest = settings.stalls_per_min / 60.0, settings.longest_stall
-        if rate != before.stalls_per_min / 60.0 or longest != before.longest_stall:
-            self._stalls = None
-            if rate:
-                # the seed of both links is the same, so a stall delays both directions
-                self._stalls = Stalls(rate, longest, now, f'stalls {self._seed}')
+        rate_changed = rate != previous.stalls_per_min / 60.0
+        if rate_changed or longest != previous.longest_stall:
+            # the seed of both links is the same, so a stall delays both directions
+            seed = f'stalls {self._seed}'
+            self._stalls = Stalls(rate, longest, now, seed) if rate else None
         # the messages that waited for the end of a stall arrive now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
@@ -112,7 +112,7 @@ class NetworkLink:
             while in_flight and in_flight[0][0] <= until:
                 arrival, message = in_flight[0]
                 if stalls:
-                    arrival = stalls.release(arrival)
+                    arrival = stalls.release_time(arrival)
                 if arrival > until:
                     break
                 in_flight.popleft()

@@ -30,10 +30,10 @@ from tb3_labs.simulation.simulator import Simulator
 SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # number of steps between two messages of the ground truth
 #: After a pause of the computer of at most this time [s], the robot catches up with the clock.
-MAX_CATCH_UP = 0.5
-#: MAX_CATCH_UP of a robot that publishes /clock. After a longer pause /clock would jump, and nodes
-#: would treat the sensors as silent.
-MAX_CATCH_UP_ON_CLOCK = 0.02
+MAX_CATCH_UP_TIME = 0.5
+#: MAX_CATCH_UP_TIME of a robot that publishes /clock. After a longer pause /clock would jump, and
+#: nodes would treat the sensors as silent.
+MAX_CATCH_UP_TIME_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
 #: The board of a recorded robot was tilted by these angles [rad].
 ROLL = math.radians(0.7)
@@ -69,14 +69,14 @@ class FakeRobot:
         pipe = os.environ.get(TRUTH_PIPE)
         self._pipe = TruthPipe(pipe) if pipe else None
         self._truth = self._static_tf = None
-        if not hidden and not pipe:
-            self._truth = make_publisher('ground_truth', PoseStamped)
         if not hidden:
             self._static_tf = make_publisher('/tf_static', TFMessage, latch=True)
+        if not hidden and not pipe:
+            self._truth = make_publisher('ground_truth', PoseStamped)
         self._world_T_odom = None
-        for topic, kind, callback in (('cmd_vel', Twist, self._on_command),
-                                      ('reset', Empty, self._on_reset)):
-            rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
+        options = dict(queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber('cmd_vel', Twist, guarded(self._on_command), **options)
+        rospy.Subscriber('reset', Empty, guarded(self._on_reset), **options)
 
     def configure(self, settings):
         """Use all `settings` except FIXED_FIELDS from now on."""
@@ -133,7 +133,7 @@ def start(robot, speed):
 
 def keep_pace(robot, clock, speed):
     """Step `robot` without end, `speed` times as fast as real time."""
-    longest_catch_up = MAX_CATCH_UP_ON_CLOCK if clock else MAX_CATCH_UP
+    longest_catch_up = MAX_CATCH_UP_TIME_ON_CLOCK if clock else MAX_CATCH_UP_TIME
     due = time.monotonic()    # the time of the next step
     time_zero = time.time()   # the ROS time at which the simulator's time is 0
     for step in itertools.count():
@@ -141,13 +141,13 @@ def keep_pace(robot, clock, speed):
             clock.publish(Clock(rospy.Time.from_sec(time_zero + (step + 1) * SIMULATION_STEP)))
         robot.tick(step, time_zero)
         due += SIMULATION_STEP / speed
-        late = time.monotonic() - due
-        if late < 0.0:
-            time.sleep(-late)
-        elif late > longest_catch_up:
-            due += late
+        lateness = time.monotonic() - due
+        if lateness < 0.0:
+            time.sleep(-lateness)
+        elif lateness > longest_catch_up:
+            due += lateness
             if not clock:
-                time_zero += late
+                time_zero += lateness
 
 
 class TruthPipe:
@@ -182,9 +182,9 @@ class SensorTopics:
         self._joints = make_publisher('joint_states', JointState)
         self._tf = make_publisher('/tf', TFMessage)
 
-    def send(self, burst, time_zero, wheels):
-        """Publish the samples of a `burst`, which arrive together. Each topic gets one write. For
-        `time_zero` see FakeRobot.tick. Rows of `wheels` before the samples are removed."""
+    def send(self, burst, time_zero, wheel_readings):
+        """Publish the samples of a `burst`, which arrive together, by one write for each topic. For
+        `time_zero` see FakeRobot.tick. The `wheel_readings` before the samples are removed."""
         imu, tf, odometry, joints = [], [], [], []
         frames = self.frames
         for sample in burst[-MAX_SAMPLES:]:
@@ -197,23 +197,23 @@ class SensorTopics:
             odometry.append(odometry_message(
                 sample, stamp, frames['odom'], frames['base_footprint']))
             joints.append(joint_message(
-                _wheels_at(wheels, sample.stamp), stamp, frames['base_link']))
+                _pop_earlier(wheel_readings, sample.stamp), stamp, frames['base_link']))
         for publisher, messages in ((self._imu, imu), (self._tf, tf), (self._odom, odometry),
                                     (self._joints, joints)):
             if messages and publisher.get_num_connections():
                 publish_together(publisher, messages)
 
 
-def _wheels_at(wheels, stamp):
-    """Returns the sensors.WheelReading of the odometry sample of `stamp` [s]."""
-    while wheels[0].stamp < stamp and len(wheels) > 1:
-        wheels.popleft()
-    return wheels[0]
+def _pop_earlier(wheel_readings, stamp):
+    """Remove the readings before `stamp` [s]. Returns the first of the remaining readings."""
+    while wheel_readings[0].stamp < stamp and len(wheel_readings) > 1:
+        wheel_readings.popleft()
+    return wheel_readings[0]
 
 
-def make_publisher(topic, kind, **options):
+def make_publisher(topic, message_type, **options):
     """Returns a publisher that sends each message at once."""
-    publisher = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
+    publisher = rospy.Publisher(topic, message_type, queue_size=50, tcp_nodelay=True, **options)
     write_at_once(publisher, max_waiting=50)
     return publisher
 
@@ -237,10 +237,10 @@ def odometry_message(sample, stamp, frame_id, child_frame_id):
     return message
 
 
-def joint_message(wheels, stamp, frame_id):
+def joint_message(reading, stamp, frame_id):
     """Returns the sensor_msgs/JointState of the two wheels, the left wheel first."""
-    return JointState(header=_header(stamp, frame_id), name=WHEEL_JOINTS, position=wheels.angles,
-                      velocity=wheels.speeds, effort=[0.0, 0.0])
+    return JointState(header=_header(stamp, frame_id), name=WHEEL_JOINTS, position=reading.angles,
+                      velocity=reading.speeds, effort=[0.0, 0.0])
 
 
 def _header(stamp, frame_id):

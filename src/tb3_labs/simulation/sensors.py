@@ -1,7 +1,7 @@
 """Makes the samples of IMU and odometry, with the board's stamps and the faults of sensors.
 
 Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s. Sensors were silent for
-0.3 to 4.3 s. A driver repeated one sample with new stamps for half a minute.
+0.3 to 4.3 s. One sensor repeated a sample with new stamps for half a minute.
 """
 import random
 from collections import deque
@@ -41,7 +41,7 @@ class Rhythm:
         self.set_rate(rate, start)
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Use `rate` [1/s] from `now` [s] on. The same rate does not change the moments."""
+        """Use `rate` [1/s] from `now` [s] on. An equal rate does not change the moments."""
         if rate != self._rate:
             self._rate, self._base, self._count = rate, now, 1
             self.due = now + 1.0 / rate
@@ -62,25 +62,25 @@ class Rhythm:
 
 
 class BoardClock:
-    """The board's clock, with a random error of up to `largest` [s] after each synchronisation."""
+    """The board's clock. After each synchronisation the error is random, up to `max_error` [s]."""
 
-    def __init__(self, largest: float, seed: int) -> None:
-        self._largest, self._seed = largest, seed
-        self._number = -1
+    def __init__(self, max_error: float, seed: int) -> None:
+        self._max_error, self._seed = max_error, seed
+        self._sync_number = -1
         self._error = 0.0
 
     def error(self, now: float) -> float:
         """Returns the error [s] of the clock at the true time `now` [s]."""
         number = int(now / SYNC_PERIOD)
-        if number != self._number:
-            source = random.Random(f'time sync {number} {self._seed}')
-            self._number = number
-            self._error = source.uniform(-self._largest, self._largest)
+        if number != self._sync_number:
+            generator = random.Random(f'time sync {number} {self._seed}')
+            self._sync_number = number
+            self._error = generator.uniform(-self._max_error, self._max_error)
         return self._error
 
     def stamped(self, arrivals: List[Arrival]) -> List[Arrival]:
         """Returns `arrivals` with stamps of the board's clock instead of true stamps."""
-        if not self._largest:
+        if not self._max_error:
             return arrivals
         return [(moment, sample._replace(stamp=sample.stamp + self.error(sample.stamp)))
                 for moment, sample in arrivals]
@@ -119,13 +119,11 @@ class Sensors:
     def measure_odometry(self, stamp: float) -> None:
         self._body.advance_to(stamp)
         left, right = self._body.wheel_angles_at(stamp - self._config.wheel_lag)
-        ticks = None
-        if not self._config.battery_cut:
-            ticks = encoder_ticks(left), encoder_ticks(right)
+        ticks = None if self._config.battery_cut else (encoder_ticks(left), encoder_ticks(right))
         if self.reset_is_due:
             self.odometer.reset(ticks)
-        observed = self._body.imu.measure([stamp])[0]
-        sample = self.odometer.update(stamp, ticks, observed.yaw)
+        imu_sample = self._body.imu.measure([stamp])[0]
+        sample = self.odometer.update(stamp, ticks, imu_sample.yaw)
         if self.reset_is_due:
             self.reset_is_due = False
             self.world_T_odom = self._body.drivetrain.pose @ sample.pose.inverse()

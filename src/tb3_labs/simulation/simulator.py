@@ -31,7 +31,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: A step also includes the events in this time [s] after its end, since the sum of many small steps
 #: is not exactly one large step.
-TIME_ROUNDING = 1e-9
+TIME_TOLERANCE = 1e-9
 
 
 class Simulator:
@@ -66,15 +66,15 @@ class Simulator:
         self._apply(config)
 
     def _apply(self, config: SimulatorConfig) -> None:
-        before, self.config = self.config, config
+        previous_config, self.config = self.config, config
         body = self._body
         body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
         body.imu.configure(
             yaw_noise=math.radians(config.imu_noise_deg), rate_noise=config.gyro_noise,
             drift=math.radians(config.imu_drift_deg_per_min) / 60.0, sample_age=config.yaw_lag)
-        if config.gyro_bias_deg != before.gyro_bias_deg:
+        if config.gyro_bias_deg != previous_config.gyro_bias_deg:
             body.imu.bias = math.radians(config.gyro_bias_deg)
-        body.motion_changed()
+        body.begin_motion()
         self.sensors.configure(config, self.now)
         for link in (self._command_link, self._sensor_link):
             link.configure(config, self.now)
@@ -87,7 +87,7 @@ class Simulator:
     def reset(self) -> None:
         """Send a `reset` to the board now; see :mod:`tb3_labs.simulation.firmware`."""
         self._command_link.send((RESET_COMMAND,), (self.now,))
-        self._read(self.now)
+        self._read_messages(self.now)
 
     def step(self, dt: float) -> List[Sample]:
         """Let `dt` seconds pass; `dt` >= 0. Returns the arriving samples in order."""
@@ -99,36 +99,37 @@ class Simulator:
         self._advance(dt)
         sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
-        arrived = self.sensors.clock.stamped(self._sensor_link.pop(self.now + TIME_ROUNDING))
-        return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
+        arrived = self.sensors.clock.stamped(self._sensor_link.pop(self.now + TIME_TOLERANCE))
+        bursts = groupby(arrived, key=itemgetter(0))    # by the time of arrival
+        return [[sample for _, sample in burst] for _, burst in bursts]
 
     def _advance(self, dt: float) -> None:
         self.now += dt
-        horizon = self.now + TIME_ROUNDING
+        horizon = self.now + TIME_TOLERANCE
         board, sensors, control = self._board, self.sensors, self._control_rhythm
         imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
         while True:
             # Events at the same moment are handled in the order board, motors, odometry, IMU.
-            tick = min(control.due, odom.due, board.calibration_end)
-            if imu.due < tick:
-                stamps = imu.pop_until(min(tick, horizon))
+            event_time = min(control.due, odom.due, board.calibration_end)
+            if imu.due < event_time:
+                stamps = imu.pop_until(min(event_time, horizon))
                 if not board.is_calibrating:
                     sensors.measure_imu(stamps)
-            if tick > horizon:
+            if event_time > horizon:
                 return
-            if board.calibration_end == tick:
-                self._body.advance_to(tick)
+            if board.calibration_end == event_time:
+                self._body.advance_to(event_time)
                 self._body.use_bias(board.end_calibration(self._body.yaw))
-            elif control.due == tick:
-                self._drive(control.pop())
+            elif control.due == event_time:
+                self._set_motors(control.pop())
             else:
                 odom.pop()
                 if not board.is_calibrating:
-                    sensors.measure_odometry(tick)
+                    sensors.measure_odometry(event_time)
 
-    def _drive(self, stamp: float) -> None:
+    def _set_motors(self, stamp: float) -> None:
         """Let the board set the motors by the latest command that has arrived."""
-        self._read(stamp)
+        self._read_messages(stamp)
         if self._board.is_calibrating:
             return
         command = self._board.command_in_force(stamp)
@@ -138,9 +139,9 @@ class Simulator:
             self._body.advance_to(stamp)
             self._motor_command = command
             self._body.drivetrain.set_goals(*motor_speeds(*command, self._model))
-            self._body.motion_changed()
+            self._body.begin_motion()
 
-    def _read(self, stamp: float) -> None:
+    def _read_messages(self, stamp: float) -> None:
         """Let the board read its messages. After a reset the board calibrates the gyro."""
         if self._board.read_up_to_reset(self._command_link.pop(stamp)):
             self._body.advance_to(stamp)

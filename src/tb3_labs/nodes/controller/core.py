@@ -174,9 +174,9 @@ class ControllerCore:
         """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
         is_possible = abs(angle) <= self._law.MAX_ANGLE + 1e-9    # False for NaN
         if not is_possible:
-            most = round(math.degrees(self._law.MAX_ANGLE))
+            max_degrees = round(math.degrees(self._law.MAX_ANGLE))
             raise ValueError(f'cannot turn by {math.degrees(angle):g} degrees: a number from '
-                             f'-{most} to {most}')
+                             f'-{max_degrees} to {max_degrees}')
         if self._sleep.refusal:
             raise ValueError(f'cannot turn: {self._sleep.refusal}; ask again')
         if self.driver is Driver.MOUSE:
@@ -224,9 +224,9 @@ class ControllerCore:
         self.imu.check_repetition(must_change=True, now=now)
         problem = self._sensors.frozen_text() or self._gyro.problem_text()
         if not problem and not step.is_finished:
-            rests = is_at_rest(0.0, heading.rate)
+            robot_rests = is_at_rest(0.0, heading.rate)
             problem = turn.stall.update(
-                step.remaining, rests, dt, must_move=step.command != Twist2())
+                step.remaining, robot_rests, dt, must_move=step.command != Twist2())
         if problem or step.is_finished:
             turn.remaining_at_end = step.remaining
             self._change_driver(DriverEvent.TURN_OVER, problem)
@@ -245,14 +245,14 @@ class ControllerCore:
         self._change_driver(DriverEvent.MOUSE_RELEASED, reason)
 
     def _change_driver(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver. If a turn ends for a `reason`, give up the turn."""
+        """Change the driver. A turn that ends with a `reason` is logged as given up."""
         previous_driver = self.driver
         self.driver = NEXT_DRIVER.get((previous_driver, event), previous_driver)
         if reason:
             self._turn_requests.end_repetitions()
-        is_over = previous_driver is Driver.TURN and self.driver is not Driver.TURN
-        if is_over and reason and self._turn is not None:
-            left = abs(math.degrees(self._turn.remaining(self._heading.yaw)))
-            self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}',
+        turn_has_ended = previous_driver is Driver.TURN and self.driver is not Driver.TURN
+        if turn_has_ended and reason and self._turn is not None:
+            remaining_deg = abs(math.degrees(self._turn.remaining(self._heading.yaw)))
+            self._log.add(f'Turn given up {remaining_deg:.0f} degrees before its end: {reason}',
                           warning=True)
             self._turn = None

@@ -48,8 +48,8 @@ class _OneMouse:
     def active(self) -> bool:
         return self.reported_active and not self.is_lost
 
-    def on_message(self, message: 'Event[MouseState]', rests: bool) -> None:
-        """Take in a message. `rests` is True if the message asks for a stop."""
+    def on_message(self, message: 'Event[MouseState]', asks_for_stop: bool) -> None:
+        """Take in a message. `asks_for_stop` is True if the message asks for a stop."""
         active = message.content.active
         now = message.arrived_at
         is_first = self.freshness.count == 0
@@ -67,7 +67,7 @@ class _OneMouse:
         if message.age is not Age.SAME_STAMP:
             self.freshness.on_message(now)
         self.reported_active = active
-        if rests and now - self._silence_ended_at >= CROSSING_TIME:
+        if asks_for_stop and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
 
     def lose(self, now: float) -> None:
@@ -127,14 +127,14 @@ class Mouse:
         active, x, y = message.content
         mouse = self._mice[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
-        rests = not active or twist == Twist2()
+        asks_for_stop = not active or twist == Twist2()
         was_active = mouse.active
         is_deactivated = mouse.reported_active and not active
         self.freshness.on_message(message.arrived_at)
-        mouse.on_message(message, rests)
+        mouse.on_message(message, asks_for_stop)
         was_lost = was_active and not mouse.active
         if is_deactivated or was_lost:
-            self.lose(message.arrived_at, kept=mouse)
+            self.lose(message.arrived_at, current_mouse=mouse)
         if mouse.active:
             self.twist = twist
         return is_deactivated
@@ -142,8 +142,8 @@ class Mouse:
     def check_silence(self, now: float, slept: bool = False) -> str:
         """Treat all mice as lost if an active mouse is silent, or if this process `slept`. Returns
         a text about the silence of an active mouse; '' if no active mouse is silent."""
-        silent = [mouse.freshness for mouse in self._mice.values()
-                  if mouse.active and not mouse.freshness.is_fresh(now)]
+        active = [mouse.freshness for mouse in self._mice.values() if mouse.active]
+        silent = [freshness for freshness in active if not freshness.is_fresh(now)]
         if slept or silent:
             self.lose(now)
         if not silent:
@@ -151,10 +151,10 @@ class Mouse:
         self._loss_is_logged = True
         return f'{silent[0].silence_text(now)}: {REMEDY}'
 
-    def lose(self, now: float, kept: Optional[_OneMouse] = None) -> None:
-        """Treat all mice except `kept` as lost."""
+    def lose(self, now: float, current_mouse: Optional[_OneMouse] = None) -> None:
+        """Treat all mice except `current_mouse` as lost."""
         for mouse in self._mice.values():
-            if mouse is not kept:
+            if mouse is not current_mouse:
                 mouse.lose(now)
 
 

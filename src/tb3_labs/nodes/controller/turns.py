@@ -27,7 +27,7 @@ TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
-    """Returns the turn [deg] for a key or a number. ``ValueError`` for another text."""
+    """Returns the turn [deg] for a key or a number. Raises ``ValueError`` for another text."""
     if text in TURN_KEYS:
         return TURN_KEYS[text]
     try:
@@ -103,9 +103,9 @@ class ActiveTurn:
         self.remaining_at_end = 0.0
         self._begun_at = now
 
-    def move_goal(self, by: float) -> None:
-        self.requested += by
-        self.goal += by
+    def move_goal(self, angle: float) -> None:
+        self.requested += angle
+        self.goal += angle
         self.stall = StallMonitor()
 
     def remaining(self, yaw: float) -> float:
@@ -138,7 +138,7 @@ class DriverEvent(Enum):
 
 
 #: {(driver, event): driver after the event}. A pair that is not in the table does not change the
-#: driver. A turn is refused while the mouse drives. Sources: the mouse lab, and mistakes in nodes.
+#: driver. A turn is refused while the mouse drives. Source: the mouse lab.
 NEXT_DRIVER = {
     (Driver.NOBODY, DriverEvent.TURN_REQUESTED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,

@@ -57,8 +57,8 @@ class GamepadCore:
     def on_joy(self, joy: 'Event[PadState]') -> None:
         now = joy.arrived_at
         state = joy.content
-        self._check_clock(now)
-        self.pad.on_message(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
+        self._check_sleep(now)
+        self.pad.on_message(state, now, joy.sent_at, joy_node_hangs=joy.age is Age.SAME_STAMP)
         presses = self.pad.presses
         sent_at = now - self.pad.lateness
         self._command_is_due = True
@@ -111,7 +111,7 @@ class GamepadCore:
     # -- outputs
 
     def tick(self, now: float) -> PadOutput:
-        self._check_clock(now)
+        self._check_sleep(now)
         self._check_rest(now)
         self._check_loss(now)
         command = self._command(now) if self._command_is_due else None
@@ -162,7 +162,7 @@ class GamepadCore:
         is_held = state.hold or not self._config.has_hold
         return is_held and not state.at_rest
 
-    def _check_clock(self, now: float) -> None:
+    def _check_sleep(self, now: float) -> None:
         """Find whether this process slept. After a sleep the pad must become ready again. A long
         sleep also ends the permission that the pad gave."""
         self._sleep.update(now)
@@ -221,14 +221,14 @@ class GamepadCore:
         needs_pad = self._drives() or self.messages.must_renew
         if self.pad.freshness.is_fresh(now) or not needs_pad:
             return
-        hint = ''
-        if self.pad.driver_hangs:
-            hint = '. joy_node repeats one message: start it again'
+        advice = ''
+        if self.pad.joy_node_hangs:
+            advice = '. joy_node repeats one message: start it again'
         elif not self.pad.has_repeated:
-            hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
-                    'gamepad.launch does')
+            advice = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
+                      'gamepad.launch does')
         silence = self.pad.freshness.silence_text(now).capitalize()
-        self._log.add(f'{silence}: robot stopped; {self._remedy}{hint}', warning=True)
+        self._log.add(f'{silence}: robot stopped; {self._remedy}{advice}', warning=True)
         self.pad.state = None      # the last state is not valid any more
         self._command_is_due = True
         self.messages.stop(now)

@@ -72,33 +72,34 @@ class PadListener:
         #: The latest state; None before the first message, and after a loss of the pad.
         self.state: Optional[PadState] = None
         self.has_repeated = False    # did the pad ever repeat an unchanged state?
-        self.driver_hangs = False    # does the pad's driver hang, and repeat one message?
+        self.joy_node_hangs = False     # does joy_node hang, and repeat one message?
         self._lateness = Lateness()
-        self._received_since = math.inf    # the usual delay is learned from this time [s] on
-        self._last: Optional[PadState] = None
+        self._learning_since = math.inf    # the usual delay is learned from this time [s] on
+        self._last_state: Optional[PadState] = None
         self._newest_stamp = -math.inf
         self.presses = PadState()       # the buttons that the last message shows as just pressed
         self.lateness = 0.0             # delay [s] of the last message
         self.came_after_loss = False    # did the last message come after a loss of the pad?
 
-    def on_message(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
-        """Take in a message. `stamp` is the time [s] of sending, or 0. `hangs` is True if the
-        driver repeats one message. The first message can press only the stop button."""
-        if state == self._last:
+    def on_message(self, state: PadState, now: float, stamp: float,
+                   joy_node_hangs: bool = False) -> None:
+        """Take in a message. `stamp` is the time [s] of sending, or 0. `joy_node_hangs` is True if
+        joy_node repeats one message. The first message can press only the stop button."""
+        if state == self._last_state:
             self.has_repeated = True
-        self._last = state
+        self._last_state = state
         self.lateness = self._lateness.on_message(stamp, now)
-        self.driver_hangs = hangs
-        # a driver that hangs may repeat several old messages in turn
+        self.joy_node_hangs = joy_node_hangs
+        # a joy_node that hangs may repeat several old messages in turn
         is_old = stamp <= self._newest_stamp and self.lateness > INPUT_TIMEOUT
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = False
-        if not hangs and not is_old:
+        if not joy_node_hangs and not is_old:
             self.came_after_loss = self.has_repeated and not self.freshness.is_fresh(now)
             self.freshness.on_message(now)
         learns_anew = self.came_after_loss and stamp <= 0.0
-        if math.isinf(self._received_since) or learns_anew:
-            self._received_since = now
+        if math.isinf(self._learning_since) or learns_anew:
+            self._learning_since = now
         previous = self.state
         if previous is None or self.came_after_loss:
             previous = state._replace(regain=False)
@@ -107,9 +108,8 @@ class PadListener:
 
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay of messages known? Without this delay, `lateness` may be wrong."""
-        if self.driver_hangs and not self.freshness.is_fresh(now):
-            return False
-        return now - self._received_since >= CROSSING_TIME
+        is_stuck = self.joy_node_hangs and not self.freshness.is_fresh(now)
+        return not is_stuck and now - self._learning_since >= CROSSING_TIME
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""

@@ -23,9 +23,9 @@ class GamepadNode:
         model = read_model()
         config = read_config(PadConfig)
         self._core = GamepadCore(config, model)
-        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
-                                        headers=RENEWAL_HEADER)
-        self._holder = None    # the published holder
+        self._control_publisher = rospy.Publisher(
+            'ctrl_relinq', Bool, queue_size=20, latch=True, headers=RENEWAL_HEADER)
+        self._published_holder = None
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
         rospy.on_shutdown(self._on_leave)
@@ -49,15 +49,15 @@ class GamepadNode:
 
     def _publish_output(self, output):
         for granted in output.control_messages:
-            self._control.publish(granted)
+            self._control_publisher.publish(granted)
             if not granted:    # a node may treat the first message of a connection as old
-                self._control.publish(granted)
+                self._control_publisher.publish(granted)
         if output.renewal_is_due:
-            self._control.publish(True)
+            self._control_publisher.publish(True)
         if output.reset_requested:    # move_to_goal may answer late
             threading.Thread(target=guarded(_reset), daemon=True).start()
-        if output.holder is not self._holder:
-            self._holder = output.holder
+        if output.holder is not self._published_holder:
+            self._published_holder = output.holder
             self._holders.publish(output.holder.value)
 
     def _diagnose(self):

@@ -20,7 +20,7 @@ from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.localizer import Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
-from tb3_labs.nodes.move_to_goal.status import Announcer, DriveOutput, DriveStatus
+from tb3_labs.nodes.move_to_goal.status import DriveOutput, DriveStatus, StatusLogger
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, SenderRequest
@@ -29,7 +29,7 @@ from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import DriveSensors, SensorStatus
 
 #: If another node also commands motions for this time [s], a warning names that node.
-RIVAL_TIME = 0.3
+RIVAL_WARNING_TIME = 0.3
 
 
 class MoveToGoalCore:
@@ -53,8 +53,8 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
         #: {another node that commands motions: time [s] of its first command}
-        self._rivals_since: Dict[str, float] = {}
-        self._announcer = Announcer(self._log)
+        self._rivals_began_at: Dict[str, float] = {}
+        self._status_logger = StatusLogger(self._log)
 
     # -- inputs
 
@@ -79,16 +79,16 @@ class MoveToGoalCore:
 
     def on_command(self, command: Twist2, now: float, rival: str = '') -> None:
         """Take in a command, which may move the robot. `rival` is another node that sent the
-        command. If `rival` and this node both drive for RIVAL_TIME, log a warning."""
+        command. If `rival` and this node both drive for RIVAL_WARNING_TIME, log a warning."""
         if command == Twist2():
             return
         self._localizer.on_command(now)
         if self.sensors.last_command == Twist2():
-            self._rivals_since.clear()
+            self._rivals_began_at.clear()
         elif rival:
-            since = self._rivals_since.setdefault(rival, now)
-            if now - since > RIVAL_TIME:
-                self._rivals_since[rival] = math.inf    # no second line
+            began_at = self._rivals_began_at.setdefault(rival, now)
+            if now - began_at > RIVAL_WARNING_TIME:
+                self._rivals_began_at[rival] = math.inf    # no second line
                 self._log.add(f'{rival} drives the robot, too: stop one of the two (False on '
                               'ctrl_relinq stops this one)', warning=True)
 
@@ -119,7 +119,7 @@ class MoveToGoalCore:
         requests.accept(request)
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
-        """Remember that a goal arrived. A goal with a known GoalID has no other effect."""
+        """Remember that a goal arrived. A goal whose GoalID is known needs nothing else."""
         self._update_control(steady_now)    # the goal may have waited during a sleep
         self._check_end()
         return self._requests.on_goal(request, steady_now)
@@ -149,12 +149,12 @@ class MoveToGoalCore:
         self._permission.on_message(message)
 
     def _update_control(self, steady_now: float) -> None:
-        """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
         was_allowed = self.may_drive
         self.may_drive = permission.has_valid_grant
-        if permission.pop_new_grant() and (machine.failure or not was_allowed):
+        has_new_grant = permission.pop_new_grant()
+        if has_new_grant and (machine.failure or not was_allowed):
             # another node may have moved the robot before this grant
             if machine.failure or machine.is_active:
                 machine.restart()
@@ -222,7 +222,7 @@ class MoveToGoalCore:
         if self._machine.goal is None:
             return None
         status = self.status(now)
-        is_new = self._announcer.update(status, lambda: self._localizer.motion(now), now)
+        is_new = self._status_logger.update(status, lambda: self._localizer.motion(now), now)
         return status if is_new else None
 
     # -- state
@@ -274,14 +274,14 @@ class MoveToGoalCore:
         odometry = self._timing.odometry
         assert odometry is not None
         previous = odometry.previous_sample
-        turned = previous is None or previous.pose.yaw != odometry.sample.pose.yaw
-        self.sensors.check_repetitions(turned, now)
+        has_turned = previous is None or previous.pose.yaw != odometry.sample.pose.yaw
+        self.sensors.check_repetitions(has_turned, now)
         frozen_text = self.sensors.frozen_text()
         if frozen_text:
             self._machine.give_up(frozen_text)
 
     def _pause(self) -> None:
-        """Treat the next command as the first, since the robot rests or another node drives."""
+        """Begin a new motion at the next command, since the robot rests or another node drives."""
         self._pace.restart()
         self.sensors.forget_silences()
 

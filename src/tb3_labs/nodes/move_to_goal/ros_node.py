@@ -32,23 +32,23 @@ from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
 #: The path gets a new point after this distance [m].
-PATH_STEP = 0.02
+PATH_POINT_DISTANCE = 0.02
 #: The path also gets a new point after a turn by this angle [rad].
-PATH_TURN = math.radians(10.0)
+PATH_POINT_ANGLE = math.radians(10.0)
 #: The path has at most this many points. Older points are removed.
-PATH_POINTS = 1000
+MAX_PATH_POINTS = 1000
 #: Time [s] between two transforms, if the frame does not change.
-DISPLAY_PERIOD = 0.1
+TRANSFORM_PERIOD = 0.1
 #: Time [s] between two messages of the path.
 PATH_PERIOD = 0.2
 #: Time [s] between two messages of the markers.
-REPEAT_PERIOD = 1.0
+MARKER_PERIOD = 1.0
 
 MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
-_typed = {'has_control': False}    # the value of _has_control:= on the command line
+_typed_values = {'has_control': False}    # the value of _has_control:= on the command line
 
 
 def pop_permission():
@@ -60,27 +60,27 @@ def pop_permission():
         if name == '_has_control':
             sys.argv.remove(word)
             # read_config() refuses another text
-            _typed['has_control'] = values.get(value.lower(), value)
+            _typed_values['has_control'] = values.get(value.lower(), value)
 
 
 def _permission():
     """Returns `has_control` at the start, which is False after a restart by roslaunch."""
     launch = roslaunch_of_this()
-    given_by = rospy.get_name() + '_given_by'    # parameter with the last launch that gave control
-    if launch and _typed['has_control'] is True:
-        if rospy.get_param(given_by, 0) == launch:
+    launch_parameter = rospy.get_name() + '_given_by'    # the last launch that gave control
+    if launch and _typed_values['has_control'] is True:
+        if rospy.get_param(launch_parameter, 0) == launch:
             rospy.logwarn('This launch gave control before: False, then True, gives it again')
             return False
-        rospy.set_param(given_by, launch)
-    return _typed['has_control']
+        rospy.set_param(launch_parameter, launch)
+    return _typed_values['has_control']
 
 
 class MoveToGoalNode:
     """Gives all messages for move_to_goal to a MoveToGoalCore, and publishes the core's Outputs."""
 
     def __init__(self):
-        typed = {'has_control': _permission()}
-        start, drive = read_config(MoveToGoalConfig, DriveConfig, typed=typed)
+        start, drive = read_config(
+            MoveToGoalConfig, DriveConfig, typed_values={'has_control': _permission()})
         self._model = read_model()
         self._response = MotorResponse()
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
@@ -88,7 +88,7 @@ class MoveToGoalNode:
         core.set_goal(start.goal)
         self._display = Display()
         self._has_control = None
-        self._control = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
+        self._control_publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
         runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
                             self._publish_output, self._carry_out)
         self._core = core
@@ -115,10 +115,10 @@ class MoveToGoalNode:
         return DriveLaw(drive, self._model, self._response)
 
     def _on_command(self, message):
-        driver = sender_of(connection_of(message)) or 'another program'
-        if driver != rospy.get_name():    # the core knows its own commands
+        sender = sender_of(connection_of(message)) or 'another program'
+        if sender != rospy.get_name():    # the core knows its own commands
             command = Twist2(message.linear.x, message.angular.z)
-            self._runner.call(lambda: self._core.on_command(command, ros_time(), driver))
+            self._runner.call(lambda: self._core.on_command(command, ros_time(), sender))
 
     def _on_imu(self, sample):
         output = self._runner.handle(lambda: self._core.on_imu(
@@ -130,7 +130,7 @@ class MoveToGoalNode:
     def _publish_output(self, output):
         if output.has_control is not self._has_control:
             self._has_control = output.has_control
-            self._control.publish(output.has_control)
+            self._control_publisher.publish(output.has_control)
 
     def _carry_out(self, output):
         self._goals.answer(output.answers)
@@ -155,8 +155,8 @@ class LocalPath:
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._frame_id = frame_id
         self._frame_number = 0
-        self._last = None              # the pose of the latest point
-        self._points = deque(maxlen=PATH_POINTS)    # messages
+        self._last_pose = None         # the pose of the latest point
+        self._points = deque(maxlen=MAX_PATH_POINTS)    # messages
         self._sent_at = -math.inf      # stamp
         self._has_new_points = False   # since the last message
 
@@ -167,8 +167,8 @@ class LocalPath:
             self._points.clear()
             self._sent_at = -math.inf
         here = stamped.local_T_base
-        if not self._points or _is_farther(self._last, here):
-            self._last = here
+        if not self._points or _is_farther(self._last_pose, here):
+            self._last_pose = here
             self._points.append(to_pose_stamped(here, self._frame_id, stamped.stamp))
             self._has_new_points = True
         if self._has_new_points and abs(stamped.stamp - self._sent_at) >= PATH_PERIOD:
@@ -179,8 +179,8 @@ class LocalPath:
 
 def _is_farther(last, here):
     """Is the pose `here` far enough from the pose `last` for a new point of the path?"""
-    turned = abs(difference(here.yaw, last.yaw))
-    return last.distance_to(here) >= PATH_STEP or turned >= PATH_TURN
+    turn = abs(difference(here.yaw, last.yaw))
+    return last.distance_to(here) >= PATH_POINT_DISTANCE or turn >= PATH_POINT_ANGLE
 
 
 class Display:
@@ -192,53 +192,56 @@ class Display:
     """
 
     def __init__(self):
-        self._local, self._odom = frame('local'), frame('odom')
-        self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
+        self._local_frame, self._odom_frame = frame('local'), frame('odom')
+        self._pose_publisher = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._tf = tf2_ros.TransformBroadcaster()
-        self._state = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
-        self._present_goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
-        self._marker = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
+        self._state_publisher = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
+        self._goal_publisher = rospy.Publisher(
+            'current_goal', PoseStamped, queue_size=1, latch=True)
+        self._marker_publisher = rospy.Publisher(
+            'goal_marker', MarkerArray, queue_size=1, latch=True)
         self._markers = MarkerArray()
         self._transform_sent_at = -math.inf      # stamp
         self._sent_odom_T_local = None
         self._markers_sent_at = -math.inf        # stamp
-        self._path = LocalPath(self._local)
+        self._local_path = LocalPath(self._local_frame)
 
     def show(self, stamped, odom_T_local):
         """Publish a localizer.StampedPose as a pose, a transform and a point of the path."""
-        if self._pose.get_num_connections():
-            self._pose.publish(to_pose_stamped(stamped.local_T_base, self._local, stamped.stamp))
-        is_early = abs(stamped.stamp - self._transform_sent_at) < DISPLAY_PERIOD
+        if self._pose_publisher.get_num_connections():
+            self._pose_publisher.publish(
+                to_pose_stamped(stamped.local_T_base, self._local_frame, stamped.stamp))
+        is_early = abs(stamped.stamp - self._transform_sent_at) < TRANSFORM_PERIOD
         if is_early and odom_T_local == self._sent_odom_T_local:
             return
         self._transform_sent_at = stamped.stamp
         self._sent_odom_T_local = odom_T_local
         if self._tf.pub_tf.get_num_connections():
             self._tf.sendTransform(
-                to_transform(odom_T_local, self._odom, self._local, stamped.stamp))
-        if abs(stamped.stamp - self._markers_sent_at) >= REPEAT_PERIOD:
+                to_transform(odom_T_local, self._odom_frame, self._local_frame, stamped.stamp))
+        if abs(stamped.stamp - self._markers_sent_at) >= MARKER_PERIOD:
             # markers are repeated, since RViz drops a marker whose frame is not known yet
             self._markers_sent_at = stamped.stamp
-            self._marker.publish(self._markers)
-        self._path.show(stamped)
+            self._marker_publisher.publish(self._markers)
+        self._local_path.show(stamped)
 
     def show_status(self, status):
         """Publish the text and the goal of a DriveStatus, and markers for RViz."""
         goal = status.goal
-        self._state.publish(status.text)
-        self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))
-        arrow = _marker(goal, self._local, ns='goal', id=0, type=Marker.ARROW, color=MARKER_ORANGE,
-                        scale=Vector3(0.20, 0.03, 0.03))
+        self._state_publisher.publish(status.text)
+        self._goal_publisher.publish(to_pose_stamped(goal, self._local_frame, ros_time()))
+        arrow = _marker(goal, self._local_frame, ns='goal', id=0, type=Marker.ARROW,
+                        color=MARKER_ORANGE, scale=Vector3(0.20, 0.03, 0.03))
         diameter = 2.0 * status.tolerance
-        disc = _marker(goal, self._local, ns='goal', id=1, type=Marker.CYLINDER, color=PALE_YELLOW,
-                       scale=Vector3(diameter, diameter, 0.005))
+        disc = _marker(goal, self._local_frame, ns='goal', id=1, type=Marker.CYLINDER,
+                       color=PALE_YELLOW, scale=Vector3(diameter, diameter, 0.005))
         disc.pose.position.z = 0.02
         text = _marker(Pose2(), frame('base_footprint'), ns='words', id=2, color=WHITE,
                        type=Marker.TEXT_VIEW_FACING, scale=Vector3(0.0, 0.0, 0.1))
         text.pose.position.z = 0.3
         text.text = status.text + '\n\n\n\n'    # empty lines lift the text above the robot
         self._markers = MarkerArray(markers=[arrow, disc, text])
-        self._marker.publish(self._markers)
+        self._marker_publisher.publish(self._markers)
 
 
 def _marker(pose, frame_id, **fields):

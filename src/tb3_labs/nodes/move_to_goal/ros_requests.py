@@ -25,9 +25,9 @@ from tb3_labs.supervision.events import Age
 from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, RequestedPose, TypedPose
 
 #: The node answers a reset within this time [s].
-ANSWER_WITHIN = 0.85
+RESET_TIMEOUT = 0.85
 #: Time [s] between two checks whether a reset is over.
-ANSWER_POLL = 0.005
+RESET_POLL_PERIOD = 0.005
 #: Time [s] between two messages of the action's status.
 STATUS_PERIOD = 0.5
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
@@ -56,7 +56,7 @@ class GoalServer(ActionServer):
         super().__init__('move2goal', MoveBaseAction, ServerGoalHandle.set_rejected,
                          auto_start=False)    # internal_goal_callback takes the goals
         self._runner, self._core = runner, core
-        self._present = None    # actionlib's handle of the present goal
+        self._present_handle = None    # of actionlib, for the present goal
         self._warnings = WarningThrottle()
         self._goal_callback = guarded(only_new('move2goal/goal', self._on_goal))
 
@@ -72,18 +72,18 @@ class GoalServer(ActionServer):
         """Send each GoalAnswer to its client. The caller does not hold the lock of the core."""
         for request, outcome, text in answers:
             if outcome is GoalOutcome.ACCEPTED:
-                self._present = request.client
+                self._present_handle = request.client
                 request.client.set_accepted(text)
                 continue
             if outcome is GoalOutcome.REJECTED:
                 self._warnings.warn('Goal refused: %s', text)
             else:
-                self._present = None
+                self._present_handle = None
             END_METHODS[outcome](request.client, MoveBaseResult(), text)
 
     def feedback(self, stamped):
         """If there is a goal, send the robot's StampedPose to the client of the goal."""
-        handle = self._present
+        handle = self._present_handle
         if handle is not None and self.feedback_pub.get_num_connections():
             handle.publish_feedback(MoveBaseFeedback(base_position=to_pose_stamped(
                 stamped.local_T_base, frame('local'), stamped.stamp)))
@@ -111,16 +111,16 @@ class GoalServer(ActionServer):
 
     def _on_request(self, goal, message):
         target = goal.goal.target_pose
-        handles = []
+        new_handles = []
         with self.lock:
-            self.register_goal_callback(handles.append)
+            self.register_goal_callback(new_handles.append)
             super().internal_goal_callback(goal)
             # actionlib makes no handle for a goal that it knows, or that was canceled before
-            handle = handles[0] if handles else None
+            handle = new_handles[0] if new_handles else None
             # actionlib makes an id for a goal that has none
             goal_id = handle.get_goal_id() if handle else goal.goal_id
-            request = GoalRequest(None, sender_of(connection_of(message)), goal_id.id,
-                                  goal_id.stamp.to_nsec(), handle)
+            request = GoalRequest(goal=None, sender=sender_of(connection_of(message)),
+                                  name=goal_id.id, stamp=goal_id.stamp.to_nsec(), client=handle)
             try:
                 request = request._replace(goal=to_requested_pose(target.header, target.pose))
             except ValueError as problem:
@@ -152,10 +152,10 @@ class Resets:
     def _on_reset_pose(self, request):
         response = ResetPoseResponse()
         try:
-            typed = TypedPose(request.x, request.y, request.yaw_deg)
-            reset = self._reset(RequestedPose(typed.pose))
+            typed_pose = TypedPose(request.x, request.y, request.yaw_deg)
+            reset = self._reset(RequestedPose(typed_pose.pose))
         except ValueError as problem:
-            response.message = self._refused(problem)
+            response.message = self._log_refusal(problem)
             return response
         response.success = True
         response.message = reset.answer
@@ -176,20 +176,22 @@ class Resets:
         try:
             self._reset(to_requested_pose(stamped.header, stamped.pose.pose))
         except ValueError as problem:
-            return self._refused(problem)
+            return self._log_refusal(problem)
         return None
 
-    def _refused(self, problem):
+    def _log_refusal(self, problem):
         self._warnings.warn('Reset refused, the old frame stays: %s', problem)
         return str(problem)
 
     def _reset(self, requested):
         """Reset to a RequestedPose. Returns the localizer.Reset. Raises ``ValueError`` if the reset
-        is refused, or not carried out within ANSWER_WITHIN."""
+        is refused, or not carried out within RESET_TIMEOUT."""
         reset = Reset(requested)
         runner = self._runner
         runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
-        if not wait_until(lambda: runner.call(lambda: reset.is_over), ANSWER_WITHIN, ANSWER_POLL):
+        is_answered = wait_until(
+            lambda: runner.call(lambda: reset.is_over), RESET_TIMEOUT, RESET_POLL_PERIOD)
+        if not is_answered:
             runner.call(reset.give_up)
         if reset.problem:
             raise ValueError(reset.problem)

@@ -88,12 +88,12 @@ class DriveOutput(Output):
         return bool(self.log_lines or self.answers or self.status)
 
 
-class Announcer:
+class StatusLogger:
     """Logs each change in the status of a drive for the user."""
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
-        self._logged: Tuple = ()     # attempt, goal and text of the last log line
+        self._last_key: Tuple = ()   # attempt, goal and text of the last log line
         self._begun_attempt = 0      # number of the latest drive that began
         self._begun_at = 0.0         # time [s] at which the latest drive began
 
@@ -101,11 +101,11 @@ class Announcer:
                now: float) -> bool:
         """Log `status` and return True, if `status` is new. `motion()` returns a Motion."""
         key = (status.attempt, status.goal, status.text)
-        if not status.text or key == self._logged:
+        if not status.text or key == self._last_key:
             return False
-        self._logged = key
-        begins = status.begun and status.attempt != self._begun_attempt
-        if begins:
+        self._last_key = key
+        has_just_begun = status.begun and status.attempt != self._begun_attempt
+        if has_just_begun:
             self._begun_attempt = status.attempt
             self._begun_at = now
         if status.failure:
@@ -115,7 +115,7 @@ class Announcer:
             self._log.add(f'{PRINTED_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
                           f'after {now - self._begun_at:.1f} s')
         elif status.text in DRIVING:
-            if begins:
+            if has_just_begun:
                 distance, angle = status.remaining(motion())
                 self._log.add(f'Goal ({status.goal}): {distance:.3f} m to go, {angle:.1f} deg off '
                               'the final heading')
