@@ -11,13 +11,11 @@ from tb3_labs.watch.broken_link import wrong_field
 TWIST = 'geometry_msgs/Twist'
 #: A robot without a command turns less than this angle [deg].
 MAX_IDLE_TURN_DEG = 3.0
-#: Clauses that quote an exception begin with these words.
-STOPPED_BY = 'an exception had stopped it'
 
 #: A traceback begins with these words, which can stand in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
-ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
-FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
+ERROR_LINE = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
+TRACEBACK_FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
 #: Python prints these words between two tracebacks if the first exception led to the second.
 CAUSE_OF_NEXT = re.compile('^(During handling of|The above exception was)', re.MULTILINE)
 #: Python prints these lines, and no traceback, for a file that is not valid Python.
@@ -78,7 +76,7 @@ def why_idle(scene: Scene) -> str:
     """Returns a clause on the first reason why the node did not move the robot in the scene."""
     errors = exceptions_before_ctrl_c(scene.observation, scene.process)
     if errors:
-        return f'{STOPPED_BY}, {errors[0]!r}'
+        return f'an exception had stopped it, {errors[0]!r}'
     if scene.not_finite:
         return '{} of its commands were not finite numbers, such as {}'.format(
             len(scene.not_finite), scene.not_finite[0])
@@ -95,8 +93,9 @@ def why_idle(scene: Scene) -> str:
 def other_fields(scene: Scene) -> str:
     """Returns a clause on the values that the commands have in fields such as linear.y, which move
     no wheel; '' if these fields are zero."""
-    sent = scene.observation.recording.commands
-    return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
+    commands = scene.observation.recording.commands
+    is_inside = (commands.arrival >= scene.begin) & (commands.arrival <= scene.end)
+    return wrong_field(commands.take(is_inside))
 
 
 def _why_no_command(process):
@@ -135,7 +134,7 @@ def why_unprinted(scene: Scene) -> str:
 def reason_of(problem: NotObserved, observation: Observation) -> str:
     """Returns a clause on the reason why a criterion raised `problem`."""
     if isinstance(problem, Ended):
-        return 'it ended in the middle of this: ' + last_words(str(problem), observation.file)
+        return 'it ended in the middle of this: ' + last_error(str(problem), observation.file)
     return why_missing(observation) if isinstance(problem, NotTried) else str(problem)
 
 
@@ -145,7 +144,7 @@ def why_missing(observation: Observation) -> str:
         return 'it was never started'
     process = observation.processes[-1]
     if process.ended_by_itself:
-        ending = last_words(process.printed, observation.file)
+        ending = last_error(process.printed, observation.file)
         if process.status == 0 and not exceptions(process.printed):
             ending = 'its main program was over, and nothing kept the node running'
         return f'it ended at once: {ending}' if process.ready is None else f'it had ended: {ending}'
@@ -181,7 +180,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
         if CAUSE_OF_NEXT.search(piece):
             continue
         lines = [line for line in piece.splitlines()[1:] if line.strip()]
-        error = next((line for line in lines if ERROR.match(line)), '')
+        error = next((line for line in lines if ERROR_LINE.match(line)), '')
         if not any(text in (error or piece) for text in CLOSED_TOPIC_TEXTS):
             errors.append((error or 'an exception')[:MAX_QUOTE_LENGTH] + _line_of(piece, file))
     return errors
@@ -189,7 +188,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
 
 def _line_of(piece, file):
     """Returns the text ' (line N, in FUNCTION)' for a traceback; '' if the line is unknown."""
-    frames = FRAME.findall(piece)
+    frames = TRACEBACK_FRAME.findall(piece)
     own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file]
     if not own:
         own = [frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
@@ -213,7 +212,7 @@ def last_line(printed: str) -> str:
     return repr(lines[-1][:MAX_QUOTE_LENGTH]) if lines else 'it printed nothing'
 
 
-def last_words(printed: str, file: str) -> str:
+def last_error(printed: str, file: str) -> str:
     """Returns the last exception in a node's output, in quotes. Returns the last line if the output
     has no exception."""
     errors = exceptions(printed, file)
