@@ -18,8 +18,7 @@ from tb3_labs.robot.turtlebot3 import model_of_environment
 from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
 
-#: A line on the terminal has at most this many characters.
-MAX_PRINTED_LENGTH = 1000
+MAX_PRINTED_LENGTH = 1000       # characters of a line on the terminal
 
 
 def parse(argv):

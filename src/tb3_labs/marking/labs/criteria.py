@@ -228,7 +228,7 @@ def why_not_steered(observation: Observation, name: str, linear: Bounds = ZERO_B
     """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
     [m/s] and `angular` [rad/s]. If `skip_zeros` is true, zero commands are left out."""
     scene = observation.scene(name)
-    commands = scene.moving if skip_zeros else scene.commands
+    commands = scene.moving_commands if skip_zeros else scene.commands
     if not ends_in_motion(commands):
         subject = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
         return f'with the {name} {subject} commanded: {why_idle(scene)}'

@@ -14,10 +14,10 @@ from tb3_labs.marking.labs.criteria import (
     Bounds, Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
     why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
-    BOTH_STICKS, BUTTONS, CALLS, CALL_AFTER_Y_TIME, HAND_OVER, IS_ORIGIN, IS_UNIT, LATCHED,
-    LEFT_STICK_DOWN, LEFT_STICK_UP, NO_SERVICE, PAD_SILENT, PUBLISH_TIME, RELINQUISHED,
+    BOTH_STICKS, BUTTONS, CALL_AFTER_Y_TIME, CALL_COUNT, HAND_OVER, IS_LATCHED, IS_ORIGIN, IS_UNIT,
+    LEFT_STICK_DOWN, LEFT_STICK_UP, NO_SERVICE, PAD_SILENT, PUBLISH_TIME, RELINQ_VALUE,
     RESET_BUTTON, RESET_WITHOUT_SERVICE, RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT, SERVICE_NAME, STICKS,
-    STICKS_LET_GO, STICK_TIME, TAKE_BACK, UP_HANDED_OVER, UP_TAKEN_BACK)
+    STICKS_LET_GO, STICK_HOLD_TIME, STICK_UP_AFTER_A, STICK_UP_AFTER_B, TAKE_BACK)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.lab_links import GAMEPAD_SECTION
@@ -75,14 +75,14 @@ def _why_not_turned(observation: Observation) -> Reason:
 
 
 def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
-    if not len(observation.scene(RIGHT_STICK_RIGHT).moving):
+    if not len(observation.scene(RIGHT_STICK_RIGHT).moving_commands):
         raise NotObserved('the sticks did not move the robot at all')
     return why_not_stopped(observation.scene(STICKS_LET_GO), 'the sticks were let go')
 
 
 def _why_not_published(observation: Observation, name: str, expected: bool) -> Reason:
     scene = observation.scene(name)
-    published = scene.facts[RELINQUISHED]
+    published = scene.facts[RELINQ_VALUE]
     if published is expected:
         return ''
     if published is not None:
@@ -101,7 +101,7 @@ def _require_hand_over(observation):
 
 def _why_not_silent(observation: Observation) -> Reason:
     _require_hand_over(observation)
-    if not len(observation.scene(UP_HANDED_OVER).commands):
+    if not len(observation.scene(STICK_UP_AFTER_A).commands):
         return ''
     return 'the stick still sent velocities while the robot was handed over'
 
@@ -109,7 +109,7 @@ def _why_not_silent(observation: Observation) -> Reason:
 def _why_not_regained(observation: Observation) -> Reason:
     _require_hand_over(observation)
     reason = _why_not_published(observation, TAKE_BACK, expected=False)
-    if not reason and not len(observation.scene(UP_TAKEN_BACK).moving):
+    if not reason and not len(observation.scene(STICK_UP_AFTER_B).moving_commands):
         reason = 'after B the stick did not move the robot'
     return reason
 
@@ -117,7 +117,7 @@ def _why_not_regained(observation: Observation) -> Reason:
 def _why_not_reset(observation: Observation) -> Reason:
     scene = observation.scene(RESET_BUTTON)
     facts = scene.facts
-    if not facts[CALLS]:
+    if not facts[CALL_COUNT]:
         printed = 'nothing: does it read the button of Y?'
         if scene.printed.strip():
             printed = last_line(scene.printed) + ': has its client one of these names?'
@@ -136,9 +136,9 @@ def _why_not_reset(observation: Observation) -> Reason:
 
 def _why_blocked(observation: Observation) -> Reason:
     scene = observation.scene(RESET_WITHOUT_SERVICE)
-    if not len(scene.moving):
+    if not len(scene.moving_commands):
         return 'after Y without a reset service the stick did not drive any more'
-    delay = scene.moving[0, TIME] - scene.begin
+    delay = scene.moving_commands[0, TIME] - scene.begin
     if delay <= UNBLOCKED_TIME:
         return ''
     return f'after Y without a reset service the stick did not drive for {delay:.1f} s'
@@ -154,7 +154,7 @@ def _why_no_error_printed(observation: Observation) -> Reason:
         return ''
     reason = ('after Y without a reset service nothing was printed within '
               f'{scene.end - scene.begin:.1f} s')
-    if not len(scene.moving):
+    if not len(scene.moving_commands):
         reason += ', and the stick did not drive: does it wait for the service without a timeout?'
     return reason
 
@@ -167,18 +167,18 @@ def _why_no_success_printed(observation: Observation) -> Reason:
 
 
 def _why_not_latched(observation: Observation) -> Reason:
-    if observation.scene(HAND_OVER).facts[LATCHED]:
+    if observation.scene(HAND_OVER).facts[IS_LATCHED]:
         return ''
     return 'a subscriber that came after A heard nothing on ctrl_relinq'
 
 
 def _why_not_called_once(observation: Observation) -> Reason:
-    calls = observation.scene(RESET_BUTTON).facts[CALLS]
+    calls = observation.scene(RESET_BUTTON).facts[CALL_COUNT]
     return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
 
 
 def _stick_limits(bounds: Bounds, unit: str) -> str:
-    return (f'{bounds[0]:g} to {bounds[1]:g} {unit} {within(STICK_TIME)}, and at most '
+    return (f'{bounds[0]:g} to {bounds[1]:g} {unit} {within(STICK_HOLD_TIME)}, and at most '
             f'{ZERO_TOLERANCE:g} of the other speed; half way, beside the other stick, '
             f'{HALF_STICK_SHARES[0]:g} to {HALF_STICK_SHARES[1]:g} of full')
 
@@ -198,10 +198,11 @@ CRITERIA = [
               partial(_why_not_published, name=HAND_OVER, expected=True),
               limits=within(PUBLISH_TIME)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              GAMEPAD_SECTION, _why_not_silent, limits=f'the stick is up for {STICK_TIME:g} s'),
+              GAMEPAD_SECTION, _why_not_silent,
+              limits=f'the stick is up for {STICK_HOLD_TIME:g} s'),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
               GAMEPAD_SECTION, _why_not_regained,
-              limits=f'within {PUBLISH_TIME:g} s; the stick within {STICK_TIME:g} s'),
+              limits=f'within {PUBLISH_TIME:g} s; the stick within {STICK_HOLD_TIME:g} s'),
     Criterion('resets', BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP,
               _why_not_reset, limits=within(CALL_AFTER_Y_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,

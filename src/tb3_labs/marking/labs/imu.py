@@ -9,7 +9,7 @@ from tb3_labs.marking.labs.criteria import (
     why_not_started)
 from tb3_labs.marking.labs.stimuli import (
     HEADING, HEADING_DEG, JUST_BELOW_ZERO, ODD_SAMPLES, READING_TIME, STANDING_HEADINGS,
-    VALID_HEADING_DEG, VALID_TIME, ZERO_QUATERNION)
+    VALID_HEADING_DEG, VALID_HEADING_TIME, ZERO_QUATERNION)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
 from tb3_labs.watch.lab_links import HEADING_SECTION
@@ -114,5 +114,5 @@ CRITERIA = [
     Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _why_360_printed,
               extra=True),
     Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', IMU_EXTRAS,
-              _why_not_survived, extra=True, limits=f'within {VALID_TIME:g} s'),
+              _why_not_survived, extra=True, limits=f'within {VALID_HEADING_TIME:g} s'),
 ]

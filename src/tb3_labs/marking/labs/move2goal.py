@@ -17,10 +17,10 @@ from tb3_labs.marking.labs.criteria import (
     why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
     AT_GOAL, CONTROL, CONTROL_TAKEN, DECLARED, DECLARED_DRIVE, DRIVE, DRIVE_REACTION_TIME,
-    DRIVE_TIME, DROVE_STRAIGHT, FIRST_DRIVE, MAX_DRIVE_DISTANCE, OBSERVATION_TIME, ODOMETRY_SILENT,
-    OFFSET, OFFSET_DRIVE, PRINT_AFTER_RESET_TIME, RESET, RESET_ELSEWHERE, RESET_IN_DRIVE,
-    RESET_PROBLEM, RESET_REPLY_TIME, RESET_TO_ORIGIN, SECOND_DRIVE, TURN_BEFORE_RESET_DEG,
-    TURN_TIME_IN_DRIVE, WITHOUT_CONTROL, WRONG_NAME)
+    DROVE_STRAIGHT, FIRST_DRIVE, MAX_DRIVE_DISTANCE, MAX_DRIVE_TIME, OBSERVATION_TIME,
+    ODOMETRY_SILENT, OFFSET, OFFSET_DRIVE, PRINT_AFTER_RESET_TIME, RESET, RESET_ELSEWHERE,
+    RESET_IN_DRIVE, RESET_PROBLEM, RESET_REPLY_TIME, RESET_TO_ORIGIN, SECOND_DRIVE,
+    TURN_BEFORE_RESET_DEG, TURN_TIME_IN_DRIVE, WITHOUT_CONTROL, WRONG_NAME)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
@@ -42,7 +42,8 @@ EXACT_DISTANCE = 0.02       # [m]
 EXACT_DEG = 1.0             # [deg]
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
-    f'{within(DRIVE_REACTION_TIME)}, over {within(DRIVE_TIME)}, never {MAX_DRIVE_DISTANCE:g} m away'
+    f'{within(DRIVE_REACTION_TIME)}, over {within(MAX_DRIVE_TIME)}, never ' \
+    f'{MAX_DRIVE_DISTANCE:g} m away'
 HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees), and ' \
     f'{COAST_DEG:g} degrees for stopping'
 
@@ -98,7 +99,7 @@ def _final_pose(scene: Scene) -> Pose2:
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 
-def _why_not_once(observation: Observation) -> Reason:
+def _why_not_printed_once(observation: Observation) -> Reason:
     printed = observation.scene(FIRST_DRIVE).printed + observation.scene(AT_GOAL).printed
     count = len(REACHED_LINE.findall(printed))
     return '' if count == 1 else f'"{PRINTED_REACHED}!" was printed {count} times'
@@ -160,10 +161,10 @@ def _why_not_reset(observation: Observation) -> Reason:
 def _why_not_waited(observation: Observation) -> Reason:
     """Judges whether the robot rested while the node had no control: after the start of the node,
     and during a reset."""
-    has_moved = len(observation.scene(WITHOUT_CONTROL).moving) > 0
+    has_moved = len(observation.scene(WITHOUT_CONTROL).moving_commands) > 0
     if not has_moved and observation.has(RESET_TO_ORIGIN):
         scene = observation.scene(RESET_TO_ORIGIN, may_die=True)
-        has_moved = len(scene.moving) > 0 and not scene.facts.get(WAS_MOVING)
+        has_moved = len(scene.moving_commands) > 0 and not scene.facts.get(WAS_MOVING)
     if not has_moved:
         return ''
     return ('it moved the robot without having control: does control_loop look at has_control, '
@@ -208,7 +209,7 @@ CRITERIA = [
     Criterion('goal_heading', DRIVE, FACES_GOAL + ' there', STATES_SECTION,
               partial(_why_not_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', STATES_SECTION,
-              _why_not_once),
+              _why_not_printed_once),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES_SECTION,
               _why_not_silent_at_goal, limits='a zero velocity, then nothing from '
               f'{MAX_COMMAND_TIME_AT_GOAL:g} s after its arrival on'),

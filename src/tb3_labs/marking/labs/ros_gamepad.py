@@ -58,7 +58,7 @@ class HeldPad(Repeater):
 
 
 def _push_stick_up(trial, pad, name):
-    trial.observe(name, stimuli.STICK_TIME, lambda: pad.hold_sticks(1.0))
+    trial.observe(name, stimuli.STICK_HOLD_TIME, lambda: pad.hold_sticks(1.0))
     pad.hold_sticks()
     time.sleep(DELIVERY_TIME)
 
@@ -69,7 +69,7 @@ def try_sticks(trial):
         trial.node.start()
         with HeldPad(trial.pad) as pad:
             for name, place in stimuli.STICK_POSITIONS.items():
-                trial.observe(name, stimuli.STICK_TIME, lambda: pad.hold_sticks(*place))
+                trial.observe(name, stimuli.STICK_HOLD_TIME, lambda: pad.hold_sticks(*place))
 
 
 def try_buttons(trial):
@@ -92,7 +92,8 @@ def try_buttons(trial):
                 called_names = [name for name, _ in calls]
                 requests = [request for _, request in calls]
                 stimulus.facts.update({
-                    stimuli.CALLS: len(calls), stimuli.SERVICE_NAME: next(iter(called_names), ''),
+                    stimuli.CALL_COUNT: len(calls),
+                    stimuli.SERVICE_NAME: next(iter(called_names), ''),
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
             trial.remark(f'{remark} See {Y_STEP}.'
@@ -120,18 +121,18 @@ def _hand_over(trial, pad):
         wait_until(lambda: True in values, stimuli.PUBLISH_TIME)
         time.sleep(DELIVERY_TIME)
         late_subscriber = rospy.Subscriber(CTRL_RELINQ_TOPIC, Bool, late_values.append)
-        stimulus.facts[stimuli.LATCHED] = wait_until(lambda: late_values, stimuli.PUBLISH_TIME)
-        stimulus.facts[stimuli.RELINQUISHED] = values[-1] if values else None
+        stimulus.facts[stimuli.IS_LATCHED] = wait_until(lambda: late_values, stimuli.PUBLISH_TIME)
+        stimulus.facts[stimuli.RELINQ_VALUE] = values[-1] if values else None
         late_subscriber.unregister()
-    _push_stick_up(trial, pad, stimuli.UP_HANDED_OVER)
+    _push_stick_up(trial, pad, stimuli.STICK_UP_AFTER_A)
     values.clear()
     with trial.stimulus(stimuli.TAKE_BACK) as stimulus:
         pad.press(pad.numbers.regain_button)
         wait_until(lambda: values and not values[-1], stimuli.PUBLISH_TIME)
-        stimulus.facts[stimuli.RELINQUISHED] = values[-1] if values else None
+        stimulus.facts[stimuli.RELINQ_VALUE] = values[-1] if values else None
     subscriber.unregister()
     time.sleep(DELIVERY_TIME)
-    _push_stick_up(trial, pad, stimuli.UP_TAKEN_BACK)
+    _push_stick_up(trial, pad, stimuli.STICK_UP_AFTER_B)
 
 
 def try_reset_without_service(trial):

@@ -137,7 +137,7 @@ class ControlGiver:
         local_T_world = local_T_base @ start.inverse()
         self._trial.record_motion(
             name, self.give, begins_within=stimuli.DRIVE_REACTION_TIME, rest_time=ARRIVAL_REST_TIME,
-            ends_within=stimuli.DRIVE_TIME, facts={
+            ends_within=stimuli.MAX_DRIVE_TIME, facts={
                 GOAL_POSE: stimuli.GOAL,
                 LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]},
             is_astray=lambda: recorder.pose.distance_to(start) > stimuli.MAX_DRIVE_DISTANCE)

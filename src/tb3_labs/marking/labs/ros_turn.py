@@ -58,7 +58,7 @@ def send_odd_samples(trial):
                 send(to_quaternion(yaw), ODD_SAMPLE_TIME)
         with trial.stimulus(stimuli.ZERO_QUATERNION):
             send(Quaternion(), ODD_SAMPLE_TIME)
-            send(to_quaternion(math.radians(stimuli.VALID_HEADING_DEG)), stimuli.VALID_TIME)
+            send(to_quaternion(math.radians(stimuli.VALID_HEADING_DEG)), stimuli.VALID_HEADING_TIME)
     trial.node.stop()
 
 
@@ -175,7 +175,7 @@ def _begin_at(trial, heading_deg):
         trial.node.start()
 
 
-def _try_turn(trial, name, typed, facts=(), seconds=stimuli.TURN_TIME):
+def _try_turn(trial, name, typed, facts=(), seconds=stimuli.MAX_TURN_TIME):
     trial.record_motion(
         name, lambda: trial.node.type(typed), begins_within=stimuli.TURN_REACTION_TIME,
         rest_time=TURN_REST_TIME, ends_within=seconds, facts=facts)
@@ -185,13 +185,13 @@ def try_mouse(trial):
     """Move the mouse before any letter is typed."""
     trial.node.start()
     with start_mouse(trial, stimuli.MOUSE_ALONE) as mouse:
-        trial.observe(stimuli.NOT_ACTIVE, stimuli.MOUSE_TIME,
+        trial.observe(stimuli.MOUSE_NOT_ACTIVE, stimuli.MOUSE_HOLD_TIME,
                       lambda: mouse.hold_at(0.0, 1.0, active=False))
         mouse.hold_at(0.0, 0.0, seconds=0.2)
         for name, place in stimuli.MOUSE_POSITIONS.items():
-            trial.observe(name, stimuli.MOUSE_TIME, lambda: mouse.hold_at(*place))
+            trial.observe(name, stimuli.MOUSE_HOLD_TIME, lambda: mouse.hold_at(*place))
         mouse.hold_at(0.0, 1.0, seconds=0.4)
-        trial.observe(stimuli.DEACTIVATED, 1.0, lambda: mouse.hold_at(0.0, 1.0, active=False))
+        trial.observe(stimuli.MOUSE_DEACTIVATED, 1.0, lambda: mouse.hold_at(0.0, 1.0, active=False))
 
 
 def try_mouse_with_turns(trial):
@@ -202,13 +202,14 @@ def try_mouse_with_turns(trial):
     with start_mouse(trial, stimuli.BESIDE_TURNS) as mouse:
         mouse.hold_at(0.0, 0.0, seconds=0.3)
         _try_turn(trial, stimuli.TURN_BESIDE_MOUSE, LEFT_KEY, seconds=stimuli.BESIDE_MOUSE_TIME)
-        trial.observe(stimuli.AFTER_TURN, stimuli.MOUSE_TIME, lambda: mouse.hold_at(0.0, 1.0))
+        trial.observe(stimuli.MOUSE_AFTER_TURN, stimuli.MOUSE_HOLD_TIME,
+                      lambda: mouse.hold_at(0.0, 1.0))
         mouse.hold_at(0.0, 0.0)
         wait_until(trial.recorder.is_at_rest, 2.0)
         was_moving = trial.causes_motion(
             lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION_TIME)
         time.sleep(INTERRUPTION_TIME)
-        with trial.stimulus(stimuli.IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
+        with trial.stimulus(stimuli.MOUSE_IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
             def has_driven():
                 commands = trial.recorder.commands_since(stimulus.begin)
                 return any_full_speed(commands, 1.0, -1.0)

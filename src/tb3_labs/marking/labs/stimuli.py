@@ -37,7 +37,7 @@ JUST_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
 #: The marker sends samples with this heading [deg] after the quaternion of zeros.
 VALID_HEADING_DEG = 57.0
 #: The marker sends the samples with VALID_HEADING_DEG for this time [s].
-VALID_TIME = 0.9
+VALID_HEADING_TIME = 0.9
 #: Key of a fact: the IMU's heading [deg] while the robot stands.
 HEADING_DEG = 'heading_deg'
 
@@ -76,27 +76,28 @@ TYPED_NONSENSE = 'x'        # the invalid input
 #: A turn begins within this time [s] after the marker typed its letter.
 TURN_REACTION_TIME = 3.0
 #: A turn lasts at most this time [s].
-TURN_TIME = 8.0
+MAX_TURN_TIME = 8.0
 #: A turn may take this time [s] while the mouse is active. The turn is slow if the node sends a
 #: zero velocity for each message of the mouse.
-BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
+BESIDE_MOUSE_TIME = 2.0 * MAX_TURN_TIME
 #: The node answers an invalid input within this time [s].
 ANSWER_TIME = 1.0
-NOT_ACTIVE, DEACTIVATED = 'mouse not active', 'mouse deactivated'
+MOUSE_NOT_ACTIVE, MOUSE_DEACTIVATED = 'mouse not active', 'mouse deactivated'
 MOUSE_UP, MOUSE_LEFT = 'mouse up', 'mouse left'
-NEAR_MIDDLE, HALF_WAY = 'mouse near the middle', 'mouse half right and half down'
+MOUSE_NEAR_MIDDLE, MOUSE_HALF_WAY = 'mouse near the middle', 'mouse half right and half down'
 #: The stimuli in which only the mouse moves the robot.
-MOUSE_ALONE = (NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED)
+MOUSE_ALONE = (MOUSE_NOT_ACTIVE, MOUSE_UP, MOUSE_NEAR_MIDDLE, MOUSE_LEFT, MOUSE_HALF_WAY,
+               MOUSE_DEACTIVATED)
 TURN_BESIDE_MOUSE = 'l beside the mouse'
-AFTER_TURN, IN_TURN = 'mouse after a turn', 'mouse in a turn'
+MOUSE_AFTER_TURN, MOUSE_IN_TURN = 'mouse after a turn', 'mouse in a turn'
 #: The stimuli in which the mouse and the keyboard move the robot.
-BESIDE_TURNS = (TURN_BESIDE_MOUSE, AFTER_TURN, IN_TURN)
+BESIDE_TURNS = (TURN_BESIDE_MOUSE, MOUSE_AFTER_TURN, MOUSE_IN_TURN)
 #: {stimulus: the position (x, y) of the active mouse}. x is positive to the right, y upward, both
 #: from -1 to 1.
-MOUSE_POSITIONS = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
-                   HALF_WAY: (0.6, -0.6)}
+MOUSE_POSITIONS = {MOUSE_UP: (0.0, 1.0), MOUSE_NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
+                   MOUSE_HALF_WAY: (0.6, -0.6)}
 #: The marker holds the mouse at a place for this time [s].
-MOUSE_TIME = 0.8
+MOUSE_HOLD_TIME = 0.8
 #: If the marker moves the mouse during a turn, the mouse drives the robot within this time [s].
 MOUSE_REACTION_TIME = 4.0
 
@@ -131,7 +132,7 @@ GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
 #: A drive begins within this time [s] after the node got control.
 DRIVE_REACTION_TIME = 4.0
 #: A drive lasts at most this time [s].
-DRIVE_TIME = 50.0
+MAX_DRIVE_TIME = 50.0
 #: In a drive, the robot may be up to this distance [m] from the start.
 MAX_DRIVE_DISTANCE = 3.0
 
@@ -148,21 +149,20 @@ STICK_POSITIONS = {
     LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
     BOTH_STICKS: (0.5, -0.5), STICKS_LET_GO: (0.0, 0.0)}
-#: The stimuli of the buttons.
-HAND_OVER, UP_HANDED_OVER = 'A', 'left stick up after A'
-TAKE_BACK, UP_TAKEN_BACK = 'B', 'left stick up after B'
+HAND_OVER, STICK_UP_AFTER_A = 'A', 'left stick up after A'
+TAKE_BACK, STICK_UP_AFTER_B = 'B', 'left stick up after B'
 RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 PAD_SILENT = 'pad silent'
 #: Keys of the facts about the buttons A and B.
-RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None without a message
-LATCHED = 'heard late'          # after A, does a new subscriber get the value?
+RELINQ_VALUE = 'relinquished'   # the latest value on ctrl_relinq; None without a message
+IS_LATCHED = 'heard late'       # after A, does a new subscriber get the value?
 #: Keys of the facts about the button Y.
-CALLS = 'calls'                 # the number of calls
+CALL_COUNT = 'calls'            # the number of calls
 SERVICE_NAME = 'name'           # the name of the called service
 IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
 IS_UNIT = 'unit'                # did each quaternion have the length 1?
 #: The marker holds a stick for this time [s].
-STICK_TIME = 0.8
+STICK_HOLD_TIME = 0.8
 #: The node publishes a value on ctrl_relinq within this time [s] after A or B.
 PUBLISH_TIME = 1.0
 #: The node calls the reset, or prints an error, within this time [s] after Y.

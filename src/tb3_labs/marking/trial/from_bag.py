@@ -138,10 +138,10 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         _add_output(observation, f"\n... {facts['characters']} characters are left out here ...\n",
                     facts['lines'])
     elif kind == 'odd':
-        observation.omitted[NOT_FINITE] = observation.omitted.get(NOT_FINITE, 0) + 1
+        observation.omitted_counts[NOT_FINITE] = observation.omitted_counts.get(NOT_FINITE, 0) + 1
         observation.not_finite.append([at, facts['text']])
     elif kind == 'left out':
-        observation.omitted[facts['what']] = facts['number']
+        observation.omitted_counts[facts['what']] = facts['number']
     elif kind == 'own move':
         observation.marker_moves.append([at - facts['seconds'], at])
     elif kind == 'not offered':

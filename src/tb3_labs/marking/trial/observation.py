@@ -107,7 +107,7 @@ class Observation:
     marker_error: str = ''      # the marker's own error, which ended the trial
     findings: List[str] = field(default_factory=list)   # sentences for the instructor
     #: {kind of message: the number of messages that were not recorded}
-    omitted: Dict[str, int] = field(default_factory=dict)
+    omitted_counts: Dict[str, int] = field(default_factory=dict)
     #: [time, text] of each command that is not a finite number.
     not_finite: List[List[Any]] = field(default_factory=list)
     #: [begin, end] of each movement that the marker commanded.
@@ -145,7 +145,7 @@ class Observation:
         return float(np.diff(self.truth[:, 0]).max(initial=0.0))
 
     @property
-    def unpublished_topic(self) -> str:
+    def clause_on_silent_topics(self) -> str:
         """A clause on the silent_topics of the node's processes; '' if there are no such topics."""
         topics = {topic for process in self.processes for topic in process.silent_topics}
         if not topics:
@@ -226,7 +226,7 @@ class Scene(Stimulus):
         return begun[-1] if begun else processes[-1]
 
     @property
-    def moving(self) -> np.ndarray:
+    def moving_commands(self) -> np.ndarray:
         """The rows of `commands` that are not zero."""
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 

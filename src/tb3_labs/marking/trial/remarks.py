@@ -7,8 +7,7 @@ from tb3_labs.marking.trial.observation import (
     CTRL_C, Ended, NotObserved, NotTried, Observation, NodeProcess, Scene)
 from tb3_labs.watch.broken_link import wrong_field
 
-#: The type of cmd_vel.
-TWIST = 'geometry_msgs/Twist'
+TWIST = 'geometry_msgs/Twist'       # the type of cmd_vel
 #: A robot without a command turns less than this angle [deg].
 MAX_IDLE_TURN_DEG = 3.0
 
@@ -28,20 +27,19 @@ CLOSED_TOPIC_TEXTS = CLOSED_TOPIC, 'topic was closed during publish()'
 VERSION_ERROR = re.compile(
     "^(?:AttributeError: module '|AttributeError: 'Thread' object .* 'isAlive'|ImportError: |"
     'ModuleNotFoundError: ).*$', re.MULTILINE)
-#: A quoted exception, or a quoted line, has at most this many characters.
-MAX_QUOTE_LENGTH = 160
+MAX_QUOTE_LENGTH = 160      # characters of a quoted exception or line
 
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
     """Returns the sentences for the student that belong to no criterion. `verdict_text` is the text
     of the verdicts. Exceptions that `verdict_text` quotes are left out."""
     remarks = list(observation.remarks)
-    if observation.unpublished_topic:
-        remarks.append(f'Note that {observation.unpublished_topic}.')
+    if observation.clause_on_silent_topics:
+        remarks.append(f'Note that {observation.clause_on_silent_topics}.')
     remarks += tracebacks_before_the_end(observation, verdict_text)
     return remarks + [
         f'{number} {what} came on {CMD_VEL_TOPIC}: they are not recorded, and not judged.'
-        for what, number in sorted(observation.omitted.items())]
+        for what, number in sorted(observation.omitted_counts.items())]
 
 
 def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:
@@ -80,7 +78,7 @@ def why_idle(scene: Scene) -> str:
     if scene.not_finite:
         return '{} of its commands were not finite numbers, such as {}'.format(
             len(scene.not_finite), scene.not_finite[0])
-    if len(scene.moving):
+    if len(scene.moving_commands):
         return f'its last command on {CMD_VEL_TOPIC} was zero'
     if other_fields(scene):
         return f'{other_fields(scene)} in its commands on {CMD_VEL_TOPIC}'
@@ -149,7 +147,7 @@ def why_missing(observation: Observation) -> str:
             ending = 'its main program was over, and nothing kept the node running'
         return f'it ended at once: {ending}' if process.ready is None else f'it had ended: {ending}'
     if process.ready is None:
-        return ': '.join(filter(None, [_never_ready(process), observation.unpublished_topic]))
+        return ': '.join(filter(None, [_never_ready(process), observation.clause_on_silent_topics]))
     return 'the time was up before this was tried' if process.end is None else 'this was not tried'
 
 

@@ -38,7 +38,6 @@ from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, record_connections
 
-#: Names of topics.
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
 ROBOT_NODE = 'turtlebot3'
 #: A bag has at most this many messages of each kind.
@@ -46,13 +45,10 @@ MAX_COMMANDS = 40000
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000          # events of all kinds
-#: At most this many characters of a line of the log are recorded.
-MAX_LOG_LINE_LENGTH = 300
-#: A recorded message has at most this many bytes.
-MAX_MESSAGE_BYTES = 10000
+MAX_LOG_LINE_LENGTH = 300       # characters; the rest of the line is not recorded
+MAX_MESSAGE_BYTES = 10000       # a longer message is not recorded
 #: A command that equals the previous command is recorded only if this time [s] has passed.
 SAME_COMMAND_TIME = 0.04
-#: A bag with this many bytes is full.
 FULL_BAG_BYTES = 3 * 10 ** 6
 #: If the bag is full, only these topics are recorded.
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL_TOPIC}

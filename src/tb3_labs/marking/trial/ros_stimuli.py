@@ -61,8 +61,10 @@ class Robot:
         robot does not come to rest."""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
+            if abs(error) <= 0.01:      # [rad]
+                return None
             speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s]
-            return (0.0, math.copysign(speed, error)) if abs(error) > 0.01 else None
+            return 0.0, math.copysign(speed, error)
         self._move(command, 8.0)
         return wait_until(self._recorder.is_at_rest, STOP_REST_TIME)
 

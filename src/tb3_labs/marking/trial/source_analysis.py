@@ -24,8 +24,7 @@ del sys.path[0]
 from tb3_labs.marking.trial import source_analysis
 print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1:]))))
 '''
-#: A file with more bytes is not read.
-MAX_TEXT_BYTES = 200000
+MAX_TEXT_BYTES = 200000     # a larger file is not read
 #: The result has at most MAX_NAMES variables, and for each variable at most MAX_LISTED_LINES lines.
 MAX_NAMES, MAX_LISTED_LINES = 200, 6
 #: A mouse client's text has a call that matches this pattern.
