@@ -115,5 +115,5 @@ def main(argv):
 
 
 if __name__ == '__main__':
-    # without run_tool(), the error of a closed terminal would hide the Interrupted
+    # without run_tool(), the error of a closed terminal would hide the exception Interrupted
     run_tool(lambda _: main(rospy.myargv()[1:]))

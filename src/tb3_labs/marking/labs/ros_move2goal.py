@@ -191,7 +191,7 @@ def try_reset(trial):
 def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
                   straight=True):
     """Call the reset service with `pose`, wait for `seconds` [s], and record both as the stimulus
-    `name`. Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
+    `name`. Returns False if the call failed. `straight` is the value of DROVE_STRAIGHT."""
     facts = {WAS_MOVING: trial.recorder.node_moved_since(ros_time() - INTERRUPTION_TIME),
              stimuli.DROVE_STRAIGHT: straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
