@@ -50,15 +50,15 @@ RECORDER_TIMEOUT = 15.0
 #: The node repeats its grant with this period [s, wall clock] until move_to_goal has control.
 GRANT_PERIOD = 1.0
 #: Time [s] from the end of a drive to the reading of the true pose.
-REST_TIME = 0.5
+SETTLING_TIME = 0.5
 #: The node tries at most this many times to begin a drive.
 MAX_ATTEMPTS = 10
 #: A recording must have these topics from its start on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
                    'ctrl_relinq', '/tf')
 TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'    # for a terminal of 80 columns
-HEADER = '        asked [m, m, deg] believed to be at     truly off by     time'
-#: Largest true errors of the place and of the heading after a good drive.
+TABLE_HEADER = '        asked [m, m, deg] believed to be at     truly off by     time'
+#: A drive is good if the true errors of place and heading are at most these values.
 MAX_TRUE_ERROR = 0.01        # [m]
 MAX_TRUE_ERROR_DEG = 0.5     # [deg]
 
@@ -78,15 +78,15 @@ class DemoDrive:
 
     state: str               # state in which the drive ended
     goal: Pose2
-    believed: Pose2          # the pose at rest that move_to_goal measured
-    reached: Pose2           # the true pose at rest
-    time: float              # duration [s] of the drive
+    measured_pose: Pose2     # the pose at rest that move_to_goal measured
+    true_pose: Pose2         # the true pose at rest
+    duration: float          # duration [s] of the drive
 
     @property
     def true_error(self):
         """(distance [m], angle [deg]) from the true pose to the goal."""
-        angle = abs(difference(self.reached.yaw, self.goal.yaw))
-        return self.reached.distance_to(self.goal), math.degrees(angle)
+        angle = abs(difference(self.true_pose.yaw, self.goal.yaw))
+        return self.true_pose.distance_to(self.goal), math.degrees(angle)
 
     @property
     def is_good(self):
@@ -99,8 +99,8 @@ class DemoDrive:
         distance, angle = self.true_error
         verdict = 'ok' if self.is_good else 'NOT GOOD: ' + self.state
         return TABLE_ROW.format(
-            f'drive {number}', short_pose(self.goal), short_pose(self.believed),
-            f'{1000.0 * distance:.1f} mm {angle:.2f} deg', f'{self.time:.2f} s', verdict)
+            f'drive {number}', short_pose(self.goal), short_pose(self.measured_pose),
+            f'{1000.0 * distance:.1f} mm {angle:.2f} deg', f'{self.duration:.2f} s', verdict)
 
 
 class ControlTaken(Exception):
@@ -113,8 +113,8 @@ class Demo:
     def __init__(self):
         self._config = read_config(DemoConfig)
         self._received = {}     # {topic: [(time of arrival [s], value)]}
-        self._granted = False   # does move_to_goal have control from this node?
-        self._control_taken = False
+        self._has_granted = False   # does move_to_goal have control from this node?
+        self._is_control_taken = False
         # not latched, since a latched permission may be old
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
         self._store('goal_state', String, lambda message: message.data)
@@ -136,7 +136,7 @@ class Demo:
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
-            self._control_taken = self._granted
+            self._is_control_taken = self._has_granted
 
     def _run(self):
         self._await('local_pose')
@@ -169,8 +169,7 @@ class Demo:
     def _drive(self, is_reset_needed):
         """Let the robot drive once. Returns the DemoDrive. If late sensors end a drive before the
         robot moves, the robot begins the drive again, after a reset."""
-        if self._value('has_control'):
-            is_reset_needed = True
+        is_reset_needed = self._value('has_control') or is_reset_needed
         world_T_local = self._value('ground_truth', rospy.get_time())
         for _ in range(MAX_ATTEMPTS):
             self._received['goal_state'].clear()
@@ -178,35 +177,36 @@ class Demo:
                 self._wait_for('a reset', try_reset)
             is_reset_needed = True
             self._give_control()
-            begun, state = self._await('goal_state', matches=has_begun_or_ended)
+            begin, state = self._await('goal_state', matches=has_begun_or_ended)
             if not is_over(state):
                 break
-        ended, state = self._await('goal_state', matches=is_over)
-        reached = self._value('ground_truth', ended + REST_TIME)
-        return DemoDrive(state, self._value('current_goal'), self._value('local_pose', ended),
-                         world_T_local.inverse() @ reached, ended - begun)
+        end, state = self._await('goal_state', matches=is_over)
+        world_T_robot = self._value('ground_truth', end + SETTLING_TIME)
+        return DemoDrive(
+            state, goal=self._value('current_goal'), measured_pose=self._value('local_pose', end),
+            true_pose=world_T_local.inverse() @ world_T_robot, duration=end - begin)
 
     def _give_control(self):
         """Publish permissions until move_to_goal has control. A node that has just started
         ignores a permission that may be old. After a person's stop no permission is published."""
         def try_to_give():
-            if self._control_taken or self._value('has_control'):
+            if self._is_control_taken or self._value('has_control'):
                 return True
             self._control.publish(False)
             self._control.publish(True)
             return wait_until(lambda: self._value('has_control'), GRANT_PERIOD)
         self._wait_for('move_to_goal to take control', try_to_give)
-        self._granted = True
+        self._has_granted = True
 
     def _value(self, topic, since=0.0):
         _, value = self._await(topic, since)
         return value
 
     def _await(self, topic, since=0.0, matches=lambda value: True):
-        """Wait until a value of `topic` with `matches(value)` arrives, not before `since` [s].
-        Returns (time of arrival [s], value)."""
+        """Wait for a value of `topic` that arrived at `since` [s] or later, and for which
+        `matches(value)` is true. Returns (time of arrival [s], value)."""
         def values():
-            if self._control_taken:
+            if self._is_control_taken:
                 raise ControlTaken
             return [(at, value) for at, value in list(self._received[topic])
                     if at >= since and matches(value)]
@@ -225,8 +225,8 @@ def has_begun_or_ended(state):
 
 
 def try_reset():
-    """Declare the local frame again at the robot's place. Returns whether move_to_goal accepts the
-    reset. On a busy computer sensors are late, and move_to_goal refuses a reset."""
+    """Reset the local frame to the robot's place. Returns whether move_to_goal accepts the reset.
+    On a busy computer sensors are late, and move_to_goal refuses a reset."""
     with contextlib.suppress(rospy.ServiceException):
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 
@@ -239,8 +239,8 @@ def recorder_listens():
 
 
 def table(drives):
-    """Returns the table with an empty line before it."""
-    return '\n'.join(['', HEADER] + [drive.row(number) for number, drive in enumerate(drives, 1)])
+    rows = [drive.row(number) for number, drive in enumerate(drives, 1)]
+    return '\n'.join(['', TABLE_HEADER, *rows])
 
 
 def short_pose(pose):

@@ -18,8 +18,7 @@ from tb3_labs.robot.turtlebot3 import model_of_environment
 from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
 
-#: A line on the terminal has at most this many characters.
-MAX_PRINTED_LENGTH = 1000
+MAX_PRINTED_LENGTH = 1000       # characters of a line on the terminal
 
 
 def parse(argv):
@@ -33,26 +32,26 @@ def parse(argv):
                         help='goal in the local frame [m, m, deg] of drives whose goal was not '
                         f"recorded; default: the lab's, {GOAL_X:g} {GOAL_Y:g} {GOAL_YAW_DEG:g}")
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
-    given = parser.parse_args(argv)
-    if given.goal is not None:
+    arguments = parser.parse_args(argv)
+    if arguments.goal is not None:
         try:
-            given.goal = TypedPose(*given.goal).pose
+            arguments.goal = TypedPose(*arguments.goal).pose
         except ValueError as problem:
             parser.error(f'--goal: {problem}')
-    return given
+    return arguments
 
 
 def main(argv):
     """Read the bag, and write the report. Returns the exit status."""
-    given = parse(argv)
+    arguments = parse(argv)
     try:
         from tb3_labs.report.motion.movements import LAB_GOAL, completed
         from tb3_labs.report.page.files import write_report    # needs matplotlib
         from tb3_labs.recording.ros_bag import read_run
-        run = completed(read_run(str(given.bag), given.ns), given.goal or LAB_GOAL)
+        run = completed(read_run(str(arguments.bag), arguments.ns), arguments.goal or LAB_GOAL)
         for note in run.notes:
-            _print(f'{given.bag}: {note}')
-        folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
+            _print(f'{arguments.bag}: {note}')
+        folder = arguments.folder or arguments.bag.with_name(arguments.bag.stem + '_report')
         page, *others = write_report(run, model_of_environment(os.environ), folder)
         print(f'Report: {page}\nBeside it: {", ".join(path.name for path in others)}')
     except ImportError as problem:

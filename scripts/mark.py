@@ -92,20 +92,20 @@ def mark_class(arguments, work):
     criterion_points = points_of(arguments.lab, read_points(arguments.points))
     pad_called(arguments.pad)       # raises ValueError for an unknown pad
     submissions = _submissions(arguments)
-    is_sandbox = _choose_protection(arguments, work)
-    options = Options(arguments.package, arguments.type, arguments.pad, is_sandbox)
+    has_sandboxes = _choose_protection(arguments, work)
+    options = Options(arguments.package, arguments.type, arguments.pad, has_sandboxes)
     with locked(arguments.folder):
         folder = MarksFolder(arguments.folder, arguments.lab, parts=parts,
                              criterion_points=criterion_points, options=options)
-        marked = MarkedClass(TrialRunner(folder, INTERRUPTED), retry=bool(arguments.only))
-        failed = marked.mark_all(submissions, arguments.jobs)
+        marker = ClassMarker(TrialRunner(folder, INTERRUPTED), retry=bool(arguments.only))
+        has_failed = marker.mark_all(submissions, arguments.jobs)
         with ThreadPoolExecutor(1) as pool:     # Ctrl+C does not end this thread
-            page, notes = pool.submit(folder.write_overview, not is_sandbox).result()
+            page, notes = pool.submit(folder.write_overview, not has_sandboxes).result()
     for note in notes:
         print_line(note)
     if page is not None:
         print_line(f'Overview: {page}')
-    return int(failed)
+    return int(has_failed)
 
 
 def _submissions(arguments):
@@ -162,16 +162,16 @@ def print_problem(text):
     sys.stderr.write(f'mark.py: {printable(text)}\n')
 
 
-class MarkedClass:
+class ClassMarker:
     """Marks the submissions of a class."""
 
     def __init__(self, runner, retry):
         """If `retry` is true, unchanged submissions are tried again, too."""
         self._runner = runner
-        self._retry = retry
+        self._must_retry = retry
         #: Is there a submission without points?
-        self._failed = False
-        self._writing = threading.Lock()
+        self._has_failed = False
+        self._lock = threading.Lock()
 
     def mark_all(self, submissions, jobs):
         """Mark at most `jobs` submissions at the same time. The marks of a submission are written
@@ -186,7 +186,7 @@ class MarkedClass:
                     if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
                         raise KeyboardInterrupt
             except KeyboardInterrupt:
-                self._failed = True
+                self._has_failed = True
                 self._runner.interrupted.set()
                 for task in tasks:
                     task.cancel()
@@ -195,8 +195,8 @@ class MarkedClass:
         for task in tasks:
             if not task.cancelled() and task.exception() is not None:
                 print_problem(failure_text(task.exception()))      # the marks cannot be written
-                self._failed = True
-        return self._failed
+                self._has_failed = True
+        return self._has_failed
 
     def _mark(self, submission, name):
         try:
@@ -216,12 +216,12 @@ class MarkedClass:
         begun = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             parsed = self._runner.read(submission, Path(work))
-            if not (self._retry or is_second):
-                with self._writing:
-                    kept = self._runner.folder.marks_if_unchanged(
+            if not (self._must_retry or is_second):
+                with self._lock:
+                    old_marks = self._runner.folder.marks_if_unchanged(
                         submission.student, parsed.digest)
-                if kept is not None:
-                    print_line(f'{name}: {kept.points_text}, tried before, and not changed')
+                if old_marks is not None:
+                    print_line(f'{name}: {old_marks.points_text}, tried before, and not changed')
                     return
                 print_line(name + ' ...')
             tried = self._runner.try_out(submission, parsed, Path(work))
@@ -236,9 +236,9 @@ class MarkedClass:
     def _write(self, tried, digest):
         """Record the Marks of a tried submission, and write its page. Returns the Marks with their
         points."""
-        with self._writing:
+        with self._lock:
             marks = self._runner.folder.write(tried, digest)
-            self._failed = self._failed or not marks.is_known
+            self._has_failed = self._has_failed or not marks.is_known
         return marks
 
 

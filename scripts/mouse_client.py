@@ -29,10 +29,10 @@ class MouseNode:
     """Publishes the computer's mouse as `mouse_info`."""
 
     def __init__(self):
-        self._active = False
+        self._is_active = False
         self._send_now = threading.Event()
-        self._lock = threading.Lock()    # guards _closed and the publisher
-        self._closed = False             # was the final message published?
+        self._lock = threading.Lock()    # guards _is_closed and the publisher
+        self._is_closed = False          # was the final message published?
         # latched, so a controller that starts later gets the state of the mouse at once
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
@@ -47,16 +47,16 @@ class MouseNode:
         threading.Thread(target=guarded(self._run), name='mouse', daemon=True).start()
 
     def _on_scroll(self, steps):
-        if steps < 0 and not self._active:
-            self._active = True
+        if steps < 0 and not self._is_active:
+            self._is_active = True
             rospy.loginfo('Mouse activated: scroll up to stop')
-        elif steps > 0 and self._active:
-            self._active = False
+        elif steps > 0 and self._is_active:
+            self._is_active = False
             rospy.loginfo('Mouse deactivated')
         self._send_now.set()
 
     def _on_move(self):
-        if not self._active:
+        if not self._is_active:
             self._send_now.set()
 
     def _run(self):
@@ -67,11 +67,11 @@ class MouseNode:
                 begin_shutdown(str(problem))
                 return
             with self._lock:
-                if not self._closed:
-                    self._publish(self._active, *position)
-            if not self._active:
+                if not self._is_closed:
+                    self._publish(self._is_active, *position)
+            if not self._is_active:
                 time.sleep(SEND_PERIOD)    # limits the rate of messages if the mouse moves fast
-            longest_wait = SEND_PERIOD if self._active else None
+            longest_wait = SEND_PERIOD if self._is_active else None
             self._send_now.wait(longest_wait)
             self._send_now.clear()
 
@@ -83,8 +83,8 @@ class MouseNode:
     def _close(self):
         """Publish an inactive mouse, so that the robot stops at once, and not after a timeout."""
         with self._lock:
-            self._closed = True
-            if self._active:
+            self._is_closed = True
+            if self._is_active:
                 self._publish(active=False)
 
 

@@ -24,16 +24,16 @@ def judge(number, name, value):
     an angle are ignored. Returns (is the answer right?, the text for the student). If the fault is
     wrong, the text does not name the right fault. Raises ``ValueError`` if the number of the robot
     is not valid."""
-    hidden, right, _ = draw(number)
-    if name != hidden.name:
+    fault, right_value, _ = draw(number)
+    if name != fault.name:
         return False, f'Wrong: mystery {number} has another fault.'
-    error = value - right
-    if hidden.unit == 'deg':
+    error = value - right_value
+    if fault.unit == 'deg':
         error = wrap_all(error, 360.0)
-    if abs(error) <= hidden.tolerance + ROUNDING:
-        return True, f'Right: mystery {number} is {hidden.name!r}, {hidden.text(right)}.'
+    if abs(error) <= fault.tolerance + ROUNDING:
+        return True, f'Right: mystery {number} is {fault.name!r}, {fault.text(right_value)}.'
     return False, ('The fault is right, its value is not: it may be off by '
-                   f'{hidden.tolerance:g} {hidden.unit}. The value is {hidden.quantity}.')
+                   f'{fault.tolerance:g} {fault.unit}. The value is {fault.quantity}.')
 
 
 def parse(argv):

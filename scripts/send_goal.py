@@ -36,7 +36,7 @@ HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with 
 #: Longest wait [s] for an answer of move_to_goal.
 SERVER_TIMEOUT = 2.0
 #: The program checks with this period [s] whether ROS has shut down.
-END_PERIOD = 2.0
+SHUTDOWN_POLL_PERIOD = 2.0
 
 
 def print_states():
@@ -71,26 +71,26 @@ def drive(goal):
         if handle.get_comm_state() == actionlib.CommState.DONE:
             ended.set()
 
-    sent = client.send_goal(
+    goal_handle = client.send_goal(
         MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)), on_transition)
 
     def cancel_unless_ended():
         if not ended.is_set():
-            sent.cancel()
+            goal_handle.cancel()
     rospy.on_shutdown(cancel_unless_ended)
     try:
         print_states()
         while not ended.is_set():
             pause(0.0)    # raises Interrupted again if rospy caught the first Interrupted
-            ended.wait(END_PERIOD)
+            ended.wait(SHUTDOWN_POLL_PERIOD)
             if rospy.is_shutdown():
                 return 1
     except Interrupted:
-        sent.cancel()
+        goal_handle.cancel()
         ended.wait(SERVER_TIMEOUT)    # move_to_goal reports the canceled goal
         raise
-    print(sent.get_goal_status_text())
-    return 0 if sent.get_goal_status() == GoalStatus.SUCCEEDED else 1
+    print(goal_handle.get_goal_status_text())
+    return 0 if goal_handle.get_goal_status() == GoalStatus.SUCCEEDED else 1
 
 
 def main(argv):
@@ -115,5 +115,5 @@ def main(argv):
 
 
 if __name__ == '__main__':
-    # without run_tool(), the error of a closed terminal would hide the Interrupted
+    # without run_tool(), the error of a closed terminal would hide the exception Interrupted
     run_tool(lambda _: main(rospy.myargv()[1:]))

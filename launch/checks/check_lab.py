@@ -46,18 +46,18 @@ REMEDIES = {'not executable': 'Type: chmod +x FILE',
 def marks_of_node():
     """Test the node. Returns the node's Marks. Returns None if mark.py started this check, since
     mark.py judges the bag itself."""
-    given = rospy.get_param('~')
-    name, package, executable = given['lab'], given['pkg'], given['type']
-    node = given.get('node', FINISHED)
+    parameters = rospy.get_param('~')
+    lab_name, package, executable = parameters['lab'], parameters['pkg'], parameters['type']
+    node = parameters.get('node', FINISHED)
     if package == OWN_PACKAGE and node != FINISHED:
         executable = f'{node}_{executable}'
-    lab = LABS[name]
-    parts = lab.read_parts(given['parts'])
-    for hidden in ('lab', 'points', 'parts', 'record'):      # no node should read these parameters
-        rospy.delete_param('~' + hidden)
-    criterion_points = points_of(name, read_points(given['points']))
-    pad = pad_called(given.get('pad', HANDOUT_PAD))
-    if name == GAMEPAD:
+    lab = LABS[lab_name]
+    parts = lab.read_parts(parameters['parts'])
+    for private_name in ('lab', 'points', 'parts', 'record'):    # no node should read these
+        rospy.delete_param('~' + private_name)
+    criterion_points = points_of(lab_name, read_points(parameters['points']))
+    pad = pad_called(parameters.get('pad', HANDOUT_PAD))
+    if lab_name == GAMEPAD:
         rospy.set_param('/' + GAMEPAD, pad)     # for the finished node of this package
     if package == OWN_PACKAGE:
         print_line('This is the node of this package. For yours: pkg:=PACKAGE type:=FILE')
@@ -66,11 +66,11 @@ def marks_of_node():
     print_line(f"{lab.title}, {', '.join(parts or lab.parts)}: {package}/{executable} is judged, "
                f'{file}')
     with tempfile.TemporaryDirectory() as folder:
-        path = given['record'] or os.path.join(folder, 'trial.bag')
-        record_trial(name, package, executable, parts, path, pad, print_line)
+        path = parameters['record'] or os.path.join(folder, 'trial.bag')
+        record_trial(lab_name, package, executable, parts, path, pad, print_line)
         if marked_program:
             return None
-        return marks_after_trial(Marks(''), read_trial(path), name, criterion_points, parts)
+        return marks_after_trial(Marks(''), read_trial(path), lab_name, criterion_points, parts)
 
 
 def print_line(line):

@@ -531,7 +531,7 @@ def test_nothing_is_said_that_the_truth_contradicts():
     seen = observed('turn', l=turn(424.0, moved=False))
     seen.recording = replace(seen.recording, commands=Commands.none())
     seen.not_finite = [[11.0, 'nan m/s and 1.5 rad/s']]
-    seen.omitted = {'commands that are not finite numbers': 1}
+    seen.omitted_counts = {'commands that are not finite numbers': 1}
     assert 'after l it turned 424.0 degrees to the left: 1 of its commands' in missed_of('turn', 'left', seen)
     assert remarks_on(seen) == [
         '1 commands that are not finite numbers came on cmd_vel: they are not recorded, and not judged.']

@@ -46,7 +46,7 @@ def demo(monkeypatch):
                         lambda condition, seconds: any(condition() for _ in range(3)))
     made = object.__new__(kind)
     made._received = {'has_control': [(1.0, False)], 'goal_state': []}
-    made._granted = made._control_taken = False
+    made._has_granted = made._is_control_taken = False
     made.sent, made.ignored, made._control = [], 0, made
 
     def publish(value):

@@ -69,7 +69,7 @@ def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
     assert len({criterion.name for criterion in criteria}) == len(criteria)
     assert sum(points_of(lab, TABLE).values()) > 0
     for criterion in criteria:
-        place = criterion.place
+        place = criterion.sheet_step
         sheet = (ROOT / 'doc' / place.sheet).read_text(encoding='utf-8')
         section = r'^#+ {}\n(.*?)(?=^#+ |\Z)'.format(re.escape(place.heading))
         text = re.search(section, sheet, re.M | re.S).group(1)
@@ -133,9 +133,9 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     (False, True, True), (False, False, False), (True, True, False)])
 def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, took):
     """Python 3.13 does not end while input() waits. A node that turned the robot did not wait for a letter."""
-    node = SimpleNamespace(alive=True, interrupt=lambda limit: False, record_state=lambda: None,
+    node = SimpleNamespace(is_alive=True, interrupt=lambda limit: False, record_state=lambda: None,
                            flush=lambda: None, status=0, stop=lambda: None)
-    node.type = lambda line: setattr(node, 'alive', not (waits and line == ''))
+    node.type = lambda line: setattr(node, 'is_alive', not (waits and line == ''))
     events = []
     trial = Trial.__new__(Trial)
     vars(trial).update(

@@ -132,7 +132,7 @@ def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most,
     monkeypatch.setattr(processes, 'LIMITS_POLL_PERIOD', 0.01)
     monkeypatch.setattr(processes, 'MAX_OTHER_MEMORY_BYTES', 10 ** 12)
     calm = ResourceWatch(family.pid, [], os.getpid())
-    calm.over.set()
+    calm.is_over.set()
     assert calm._exceeded_limit() == ''
     monkeypatch.setattr(processes, limit, most)
     watch = ResourceWatch(family.pid, ['/tmp'], os.getpid())

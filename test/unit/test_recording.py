@@ -18,7 +18,7 @@ from tb3_labs.marking.marks import Marks, marks_after_trial, points_of, read_poi
 from tb3_labs.marking.trial import ros_recording
 from tb3_labs.marking.trial.from_bag import MAX_OUTPUT_LENGTH, read_trial
 from tb3_labs.marking.trial.processes import MAX_CHARACTERS_PER_SECOND, NodeOutput
-from tb3_labs.marking.trial.ros_recording import CHUNK_SIZE, Recording
+from tb3_labs.marking.trial.ros_recording import CHUNK_BYTES, Recording
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 
@@ -72,7 +72,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     assert (seen.lab, seen.file) == ('turn', 'turtlebot_controller.py')
     scene = seen.scene('l')
     assert scene.end - scene.begin == pytest.approx(17 * step, abs=1e-3)
-    assert (scene.printed, scene.lines) == ('l\ndone\n', 2)
+    assert (scene.printed, scene.line_count) == ('l\ndone\n', 2)
     assert scene.facts == {'moved': True, 'rested': False}
     assert scene.turned_deg == pytest.approx(85.0, abs=5.1)     # a step of 5 degrees may be outside
     assert scene.commands[:, 1:].tolist() == [[0.1, 1.5]] * len(scene.commands)
@@ -127,7 +127,7 @@ def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path,
     recording.close()
     seen = read_trial(tmp_path / 'trial.bag')
     scene = seen.scene('a')
-    assert scene.printed.endswith('the last words\n') and scene.lines == 5001
+    assert scene.printed.endswith('the last words\n') and scene.line_count == 5001
     recorded = sum(map(len, seen.recording.printed.text))
     assert recorded <= MAX_CHARACTERS_PER_SECOND * 7 and len(scene.printed) <= MAX_OUTPUT_LENGTH
 
@@ -154,14 +154,14 @@ def test_a_trial_during_which_the_clock_jumps_is_not_judged(by, tmp_path):
 
 
 def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
-    monkeypatch.setattr(ros_recording, 'FULL_SIZE', 20000)
+    monkeypatch.setattr(ros_recording, 'FULL_BAG_BYTES', 20000)
     recording, noise = Recording(tmp_path / 'trial.bag'), random.Random(7)
     recording.event('trial', lab='imu', node='ice6/imu_sub.py')
     for k in range(1000):
         recording.add('joy', Joy(axes=[noise.random() for _ in range(400)]), BEGIN + k * 0.01)
         robot(recording, BEGIN + k * 0.01, 0.0)
     recording.close()
-    assert (tmp_path / 'trial.bag').stat().st_size < 20000 + 3 * CHUNK_SIZE
+    assert (tmp_path / 'trial.bag').stat().st_size < 20000 + 3 * CHUNK_BYTES
     assert len(read_trial(tmp_path / 'trial.bag').truth) == 1000
     with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:
         assert bag.get_message_count('/joy') < 1000

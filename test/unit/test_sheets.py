@@ -19,7 +19,7 @@ def read(sheet):
 
 
 @pytest.mark.parametrize('sheet', sorted({
-    criterion.place.sheet for lab in LABS.values() for criterion in lab.criteria}))
+    criterion.sheet_step.sheet for lab in LABS.values() for criterion in lab.criteria}))
 def test_the_sheets_have_the_tables_of_the_code(sheet):
     assert make_graded.with_tables(read(sheet)) == read(sheet)
 
@@ -27,7 +27,7 @@ def test_the_sheets_have_the_tables_of_the_code(sheet):
 @pytest.mark.parametrize('lab', sorted(LABS))
 def test_every_part_of_a_check_is_named(lab):
     """In the sheet, in marking.md, and by the check's launch file."""
-    parts, sheet = LABS[lab].parts, read(LABS[lab].criteria[0].place.sheet)
+    parts, sheet = LABS[lab].parts, read(LABS[lab].criteria[0].sheet_step.sheet)
     listed = sheet.split('check_{}.test'.format(lab))[1].split('The check has the part')[1]
     of_check, of_extras, *_ = re.split(r'\.\s', listed)
     assert re.findall(r'`"?(?:parts:=)?([a-z ]+)"?`', of_check + of_extras) == parts

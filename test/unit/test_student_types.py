@@ -97,8 +97,8 @@ def test_a_service_of_theirs_is_made(described, theirs):
     response = theirs[1].SetResponse().deserialize(bytes_of(kind._response_class()))
     assert response.success is True and response.message == 'reset'
     assert kind._response_class().deserialize(b'\0') and kind._md5sum == theirs[1].Set._md5sum
-    assert {kind._md5sum, SetInitialPose._md5sum} <= set(types.by_sum())
-    assert kind._md5sum not in Types().by_sum()
+    assert {kind._md5sum, SetInitialPose._md5sum} <= set(types.services_by_checksum())
+    assert kind._md5sum not in Types().services_by_checksum()
 
 
 @pytest.mark.parametrize('kind', [

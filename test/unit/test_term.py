@@ -32,7 +32,7 @@ from tb3_labs.report.page.document import safe
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'scripts'))
 import mark
-from mark import MarkedClass
+from mark import ClassMarker
 
 FULL = sum(points_of('turn', TABLE).values()) - sum(
     (TABLE['turn'].get('extra') or {}).values())
@@ -346,7 +346,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.full_points + 10)
     turn = marks_folder.LABS['turn']
     stricter = [criteria.Criterion(
-        each.name, each.part, 'turns <quite> well', each.place, lambda seen: 'it is too slow')
+        each.name, each.part, 'turns <quite> well', each.sheet_step, lambda seen: 'it is too slow')
         if each.name == 'left' else each for each in turn.criteria]
     turns = dict(marks_folder.LABS, turn=turn._replace(criteria=stricter))
     for module in (marks_folder, marks_module):
@@ -396,7 +396,7 @@ def marked(path, acts):
     for student in acts:
         (path / 'in' / student).mkdir(parents=True)
         (path / 'in' / student / 'turtlebot_controller.py').touch()
-    return MarkedClass(marker, False), submissions_in(path / 'in', print)
+    return ClassMarker(marker, False), submissions_in(path / 'in', print)
 
 
 def marks_below(path):
@@ -461,13 +461,13 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
     before = marks_below(tmp_path / 'marks')
     marker = TrialRunner(folder_of(tmp_path / 'marks'), threading.Event())    # of the next run of mark.py
     marker.try_out = None
-    assert MarkedClass(marker, False).mark_all(found, 1) is False
+    assert ClassMarker(marker, False).mark_all(found, 1) is False
     assert marks_below(tmp_path / 'marks') == before
     assert capsys.readouterr().out.endswith(
         '[1/1] ann: {0[points]} of {0[of]} points, tried before, and not changed\n'.format(before['ann']))
     results = json.loads((tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').read_text())
     assert results['score'] == float(before['ann']['points'])
-    assert MarkedClass(marker, True).mark_all(found, 1) is True     # --only tries it again, and fails
+    assert ClassMarker(marker, True).mark_all(found, 1) is True     # --only tries it again, and fails
 
 
 def test_what_the_preparation_of_a_node_finds_reaches_the_instructor(tmp_path, monkeypatch):

@@ -212,7 +212,7 @@ def _broken_link(observation: Observation,
     Returns None if no link is broken, or if the observation already shows an exception, an
     unpublished topic, or a command that is not finite.
     """
-    is_mistake_known = (observation.unpublished_topic or observation.not_finite
+    is_mistake_known = (observation.clause_on_silent_topics or observation.not_finite
                         or tracebacks_before_the_end(observation))
     if observation.recording is NO_RECORDING or is_mistake_known:
         return None

@@ -74,7 +74,7 @@ def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
         kind = 'drive' if GOAL_POSE in stimulus.facts else 'hand'
         moments.append(timeline_event(kind, stimulus.begin, stimulus.name, stimulus.end))
     moments += [timeline_event('hand', begin, "the check's own movement of the robot", end)
-                for begin, end in observation.own_moves]
+                for begin, end in observation.marker_moves]
     moments += [timeline_event('start', process.begin, 'the node is started')
                 for process in observation.processes]
     moments += [timeline_event('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)

@@ -1,7 +1,7 @@
 """Defines criteria and verdicts, and has the criteria that several labs share.
 
-Students read the `meaning` of a criterion, the `place` in a lab sheet, and the Reason that the
-function `judge` returns. No text that students read contains the solution.
+Students read the `meaning` and the `sheet_step` of a criterion, and the Reason that the function
+`judge` returns. No text that students read contains the solution.
 """
 from dataclasses import dataclass
 from enum import Enum
@@ -10,7 +10,7 @@ from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.marking.labs.stimuli import (
-    EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST, LOST_STOP_TIME, START_TIME, STOP_TIME)
+    DEVICE_LOST, EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, START_TIME, STOP_TIME)
 from tb3_labs.marking.trial.observation import (
     CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import (
@@ -43,7 +43,7 @@ class Criterion:
     name: str
     part: str                # the part of the lab that tests the requirement
     meaning: str             # the requirement
-    place: SheetStep         # the place in a lab sheet that explains the requirement
+    sheet_step: SheetStep    # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
     extra: bool = False      # is the criterion beyond the handout?
     limits: str = ''         # the limits that `meaning` does not name
@@ -74,7 +74,7 @@ class Verdict:
         """The Reason and the place in the sheet; '' if the criterion is met."""
         if self.outcome is Outcome.MET or self.reason == NOT_TRIED:
             return self.reason
-        return f'{self.reason}; see {self.criterion.place}'
+        return f'{self.reason}; see {self.criterion.sheet_step}'
 
     @property
     def line(self) -> str:
@@ -83,19 +83,21 @@ class Verdict:
         if self.criterion.extra and not self.worth:
             points = 'extra'
         text = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value
-        if self.criterion.extra:
-            outcome = 'not yet' if self.outcome is Outcome.MISSED else outcome
-        elif self.outcome is not Outcome.MET:
-            outcome = outcome.upper()    # capitals are easy to find among many lines
-        return f'  {outcome:11}  {points:8}  {text}'
+        return f'  {self._printed_outcome:11}  {points:8}  {text}'
+
+    @property
+    def _printed_outcome(self) -> str:
+        if self.criterion.extra and self.outcome is Outcome.MISSED:
+            return 'not yet'
+        if self.criterion.extra or self.outcome is Outcome.MET:
+            return self.outcome.value
+        return self.outcome.value.upper()    # capitals are easy to find among many lines
 
 
 def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
                 points_by_criterion: Mapping[str, float], parts: Sequence[str] = ()
                 ) -> List[Verdict]:
-    """Returns a Verdict for each criterion of the lab's `parts`, or of all parts if `parts` is
-    empty."""
+    """Returns the Verdicts on the criteria of the `parts`, or of all parts if `parts` is empty."""
     verdicts: List[Verdict] = []
     for criterion in criteria:
         if parts and criterion.part not in parts:
@@ -121,7 +123,7 @@ def within(seconds: float) -> str:
     return f'within {seconds:g} s'
 
 
-IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(STOP_TIME)
+START_LIMITS, STOP_LIMITS = within(START_TIME), within(STOP_TIME)
 
 
 def why_not_started(observation: Observation) -> Reason:
@@ -131,10 +133,10 @@ def why_not_started(observation: Observation) -> Reason:
     return why_missing(observation)
 
 
-def clean_exit_criterion(part: str, place: SheetStep) -> Criterion:
+def clean_exit_criterion(part: str, sheet_step: SheetStep) -> Criterion:
     """Returns a criterion. The node must end by itself at Ctrl+C, and print no traceback."""
     return Criterion(
-        'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', place,
+        'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', sheet_step,
         _why_no_clean_exit,
         limits=f'{within(EXIT_TIME)}; "{CLOSED_TOPIC}", which rospy raises, does not count')
 
@@ -176,33 +178,34 @@ def why_not_printed(observation: Observation, text: str) -> Reason:
 
 #: The Reason if a node ends its commands without a zero velocity. Half a second after the last
 #: command, the robot's firmware stops the wheels.
-NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
+NO_ZERO_VELOCITY = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
-def any_moves(commands: np.ndarray) -> bool:
-    """Is one of the commands not zero?"""
-    return bool(commands[:, 1:].any())
+def ends_in_motion(commands: np.ndarray) -> bool:
+    """Does the last command move the robot? Returns False if there is no command."""
+    return bool(commands[-1:, 1:].any())
 
 
 def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
     scene began. `event` is a clause that says how the scene began."""
     soon, late = scene.commands_before_and_after(limit)
-    if any_moves(late):
+    if late[:, LINEAR:].any():
         return f'the robot was still driven {limit:g} s after {event}'
-    return '' if len(soon) and not any_moves(soon[-1:]) else NO_ZERO.format(event)
+    is_stopped = len(soon) > 0 and not ends_in_motion(soon)
+    return '' if is_stopped else NO_ZERO_VELOCITY.format(event)
 
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
-                          place: SheetStep) -> Criterion:
-    """Returns a criterion beyond the handout. The node must stop the robot after a `device` fell
-    silent in the stimulus called `stimulus`."""
+                          sheet_step: SheetStep) -> Criterion:
+    """Returns a criterion beyond the handout. In the stimulus `stimulus`, a `device` falls silent.
+    Then the node must stop the robot."""
     def why_not_stopped_when_lost(observation: Observation) -> Reason:
         scene = observation.scene(stimulus)
         if not scene.facts[WAS_MOVING]:
             return f'the robot was not moving when {device} fell silent'
         return why_not_stopped(scene, device + ' fell silent', LOST_STOP_TIME)
-    return Criterion(name, LOST, f'{meaning} after {device} fell silent', place,
+    return Criterion(name, DEVICE_LOST, f'{meaning} after {device} fell silent', sheet_step,
                      why_not_stopped_when_lost, extra=True, limits=within(LOST_STOP_TIME))
 
 
@@ -210,38 +213,36 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
 
 #: The least and the greatest value of a command.
 Bounds = Tuple[float, float]
-#: The columns of an array of commands. Column 0 is the time.
-LINEAR, ANGULAR = 1, 2
+#: The columns of an array of commands.
+TIME, LINEAR, ANGULAR = 0, 1, 2
 #: A speed that should be zero may have up to this value [m/s or rad/s].
-OTHER_SPEED = 0.05
-#: The Bounds of a speed that should be zero.
-STANDING = (-OTHER_SPEED, OTHER_SPEED)
-#: The Bounds of a speed that a criterion does not judge.
-ANY_SPEED = (-np.inf, np.inf)
+ZERO_TOLERANCE = 0.05
+ZERO_BOUNDS = (-ZERO_TOLERANCE, ZERO_TOLERANCE)
+ANY_BOUNDS = (-np.inf, np.inf)
 #: A command may exceed a limit by this value [m/s or rad/s], because nodes round their numbers.
 ROUNDING = 0.005
 
 
-def why_not_steered(observation: Observation, name: str, linear: Bounds = STANDING,
-                    angular: Bounds = STANDING, skip_zeros: bool = False) -> Reason:
+def why_not_steered(observation: Observation, name: str, linear: Bounds = ZERO_BOUNDS,
+                    angular: Bounds = ZERO_BOUNDS, skip_zeros: bool = False) -> Reason:
     """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
     [m/s] and `angular` [rad/s]. If `skip_zeros` is true, zero commands are left out."""
     scene = observation.scene(name)
-    commands = scene.moving if skip_zeros else scene.commands
-    if not any_moves(commands[-1:]):
-        silent = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
-        return f'with the {name} {silent} commanded: {why_idle(scene)}'
+    commands = scene.moving_commands if skip_zeros else scene.commands
+    if not ends_in_motion(commands):
+        subject = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
+        return f'with the {name} {subject} commanded: {why_idle(scene)}'
     linear_speed, angular_speed = commands[-1, 1:]
     is_linear_right = linear[0] <= linear_speed <= linear[1]
     is_angular_right = angular[0] <= angular_speed <= angular[1]
     if is_linear_right and is_angular_right:
         return ''
     asked = []
-    if linear not in (STANDING, ANY_SPEED):
+    if linear not in (ZERO_BOUNDS, ANY_BOUNDS):
         asked.append('{:.2f} to {:.2f} m/s'.format(*linear))
-    if angular not in (STANDING, ANY_SPEED):
+    if angular not in (ZERO_BOUNDS, ANY_BOUNDS):
         asked.append('{:.2f} to {:.2f} rad/s'.format(*angular))
-    if STANDING in (linear, angular):
+    if ZERO_BOUNDS in (linear, angular):
         asked.append('nothing else')
     return (f'with the {name} it commanded {linear_speed:.2f} m/s and {angular_speed:.2f} rad/s, '
             f"where {' and '.join(asked)} were asked for")

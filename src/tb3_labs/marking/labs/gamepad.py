@@ -10,27 +10,26 @@ import yaml
 from tb3_labs.handout import (
     CTRL_RELINQ_TOPIC, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, ANY_SPEED, EXTRAS, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Bounds,
-    Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
+    ANGULAR, ANY_BOUNDS, EXTRAS, LINEAR, ROUNDING, START_LIMITS, STOP_LIMITS, TIME, ZERO_TOLERANCE,
+    Bounds, Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
     why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
-    BOTH_STICKS, BUTTONS, CALLS, CALL_AFTER_Y_TIME, HAND_OVER, IS_ORIGIN, IS_UNIT, LATCHED,
-    LEFT_STICK_DOWN, LEFT_STICK_UP, NO_SERVICE, PAD_SILENT, PUBLISH_TIME, RELINQUISHED,
-    RESET_BUTTON, RESET_WITHOUT_SERVICE, RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT, SERVICE_NAME,
-    STICKS, STICKS_LET_GO, STICK_TIME, TAKE_BACK, UP_HANDED_OVER, UP_TAKEN_BACK)
+    BOTH_STICKS, BUTTONS, CALL_AFTER_Y_TIME, CALL_COUNT, HAND_OVER, IS_LATCHED, IS_ORIGIN, IS_UNIT,
+    LEFT_STICK_DOWN, LEFT_STICK_UP, NO_SERVICE, PAD_SILENT, PUBLISH_TIME, RELINQ_VALUE,
+    RESET_BUTTON, RESET_WITHOUT_SERVICE, RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT, SERVICE_NAME, STICKS,
+    STICKS_LET_GO, STICK_HOLD_TIME, STICK_UP_AFTER_A, STICK_UP_AFTER_B, TAKE_BACK)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.lab_links import GAMEPAD_SECTION
 
 #: The command for a full stick must be within these bounds.
-FULL_STICK_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
-FULL_STICK_RATE = (1.5, MAX_ANGULAR_SPEED + ROUNDING)          # [rad/s]
+FULL_STICK_SPEED_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
+FULL_STICK_RATE_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)        # [rad/s]
 #: The command for a half stick must be within these shares of the command for a full stick.
-HALF_SHARE = (0.25, 0.75)
+HALF_STICK_SHARES = (0.25, 0.75)
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a
 #: service takes 1 s or more.
 UNBLOCKED_TIME = 0.7
-#: The name of the pad with the handout's numbers.
 HANDOUT_PAD = 'handout'
 #: This step of the sheet explains the usual mistakes in a reset.
 Y_STEP = GAMEPAD_SECTION.at_step(3)
@@ -40,10 +39,10 @@ def pad_called(name: str) -> Dict[str, int]:
     """Returns {name of an axis or a button: number} of a pad. Raises ``ValueError`` with the valid
     names if no pad has this name."""
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
-    known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
-    if name not in known:
-        raise ValueError(f"there is no pad {name!r}; valid: {', '.join(sorted(known))}")
-    return dict(yaml.safe_load(known[name].read_text(encoding='utf-8')))
+    path_by_name = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
+    if name not in path_by_name:
+        raise ValueError(f"there is no pad {name!r}; valid: {', '.join(sorted(path_by_name))}")
+    return dict(yaml.safe_load(path_by_name[name].read_text(encoding='utf-8')))
 
 
 def pad_text(name: str) -> str:
@@ -54,37 +53,37 @@ def pad_text(name: str) -> str:
 
 
 def _why_not_driven(observation: Observation) -> Reason:
-    back = scaled(FULL_STICK_SPEED, -1.0)
-    reason = (why_not_steered(observation, LEFT_STICK_UP, linear=FULL_STICK_SPEED)
+    back = scaled(FULL_STICK_SPEED_BOUNDS, -1.0)
+    reason = (why_not_steered(observation, LEFT_STICK_UP, linear=FULL_STICK_SPEED_BOUNDS)
               or why_not_steered(observation, LEFT_STICK_DOWN, linear=back))
     if reason:
         return reason
     full = observation.scene(LEFT_STICK_UP).commands[-1, LINEAR]
-    half = scaled(HALF_SHARE, full)
-    return why_not_steered(observation, BOTH_STICKS, linear=half, angular=ANY_SPEED)
+    half = scaled(HALF_STICK_SHARES, full)
+    return why_not_steered(observation, BOTH_STICKS, linear=half, angular=ANY_BOUNDS)
 
 
 def _why_not_turned(observation: Observation) -> Reason:
-    right = scaled(FULL_STICK_RATE, -1.0)
-    reason = (why_not_steered(observation, RIGHT_STICK_LEFT, angular=FULL_STICK_RATE)
+    right = scaled(FULL_STICK_RATE_BOUNDS, -1.0)
+    reason = (why_not_steered(observation, RIGHT_STICK_LEFT, angular=FULL_STICK_RATE_BOUNDS)
               or why_not_steered(observation, RIGHT_STICK_RIGHT, angular=right))
     if reason:
         return reason
     full = observation.scene(RIGHT_STICK_RIGHT).commands[-1, ANGULAR]
-    half = scaled(HALF_SHARE, full)
-    return why_not_steered(observation, BOTH_STICKS, linear=ANY_SPEED, angular=half)
+    half = scaled(HALF_STICK_SHARES, full)
+    return why_not_steered(observation, BOTH_STICKS, linear=ANY_BOUNDS, angular=half)
 
 
 def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
-    if not len(observation.scene(RIGHT_STICK_RIGHT).moving):
+    if not len(observation.scene(RIGHT_STICK_RIGHT).moving_commands):
         raise NotObserved('the sticks did not move the robot at all')
     return why_not_stopped(observation.scene(STICKS_LET_GO), 'the sticks were let go')
 
 
-def _why_not_published(observation: Observation, name: str, wanted: bool) -> Reason:
+def _why_not_published(observation: Observation, name: str, expected: bool) -> Reason:
     scene = observation.scene(name)
-    published = scene.facts[RELINQUISHED]
-    if published is wanted:
+    published = scene.facts[RELINQ_VALUE]
+    if published is expected:
         return ''
     if published is not None:
         return f'after {name} it published {published} on ctrl_relinq'
@@ -96,29 +95,29 @@ def _why_not_published(observation: Observation, name: str, wanted: bool) -> Rea
 
 
 def _require_hand_over(observation):
-    if _why_not_published(observation, HAND_OVER, wanted=True):
+    if _why_not_published(observation, HAND_OVER, expected=True):
         raise NotObserved('A did not hand the robot over')
 
 
 def _why_not_silent(observation: Observation) -> Reason:
     _require_hand_over(observation)
-    if not len(observation.scene(UP_HANDED_OVER).commands):
+    if not len(observation.scene(STICK_UP_AFTER_A).commands):
         return ''
     return 'the stick still sent velocities while the robot was handed over'
 
 
 def _why_not_regained(observation: Observation) -> Reason:
     _require_hand_over(observation)
-    reason = _why_not_published(observation, TAKE_BACK, wanted=False)
-    if reason or len(observation.scene(UP_TAKEN_BACK).moving):
-        return reason
-    return 'after B the stick did not move the robot'
+    reason = _why_not_published(observation, TAKE_BACK, expected=False)
+    if not reason and not len(observation.scene(STICK_UP_AFTER_B).moving_commands):
+        reason = 'after B the stick did not move the robot'
+    return reason
 
 
 def _why_not_reset(observation: Observation) -> Reason:
     scene = observation.scene(RESET_BUTTON)
     facts = scene.facts
-    if not facts[CALLS]:
+    if not facts[CALL_COUNT]:
         printed = 'nothing: does it read the button of Y?'
         if scene.printed.strip():
             printed = last_line(scene.printed) + ': has its client one of these names?'
@@ -137,12 +136,12 @@ def _why_not_reset(observation: Observation) -> Reason:
 
 def _why_blocked(observation: Observation) -> Reason:
     scene = observation.scene(RESET_WITHOUT_SERVICE)
-    if not len(scene.moving):
+    if not len(scene.moving_commands):
         return 'after Y without a reset service the stick did not drive any more'
-    seconds = scene.moving[0, 0] - scene.begin
-    if seconds <= UNBLOCKED_TIME:
+    delay = scene.moving_commands[0, TIME] - scene.begin
+    if delay <= UNBLOCKED_TIME:
         return ''
-    return f'after Y without a reset service the stick did not drive for {seconds:.1f} s'
+    return f'after Y without a reset service the stick did not drive for {delay:.1f} s'
 
 
 def _why_no_error_printed(observation: Observation) -> Reason:
@@ -155,7 +154,7 @@ def _why_no_error_printed(observation: Observation) -> Reason:
         return ''
     reason = ('after Y without a reset service nothing was printed within '
               f'{scene.end - scene.begin:.1f} s')
-    if not len(scene.moving):
+    if not len(scene.moving_commands):
         reason += ', and the stick did not drive: does it wait for the service without a timeout?'
     return reason
 
@@ -168,41 +167,42 @@ def _why_no_success_printed(observation: Observation) -> Reason:
 
 
 def _why_not_latched(observation: Observation) -> Reason:
-    if observation.scene(HAND_OVER).facts[LATCHED]:
+    if observation.scene(HAND_OVER).facts[IS_LATCHED]:
         return ''
     return 'a subscriber that came after A heard nothing on ctrl_relinq'
 
 
 def _why_not_called_once(observation: Observation) -> Reason:
-    calls = observation.scene(RESET_BUTTON).facts[CALLS]
+    calls = observation.scene(RESET_BUTTON).facts[CALL_COUNT]
     return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
 
 
 def _stick_limits(bounds: Bounds, unit: str) -> str:
-    return (f'{bounds[0]:g} to {bounds[1]:g} {unit} {within(STICK_TIME)}, and at most '
-            f'{OTHER_SPEED:g} of the other speed; half way, beside the other stick, '
-            f'{HALF_SHARE[0]:g} to {HALF_SHARE[1]:g} of full')
+    return (f'{bounds[0]:g} to {bounds[1]:g} {unit} {within(STICK_HOLD_TIME)}, and at most '
+            f'{ZERO_TOLERANCE:g} of the other speed; half way, beside the other stick, '
+            f'{HALF_STICK_SHARES[0]:g} to {HALF_STICK_SHARES[1]:g} of full')
 
 
 CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', GAMEPAD_SECTION, why_not_started,
-              limits=IN_TIME),
+              limits=START_LIMITS),
     Criterion('drives', STICKS, f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} '
               'm/s', GAMEPAD_SECTION, _why_not_driven,
-              limits=_stick_limits(FULL_STICK_SPEED, 'm/s')),
+              limits=_stick_limits(FULL_STICK_SPEED_BOUNDS, 'm/s')),
     Criterion('turns', STICKS, f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} '
               'rad/s', GAMEPAD_SECTION, _why_not_turned,
-              limits=_stick_limits(FULL_STICK_RATE, 'rad/s')),
+              limits=_stick_limits(FULL_STICK_RATE_BOUNDS, 'rad/s')),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', GAMEPAD_SECTION,
-              _why_not_stopped_when_let_go, limits='zero velocity ' + STOPS_AT_ONCE),
+              _why_not_stopped_when_let_go, limits='zero velocity ' + STOP_LIMITS),
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', GAMEPAD_SECTION,
-              partial(_why_not_published, name=HAND_OVER, wanted=True),
+              partial(_why_not_published, name=HAND_OVER, expected=True),
               limits=within(PUBLISH_TIME)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              GAMEPAD_SECTION, _why_not_silent, limits=f'the stick is up for {STICK_TIME:g} s'),
+              GAMEPAD_SECTION, _why_not_silent,
+              limits=f'the stick is up for {STICK_HOLD_TIME:g} s'),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
               GAMEPAD_SECTION, _why_not_regained,
-              limits=f'within {PUBLISH_TIME:g} s; the stick within {STICK_TIME:g} s'),
+              limits=f'within {PUBLISH_TIME:g} s; the stick within {STICK_HOLD_TIME:g} s'),
     Criterion('resets', BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP,
               _why_not_reset, limits=within(CALL_AFTER_Y_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
@@ -211,7 +211,7 @@ CRITERIA = [
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service',
               GAMEPAD_SECTION, _why_no_error_printed, limits=within(CALL_AFTER_Y_TIME)),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', EXTRAS,
-              why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
+              why_not_stopped_at_ctrl_c, extra=True, limits=STOP_LIMITS),
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', EXTRAS,
               _why_blocked, extra=True, limits='the stick drives ' + within(UNBLOCKED_TIME)),
     Criterion('once', BUTTONS, 'a long Y is one call', EXTRAS, _why_not_called_once, extra=True),

@@ -5,17 +5,17 @@ from typing import List
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs.criteria import (
-    CTRL_C, IMU_EXTRAS, IN_TIME, Criterion, Reason, clean_exit_criterion, why_not_printed,
+    CTRL_C, IMU_EXTRAS, START_LIMITS, Criterion, Reason, clean_exit_criterion, why_not_printed,
     why_not_started)
 from tb3_labs.marking.labs.stimuli import (
-    HAIR_BELOW_ZERO, HEADING, HEADING_DEG, ODD_SAMPLES, READING_TIME, STANDING_HEADINGS,
-    VALID_HEADING_DEG, VALID_TIME, ZERO_QUATERNION)
+    HEADING, HEADING_DEG, JUST_BELOW_ZERO, ODD_SAMPLES, READING_TIME, STANDING_HEADINGS,
+    VALID_HEADING_DEG, VALID_HEADING_TIME, ZERO_QUATERNION)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
 from tb3_labs.watch.lab_links import HEADING_SECTION
 
 #: A printed heading may differ by this angle [deg] from the IMU's heading.
-HEADING_TOLERANCE = 1.0
+HEADING_TOLERANCE_DEG = 1.0
 #: A node may print this many headings after IMU_GOODBYE. In the handout's code, a callback that
 #: runs at the time of Ctrl+C prints one more heading.
 MAX_LATE_HEADINGS = 1
@@ -36,9 +36,9 @@ def _headings_at_rest(observation):
     Raises ``NotObserved`` if the node printed no heading in any stimulus."""
     scenes = [observation.scene(name) for name in STANDING_HEADINGS]
     if not any(printed_headings(scene.printed) for scene in scenes):
-        before = len(printed_headings(scenes[0].process.printed))
-        why = f'it printed {before} at its start, and then none'
-        if not before:
+        early_count = len(printed_headings(scenes[0].process.printed))
+        why = f'it printed {early_count} at its start, and then none'
+        if not early_count:
             why = why_unprinted(scenes[-1])
         raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {why}')
     for scene in map(observation.scene, STANDING_HEADINGS):    # scene() sets observation.moment
@@ -46,25 +46,25 @@ def _headings_at_rest(observation):
 
 
 def _why_no_heading(observation: Observation) -> Reason:
-    for heading, printed in _headings_at_rest(observation):
-        if not printed:
-            return f'nothing was printed while the robot stood at {heading:.0f} degrees'
+    for expected, headings in _headings_at_rest(observation):
+        if not headings:
+            return f'nothing was printed while the robot stood at {expected:.0f} degrees'
     return ''
 
 
 def _why_wrong_heading(observation: Observation) -> Reason:
-    for heading, printed in _headings_at_rest(observation):
-        for number in printed:
-            if abs(wrap_all(number - heading, 360.0)) > HEADING_TOLERANCE:
-                return f'printed {number:.1f} degrees while the IMU said {heading:.1f}'
+    for expected, headings in _headings_at_rest(observation):
+        for heading in headings:
+            if abs(wrap_all(heading - expected, 360.0)) > HEADING_TOLERANCE_DEG:
+                return f'printed {heading:.1f} degrees while the IMU said {expected:.1f}'
     return ''
 
 
 def _why_not_from_0_to_360(observation: Observation) -> Reason:
-    for heading, printed in _headings_at_rest(observation):
-        for number in printed:
-            if not 0.0 <= number < 360.0:
-                return f'printed {number:.1f} degrees while the robot stood at {heading:.0f}'
+    for expected, headings in _headings_at_rest(observation):
+        for heading in headings:
+            if not 0.0 <= heading < 360.0:
+                return f'printed {heading:.1f} degrees while the robot stood at {expected:.0f}'
     return ''
 
 
@@ -73,18 +73,18 @@ def _why_no_goodbye(observation: Observation) -> Reason:
     if reason:
         return reason
     printed = observation.scene(CTRL_C[0], may_die=True).printed
-    late = len(printed_headings(printed[printed.rfind(IMU_GOODBYE):]))
-    if late <= MAX_LATE_HEADINGS:
+    late_count = len(printed_headings(printed[printed.rfind(IMU_GOODBYE):]))
+    if late_count <= MAX_LATE_HEADINGS:
         return ''
-    return f'{late} headings were printed after "{IMU_GOODBYE}"'
+    return f'{late_count} headings were printed after "{IMU_GOODBYE}"'
 
 
 def _why_360_printed(observation: Observation) -> Reason:
-    printed = printed_headings(observation.scene(HAIR_BELOW_ZERO).printed)
-    if not printed:
+    headings = printed_headings(observation.scene(JUST_BELOW_ZERO).printed)
+    if not headings:
         return 'nothing was printed while the IMU was just below zero'
-    if max(printed) >= 360.0:
-        return f'printed {max(printed):.6f} degrees for an IMU just below zero'
+    if max(headings) >= 360.0:
+        return f'printed {max(headings):.6f} degrees for an IMU just below zero'
     return ''
 
 
@@ -92,19 +92,19 @@ def _why_not_survived(observation: Observation) -> Reason:
     scene = observation.scene(ZERO_QUATERNION)
     if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
-    printed = printed_headings(scene.printed)
-    if not any(abs(number - VALID_HEADING_DEG) < HEADING_TOLERANCE for number in printed):
+    errors = [abs(heading - VALID_HEADING_DEG) for heading in printed_headings(scene.printed)]
+    if not any(error < HEADING_TOLERANCE_DEG for error in errors):
         return 'after a quaternion of zeros the heading was not printed any more'
     return ''
 
 
 CRITERIA = [
     Criterion('starts', HEADING, 'runs and listens to imu', LISTENING_STEP, why_not_started,
-              limits=IN_TIME),
+              limits=START_LIMITS),
     Criterion('prints_heading', HEADING, 'prints "{}."'.format(PRINTED_HEADING.format('...')),
               EXERCISE_STEP, _why_no_heading, limits=f'within {READING_TIME:g} s at each heading'),
     Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE_STEP,
-              _why_wrong_heading, limits=f'within {HEADING_TOLERANCE:g} degree'),
+              _why_wrong_heading, limits=f'within {HEADING_TOLERANCE_DEG:g} degree'),
     Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE_STEP,
               _why_not_from_0_to_360),
     Criterion('says_goodbye', HEADING, f'at Ctrl+C says "{IMU_GOODBYE}", then nothing',
@@ -114,5 +114,5 @@ CRITERIA = [
     Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _why_360_printed,
               extra=True),
     Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', IMU_EXTRAS,
-              _why_not_survived, extra=True, limits=f'within {VALID_TIME:g} s'),
+              _why_not_survived, extra=True, limits=f'within {VALID_HEADING_TIME:g} s'),
 ]

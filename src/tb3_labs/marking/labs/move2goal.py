@@ -12,15 +12,15 @@ from tb3_labs.handout import (
     ANGLE_TOLERANCE, CTRL_RELINQ_TOPIC, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG,
     MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, EXTRAS, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
-    any_moves, clean_exit_criterion, lost_device_criterion, why_not_started, why_not_stopped,
-    why_not_stopped_at_ctrl_c, within)
+    ANGULAR, EXTRAS, LINEAR, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS, Criterion,
+    Reason, clean_exit_criterion, ends_in_motion, lost_device_criterion, why_not_started,
+    why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
-    ANGLE_BEFORE_RESET, AT_GOAL, CONTROL, CONTROL_TAKEN, DECLARED, DECLARED_DRIVE, DRIVE,
-    DRIVE_TIME, DROVE_STRAIGHT, FARTHEST, FIRST_DRIVE, OBSERVATION_TIME, ODOMETRY_SILENT,
-    OFFSET, OFFSET_DRIVE, PRINT_AFTER_RESET_TIME, REACTION_TIME, RESET, RESET_ELSEWHERE,
+    AT_GOAL, CONTROL, CONTROL_TAKEN, DECLARED, DECLARED_DRIVE, DRIVE, DRIVE_REACTION_TIME,
+    DROVE_STRAIGHT, FIRST_DRIVE, MAX_DRIVE_DISTANCE, MAX_DRIVE_TIME, OBSERVATION_TIME,
+    ODOMETRY_SILENT, OFFSET, OFFSET_DRIVE, PRINT_AFTER_RESET_TIME, RESET, RESET_ELSEWHERE,
     RESET_IN_DRIVE, RESET_PROBLEM, RESET_REPLY_TIME, RESET_TO_ORIGIN, SECOND_DRIVE,
-    TURN_TIME_IN_DRIVE, WITHOUT_CONTROL, WRONG_NAME)
+    TURN_BEFORE_RESET_DEG, TURN_TIME_IN_DRIVE, WITHOUT_CONTROL, WRONG_NAME)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
@@ -28,10 +28,10 @@ from tb3_labs.watch.lab_links import (
     STATES_SECTION, LOCAL_POSE_SECTION, RESET_SECTION, TRANSFORMATION_SHEET, SheetStep)
 
 #: The node may send commands for this time [s] after the robot arrived at the goal.
-SILENT_AFTER = 0.5
+MAX_COMMAND_TIME_AT_GOAL = 0.5
 #: A correct node turns the robot by at least this angle [deg] after a reset in a drive.
-MIN_TURN_IN_DRIVE = 20.0
-REACHED = re.compile(PRINTED_REACHED, re.IGNORECASE)
+MIN_TURN_IN_DRIVE_DEG = 20.0
+REACHED_LINE = re.compile(PRINTED_REACHED, re.IGNORECASE)
 
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
 #: The robot may coast by this distance and this angle after a stop command.
@@ -42,7 +42,8 @@ EXACT_DISTANCE = 0.02       # [m]
 EXACT_DEG = 1.0             # [deg]
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
-    f'{within(REACTION_TIME)}, over {within(DRIVE_TIME)}, never {FARTHEST:g} m away'
+    f'{within(DRIVE_REACTION_TIME)}, over {within(MAX_DRIVE_TIME)}, never ' \
+    f'{MAX_DRIVE_DISTANCE:g} m away'
 HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees), and ' \
     f'{COAST_DEG:g} degrees for stopping'
 
@@ -54,9 +55,8 @@ TWO_ZEROS_STEP = LOCAL_POSE_SECTION.at_step(4)
 
 def _why_not_at_place(observation: Observation, name: str,
                       tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
-    """Judges whether the drive `name` ended at most `tolerance` [m] from the goal."""
     scene = _scene_of_drive(observation, name)
-    distance = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
+    distance = _final_pose(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
         return f'{_exceeded_limit(scene)}, {distance:.2f} m from the goal'
     return '' if distance <= tolerance else f'it stopped {distance:.2f} m from the goal'
@@ -64,21 +64,21 @@ def _why_not_at_place(observation: Observation, name: str,
 
 def _why_not_at_heading(observation: Observation, name: str,
                         tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
-    """Judges whether the drive `name` ended at most `tolerance` [deg] from the goal's heading."""
     scene = _scene_of_drive(observation, name)
     if not scene.facts[RESTED]:
         return _exceeded_limit(scene)
-    faced, goal = wrap(_end_of(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
-    if abs(math.degrees(difference(faced, goal))) <= tolerance:
+    yaw, goal_yaw = wrap(_final_pose(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
+    if abs(math.degrees(difference(yaw, goal_yaw))) <= tolerance:
         return ''
-    return (f'at the end it faced {math.degrees(faced):.1f} degrees instead of '
-            f'{math.degrees(goal):.0f}')
+    return (f'at the end it faced {math.degrees(yaw):.1f} degrees instead of '
+            f'{math.degrees(goal_yaw):.0f}')
 
 
 def _exceeded_limit(scene: Scene) -> str:
     _, dx, dy, _ = scene.truth[-1] - scene.truth[0]
     distance = math.hypot(dx, dy)
-    limit = f'more than {FARTHEST:g} m from its start' if distance > FARTHEST else 'the limit'
+    is_too_far = distance > MAX_DRIVE_DISTANCE
+    limit = f'more than {MAX_DRIVE_DISTANCE:g} m from its start' if is_too_far else 'the limit'
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 
 
@@ -94,24 +94,24 @@ def _scene_of_drive(observation: Observation, name: str) -> Scene:
     return scene
 
 
-def _end_of(scene: Scene) -> Pose2:
+def _final_pose(scene: Scene) -> Pose2:
     """Returns the pose at the end of a drive, in the local frame."""
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 
-def _why_not_once(observation: Observation) -> Reason:
-    number = len(REACHED.findall(observation.scene(FIRST_DRIVE).printed
-                                 + observation.scene(AT_GOAL).printed))
-    return '' if number == 1 else f'"{PRINTED_REACHED}!" was printed {number} times'
+def _why_not_printed_once(observation: Observation) -> Reason:
+    printed = observation.scene(FIRST_DRIVE).printed + observation.scene(AT_GOAL).printed
+    count = len(REACHED_LINE.findall(printed))
+    return '' if count == 1 else f'"{PRINTED_REACHED}!" was printed {count} times'
 
 
 def _why_not_silent_at_goal(observation: Observation) -> Reason:
     drive = _scene_of_drive(observation, FIRST_DRIVE)
     if not drive.facts[RESTED]:
         return 'it never arrived'
-    if any_moves(drive.commands[-1:]):
-        return NO_ZERO.format('its arrival')
-    _, late = observation.scene(AT_GOAL).commands_before_and_after(SILENT_AFTER)
+    if ends_in_motion(drive.commands):
+        return NO_ZERO_VELOCITY.format('its arrival')
+    _, late = observation.scene(AT_GOAL).commands_before_and_after(MAX_COMMAND_TIME_AT_GOAL)
     if len(late):
         return 'it went on sending commands on cmd_vel after it had arrived'
     return ''
@@ -132,25 +132,27 @@ def _why_not_within_limits(observation: Observation) -> Reason:
 
 def _why_reset_failed(observation: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
     problem = observation.scene(name).facts[RESET_PROBLEM]
-    if 'returned None' in problem:
-        problem += ' (does its callback return a response?)'
-    return 'the reset failed: ' + problem if problem else ''
+    if not problem:
+        return ''
+    advice = ' (does its callback return a response?)' if 'returned None' in problem else ''
+    return f'the reset failed: {problem}{advice}'
 
 
 def _why_not_reset(observation: Observation) -> Reason:
-    name = observation.scene(RESET_TO_ORIGIN).facts[WRONG_NAME]
+    wrong_name = observation.scene(RESET_TO_ORIGIN).facts[WRONG_NAME]
     reason = _why_reset_failed(observation)
     if reason:
         return reason
-    if name:
-        return f'its reset is called {name}, not /{SET_POSE_SERVICE}'
+    if wrong_name:
+        return f'its reset is called {wrong_name}, not /{SET_POSE_SERVICE}'
     scene = observation.scene(RESET_IN_DRIVE)
     reason = _why_reset_failed(observation, RESET_IN_DRIVE)
     if not scene.facts[WAS_MOVING]:
         return reason
     if not scene.facts[DROVE_STRAIGHT]:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
-    if reason or abs(scene.turned_deg) >= MIN_TURN_IN_DRIVE:
+    has_turned = abs(scene.turned_deg) >= MIN_TURN_IN_DRIVE_DEG
+    if reason or has_turned:
         return reason
     return ('after a reset in the middle of a drive it did not turn to the goal of the new frame, '
             f'but by {scene.turned_deg:.0f} degrees in {TURN_TIME_IN_DRIVE:g} s')
@@ -159,11 +161,11 @@ def _why_not_reset(observation: Observation) -> Reason:
 def _why_not_waited(observation: Observation) -> Reason:
     """Judges whether the robot rested while the node had no control: after the start of the node,
     and during a reset."""
-    moved = len(observation.scene(WITHOUT_CONTROL).moving) > 0
-    if not moved and observation.has(RESET_TO_ORIGIN):
+    has_moved = len(observation.scene(WITHOUT_CONTROL).moving_commands) > 0
+    if not has_moved and observation.has(RESET_TO_ORIGIN):
         scene = observation.scene(RESET_TO_ORIGIN, may_die=True)
-        moved = len(scene.moving) > 0 and not scene.facts.get(WAS_MOVING)
-    if not moved:
+        has_moved = len(scene.moving_commands) > 0 and not scene.facts.get(WAS_MOVING)
+    if not has_moved:
         return ''
     return ('it moved the robot without having control: does control_loop look at has_control, '
             'which True on ctrl_relinq sets and False clears?')
@@ -199,7 +201,7 @@ def _why_no_reset_printed(observation: Observation) -> Reason:
 
 CRITERIA = [
     Criterion('starts', DRIVE, 'runs and listens to odom', STATES_SECTION, why_not_started,
-              limits=IN_TIME),
+              limits=START_LIMITS),
     Criterion('waits', DRIVE, 'does not move before it has control', STATES_SECTION,
               _why_not_waited, limits=f'for {OBSERVATION_TIME:g} s, and after a reset'),
     Criterion('goal_place', DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', STATES_SECTION,
@@ -207,22 +209,22 @@ CRITERIA = [
     Criterion('goal_heading', DRIVE, FACES_GOAL + ' there', STATES_SECTION,
               partial(_why_not_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', STATES_SECTION,
-              _why_not_once),
+              _why_not_printed_once),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES_SECTION,
               _why_not_silent_at_goal, limits='a zero velocity, then nothing from '
-              f'{SILENT_AFTER:g} s after its arrival on'),
+              f'{MAX_COMMAND_TIME_AT_GOAL:g} s after its arrival on'),
     Criterion('within_limits', DRIVE, f"keeps the robot's limits, {MAX_LINEAR_SPEED:g} m/s and "
               f'{MAX_ANGULAR_SPEED:g} rad/s', STATES_SECTION, _why_not_within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, f'a service /{SET_POSE_SERVICE} resets the local frame, also in '
               'a drive', RESET_SECTION, _why_not_reset,
               limits=f'answers {within(RESET_REPLY_TIME)}; in a drive it '
-              f'turns by {MIN_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
+              f'turns by {MIN_TURN_IN_DRIVE_DEG:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
               RESET_SECTION, _why_no_reset_printed,
               limits=within(PRINT_AFTER_RESET_TIME) + ' after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by '
-              f'{ANGLE_BEFORE_RESET:g} degrees and a reset', SECOND_DRIVE_STEP,
+              f'{TURN_BEFORE_RESET_DEG:g} degrees and a reset', SECOND_DRIVE_STEP,
               lambda observation: (
                   _why_reset_failed(observation) or _why_not_at_place(observation, SECOND_DRIVE)),
               limits='as goal_place'),
@@ -231,10 +233,10 @@ CRITERIA = [
                   _why_reset_failed(observation) or _why_not_at_heading(observation, SECOND_DRIVE)),
               limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken',
-              STATES_SECTION, _why_control_kept, limits='zero velocity ' + STOPS_AT_ONCE),
+              STATES_SECTION, _why_control_kept, limits='zero velocity ' + STOP_LIMITS),
     clean_exit_criterion(CONTROL, STATES_SECTION),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', EXTRAS,
-              why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
+              why_not_stopped_at_ctrl_c, extra=True, limits=STOP_LIMITS),
     Criterion('exact', RESET, f'both drives are within {EXACT_DISTANCE:g} m and '
               f'{EXACT_DEG:g} degree', ANALYSIS, _why_not_exact, extra=True),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',

@@ -17,13 +17,12 @@ from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MAX_SENTENCE_LENGTH, WAS_MOVING)
 from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, STOP_REST_TIME, INTERRUPTION_TIME
-from tb3_labs.marking.trial.ros_student_node import OFFERS
+from tb3_labs.marking.trial.ros_student_node import SERVER
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.srv import ResetPoseRequest
 
-#: The topic that resets the odometry of the robot's board.
-ROBOT_RESET = 'reset'
+ODOMETRY_RESET_TOPIC = 'reset'      # the robot's board listens to this topic
 #: A robot has arrived if it rests, and if its node has sent no command to move for this time [s].
 ARRIVAL_REST_TIME = 1.5
 #: The pose to which the part `declared` resets the frame.
@@ -67,18 +66,20 @@ class ResetCaller:
     def __init__(self, trial):
         graph = trial.node.graph
         self._recording = trial.recording
-        last_names = {name: name.rsplit('/', 1)[-1].lower() for name in graph.at_role(OFFERS)}
+        last_names = {name: name.rsplit('/', 1)[-1].lower() for name in graph.names_in_role(SERVER)}
         likely = sorted(name for name, last in last_names.items()
                         if any(word in last for word in RESET_WORDS))
         usual = [name for name in likely if last_names[name] in RESET_NAMES]
         usual.sort(key=lambda name: RESET_NAMES.index(last_names[name]))
         #: The name of the reset service; '' if the node offers no reset service.
         self.name = next(iter(usual + likely), '')
-        #: The name of the reset service if the name is wrong; '' if the name is SET_POSE_SERVICE.
+        #: A wrong name of the reset service; '' if the service is called SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
-        self._kind = graph.service_class(self.name) if self.name else None
+        self._service_class = graph.service_class(self.name) if self.name else None
         #: Does a request of the service have fields for a pose?
-        self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
+        self.takes_pose = False
+        if self._service_class is not None:
+            self.takes_pose = fill_pose(self._service_class._request_class(), Pose2())
 
     def call(self, pose):
         """Call the reset service with a Pose2, and record the call. Returns the reason why the call
@@ -89,16 +90,16 @@ class ResetCaller:
         return problem
 
     def _problem_of_call(self, pose):
-        if self._kind is None:
+        if self._service_class is None:
             return f'the type of {self.name} cannot be loaded'
-        request = self._kind._request_class()
+        request = self._service_class._request_class()
         fill_pose(request, pose)
         answers = []
 
         def call():
             problem = ''
             try:
-                response = rospy.ServiceProxy(self.name, self._kind)(request)
+                response = rospy.ServiceProxy(self.name, self._service_class)(request)
                 if getattr(response, 'success', True) is False:
                     problem = f"it was refused: {getattr(response, 'message', '')}"
             except (rospy.ServiceException, rospy.ROSException, TypeError) as exception:
@@ -110,7 +111,7 @@ class ResetCaller:
         return answers[0]
 
 
-class Control:
+class ControlGiver:
     """Gives control of the robot to the node, and takes control away. At first the node does not
     have control."""
 
@@ -128,43 +129,42 @@ class Control:
     def drive(self, name, local_T_base=Pose2(), start=None):
         """Give control as the stimulus `name`, which ends when the robot arrives or is too far.
 
-        When the robot stood at its true pose `start`, it had the pose `local_T_base` in the local
-        frame. By default `start` is the robot's pose at the call.
+        At the true pose `start`, the robot's pose in the local frame is `local_T_base`. By default
+        `start` is the robot's pose at the call.
         """
         recorder = self._trial.recorder
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
         self._trial.record_motion(
-            name, self.give, begins_within=stimuli.REACTION_TIME, rest_time=ARRIVAL_REST_TIME,
-            ends_within=stimuli.DRIVE_TIME, facts={
+            name, self.give, begins_within=stimuli.DRIVE_REACTION_TIME, rest_time=ARRIVAL_REST_TIME,
+            ends_within=stimuli.MAX_DRIVE_TIME, facts={
                 GOAL_POSE: stimuli.GOAL,
                 LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]},
-            is_astray=lambda: recorder.pose.distance_to(start) > stimuli.FARTHEST)
+            is_astray=lambda: recorder.pose.distance_to(start) > stimuli.MAX_DRIVE_DISTANCE)
 
     def start_driving(self):
         """Make the node drive. Returns True if the robot drives. A node that runs gets a reset. A
         node that ended, or cannot be reset, is started again."""
-        return self._trial.set_in_motion(self._is_ready, self.give, stimuli.REACTION_TIME)
+        return self._trial.set_in_motion(self._is_ready, self.give, stimuli.DRIVE_REACTION_TIME)
 
     def _is_ready(self):
         self.take()
         node = self._trial.node
-        is_idle = node.alive and wait_until(self._trial.recorder.rests, STOP_REST_TIME)
+        is_idle = node.is_alive and wait_until(self._trial.recorder.is_at_rest, STOP_REST_TIME)
         if not (is_idle and reset_to_origin(self._trial)):
             node.stop()
-        return node.alive
+        return node.is_alive
 
 
 def reset_to_origin(trial):
-    """Reset the node's frame, so that the robot is at (0, 0, 0). Returns False if the reset
-    failed."""
+    """Reset the node's frame to the robot's place. Returns False if the reset failed."""
     caller = ResetCaller(trial)
     return bool(caller.name) and not caller.call(Pose2())
 
 
 def try_drive(trial):
     """Start the node without control. Then give control for a drive from the odometry's origin."""
-    control = Control(trial)
+    control = ControlGiver(trial)
     start = trial.recorder.pose
     trial.node.start()
     trial.observe(stimuli.WITHOUT_CONTROL, stimuli.OBSERVATION_TIME)
@@ -174,12 +174,12 @@ def try_drive(trial):
 
 def try_reset(trial):
     """Turn the robot, reset the node's frame, and give control for a second drive."""
-    control = Control(trial)
-    if not trial.node.alive:
+    control = ControlGiver(trial)
+    if not trial.node.is_alive:
         trial.node.start()
         trial.robot.leave_origin()
     time.sleep(0.3)
-    trial.robot.turn_to(trial.recorder.heading_deg + stimuli.ANGLE_BEFORE_RESET)
+    trial.robot.turn_to(trial.recorder.heading_deg + stimuli.TURN_BEFORE_RESET_DEG)
     caller = ResetCaller(trial)
     if not caller.name:
         trial.not_offered([stimuli.RESET_TO_ORIGIN, stimuli.SECOND_DRIVE], OFFERS_NO_RESET)
@@ -191,8 +191,8 @@ def try_reset(trial):
 def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
                   straight=True):
     """Call the reset service with `pose`, wait for `seconds` [s], and record both as the stimulus
-    `name`. Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
-    facts = {WAS_MOVING: trial.recorder.moves(ros_time() - INTERRUPTION_TIME),
+    `name`. Returns False if the call failed. `straight` is the value of DROVE_STRAIGHT."""
+    facts = {WAS_MOVING: trial.recorder.node_moved_since(ros_time() - INTERRUPTION_TIME),
              stimuli.DROVE_STRAIGHT: straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
         problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call(pose)
@@ -211,7 +211,7 @@ def _try_reset_in_drive(trial, control, caller):
     control.give()
     straight = wait_until(
         lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begun)),
-        stimuli.REACTION_TIME)
+        stimuli.DRIVE_REACTION_TIME)
     time.sleep(INTERRUPTION_TIME)
     _record_reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
                   straight=straight)
@@ -220,7 +220,7 @@ def _try_reset_in_drive(trial, control, caller):
 
 def try_taking_control(trial):
     """Take control away during a drive. Then send Ctrl+C during another drive."""
-    control = Control(trial)
+    control = ControlGiver(trial)
     facts = {WAS_MOVING: control.start_driving()}
     trial.observe(stimuli.CONTROL_TAKEN, stimuli.OBSERVATION_TIME, control.take, facts)
     trial.ctrl_c_in_motion(control.start_driving)
@@ -229,7 +229,7 @@ def try_taking_control(trial):
 
 def try_declared_pose(trial):
     """Reset the frame to a pose that is not the origin, and give control for a drive."""
-    control = Control(trial)
+    control = ControlGiver(trial)
     trial.node.start()
     caller = ResetCaller(trial)
     if not caller.takes_pose:
@@ -242,9 +242,9 @@ def try_declared_pose(trial):
 def try_offset_imu(trial):
     """Reset the robot's board, which sets the odometry to zero, but not the IMU. Then give control
     for a drive."""
-    control = Control(trial)
+    control = ControlGiver(trial)
     trial.node.stop()
-    board = rospy.Publisher(ROBOT_RESET, Empty, queue_size=1)
+    board = rospy.Publisher(ODOMETRY_RESET_TOPIC, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
     if not trial.robot.turn_to(100.0):     # [deg], so that IMU and odometry get different zeros
         trial.not_offered([stimuli.OFFSET_DRIVE],
@@ -259,11 +259,11 @@ def try_offset_imu(trial):
 
 def try_lost_odometry(trial):
     """End the messages of the odometry during a drive."""
-    control = Control(trial)
-    trial.sensor_falls_silent(stimuli.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
+    control = ControlGiver(trial)
+    trial.silence_sensor(stimuli.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
     control.take()
 
 
 PARTS = {stimuli.DRIVE: try_drive, stimuli.RESET: try_reset, stimuli.CONTROL: try_taking_control,
          stimuli.DECLARED: try_declared_pose, stimuli.OFFSET: try_offset_imu,
-         stimuli.LOST: try_lost_odometry}
+         stimuli.DEVICE_LOST: try_lost_odometry}

@@ -15,7 +15,7 @@ from tb3_labs.marking.labs.imu import printed_headings
 from tb3_labs.marking.labs.turn import any_full_speed
 from tb3_labs.marking.trial.observation import REQUESTED_DEG, WAS_MOVING, NotOffered
 from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, INTERRUPTION_TIME, Repeater
-from tb3_labs.marking.trial.ros_student_node import LISTENS
+from tb3_labs.marking.trial.ros_student_node import SUBSCRIBER
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
@@ -28,6 +28,8 @@ ODD_SAMPLE_TIME = 0.6
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
 #: A turn is over if the robot rests, and if the node has commanded no movement for this time [s].
 TURN_REST_TIME = 0.4
+#: Before a turn, the heading may differ by this angle [deg] from the requested heading.
+MAX_START_ERROR_DEG = 25.0
 
 
 def stand_at_headings(trial):
@@ -39,7 +41,7 @@ def stand_at_headings(trial):
         trial.robot.turn_to(degrees - offset)
         heading = (trial.recorder.heading_deg + offset) % 360.0
         with trial.stimulus(name, {stimuli.HEADING_DEG: heading}):
-            wait_until(lambda: not node.alive or len(printed_headings(node.printed)) > 2,
+            wait_until(lambda: not node.is_alive or len(printed_headings(node.printed)) > 2,
                        stimuli.READING_TIME)
     trial.ctrl_c()
 
@@ -51,12 +53,12 @@ def send_odd_samples(trial):
         def send(orientation, seconds):
             sensor.hold(Imu(orientation=orientation))
             time.sleep(seconds)
-        with trial.stimulus(stimuli.HAIR_BELOW_ZERO):
+        with trial.stimulus(stimuli.JUST_BELOW_ZERO):
             for yaw in YAWS_BELOW_ZERO:
                 send(to_quaternion(yaw), ODD_SAMPLE_TIME)
         with trial.stimulus(stimuli.ZERO_QUATERNION):
             send(Quaternion(), ODD_SAMPLE_TIME)
-            send(to_quaternion(math.radians(stimuli.VALID_HEADING_DEG)), stimuli.VALID_TIME)
+            send(to_quaternion(math.radians(stimuli.VALID_HEADING_DEG)), stimuli.VALID_HEADING_TIME)
     trial.node.stop()
 
 
@@ -74,18 +76,17 @@ class HeldMouse(Repeater):
         self.y_sign = 1
         self._recording = recording
         self._last_sent = None
-        self._kind = (graph.message_class(MOUSE_INFO_TOPIC)
-                      or graph.types.message(MouseController._type))
-        #: The package of the message type.
-        self.package = self._kind._type.split('/')[0]
-        #: `remarks` are sentences on fields whose names differ from the mouse lab's names.
-        self._names, self.remarks = mouse_fields(self._kind.fields)
-        super().__init__(MOUSE_INFO_TOPIC, self._kind)
+        self._message_class = graph.message_class(MOUSE_INFO_TOPIC)
+        if self._message_class is None:
+            self._message_class = graph.types.message(MouseController._type)
+        self.message_package = self._message_class._type.split('/')[0]
+        self._names, self.remarks = mouse_fields(self._message_class.fields)
+        super().__init__(MOUSE_INFO_TOPIC, self._message_class)
 
-    def at(self, x, y, active=True, seconds=0.0):
+    def hold_at(self, x, y, active=True, seconds=0.0):
         """Hold the mouse at (x, y) from now on, and wait for `seconds` [s]. x is positive to the
         right, y upward, both from -1 to 1."""
-        message = self._kind()
+        message = self._message_class()
         for name, value in zip(self._names, (active, x, self.y_sign * y)):
             message.put(name, value)
         self._last_sent = Bool(active), x, y
@@ -121,8 +122,8 @@ def mouse_fields(fields):
     flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
     numbers = [name for name, type_name, *_ in fields if type_name in NUMBERS]
     if not flags or len(numbers) < 2:
-        known = ', '.join(f'{type_name} {name}' for name, type_name, *_ in fields)
-        raise ValueError(f"its message has no flag and two numbers, but {known or 'no field'}")
+        found = ', '.join(f'{type_name} {name}' for name, type_name, *_ in fields)
+        raise ValueError(f"its message has no flag and two numbers, but {found or 'no field'}")
     with_x = [name for name in numbers if name.lower().startswith('x')]
     with_y = [name for name in numbers if name.lower().startswith('y')]
     x_and_y = [with_x[0], with_y[0]] if with_x and with_y else numbers[:2]
@@ -132,20 +133,20 @@ def mouse_fields(fields):
     return chosen, remarks
 
 
-def mouse_of(trial, names):
+def start_mouse(trial, names):
     """Returns a HeldMouse, inactive and in the middle. If the node does not listen to a mouse,
     record the stimuli `names` as not offered, and end the part by ``NotOffered``."""
-    if rospy.resolve_name(MOUSE_INFO_TOPIC) not in trial.node.graph.at_role(LISTENS):
+    if rospy.resolve_name(MOUSE_INFO_TOPIC) not in trial.node.graph.names_in_role(SUBSCRIBER):
         trial.not_offered(names, 'it does not listen to mouse_info')
     try:
         mouse = HeldMouse(trial.node.graph, trial.recording)
     except ValueError as problem:
         trial.not_offered(names, str(problem))
     trial.remark(mouse.remarks)
-    y_sign = trial.source_findings(mouse.package)['mouse_y_sign']
+    y_sign = trial.source_findings(mouse.message_package)['mouse_y_sign']
     trial.recording.event('mouse client', up=y_sign)
     mouse.y_sign = y_sign or 1
-    mouse.at(0.0, 0.0, active=False)
+    mouse.hold_at(0.0, 0.0, active=False)
     mouse.wait_for_subscriber()
     return mouse
 
@@ -162,34 +163,35 @@ def try_turns(trial):
                   lambda: trial.node.type(stimuli.TYPED_NONSENSE))
 
 
-def _begin_at(trial, heading):
-    """Make sure that the robot rests near the heading [deg], and that the node runs."""
-    is_elsewhere = abs(wrap_all(trial.recorder.heading_deg - heading, 360.0)) > 25.0   # [deg]
-    is_idle = trial.node.alive and trial.recorder.rests()
+def _begin_at(trial, heading_deg):
+    """Make sure that the robot rests near the heading, and that the node runs."""
+    error_deg = wrap_all(trial.recorder.heading_deg - heading_deg, 360.0)
+    is_elsewhere = abs(error_deg) > MAX_START_ERROR_DEG
+    is_idle = trial.node.is_alive and trial.recorder.is_at_rest()
     if is_elsewhere or not is_idle:
         trial.node.stop()
         if is_elsewhere:
-            trial.robot.turn_to(heading)
+            trial.robot.turn_to(heading_deg)
         trial.node.start()
 
 
-def _try_turn(trial, name, typed, facts=(), seconds=stimuli.TURN_TIME):
+def _try_turn(trial, name, typed, facts=(), seconds=stimuli.MAX_TURN_TIME):
     trial.record_motion(
-        name, lambda: trial.node.type(typed), begins_within=stimuli.TURN_REACTION,
+        name, lambda: trial.node.type(typed), begins_within=stimuli.TURN_REACTION_TIME,
         rest_time=TURN_REST_TIME, ends_within=seconds, facts=facts)
 
 
 def try_mouse(trial):
     """Move the mouse before any letter is typed."""
     trial.node.start()
-    with mouse_of(trial, stimuli.MOUSE_ALONE) as mouse:
-        trial.observe(stimuli.NOT_ACTIVE, stimuli.MOUSE_TIME,
-                      lambda: mouse.at(0.0, 1.0, active=False))
-        mouse.at(0.0, 0.0, seconds=0.2)
-        for name, place in stimuli.MOUSE_PLACES.items():
-            trial.observe(name, stimuli.MOUSE_TIME, lambda: mouse.at(*place))
-        mouse.at(0.0, 1.0, seconds=0.4)
-        trial.observe(stimuli.DEACTIVATED, 1.0, lambda: mouse.at(0.0, 1.0, active=False))
+    with start_mouse(trial, stimuli.MOUSE_ALONE) as mouse:
+        trial.observe(stimuli.MOUSE_NOT_ACTIVE, stimuli.MOUSE_HOLD_TIME,
+                      lambda: mouse.hold_at(0.0, 1.0, active=False))
+        mouse.hold_at(0.0, 0.0, seconds=0.2)
+        for name, place in stimuli.MOUSE_POSITIONS.items():
+            trial.observe(name, stimuli.MOUSE_HOLD_TIME, lambda: mouse.hold_at(*place))
+        mouse.hold_at(0.0, 1.0, seconds=0.4)
+        trial.observe(stimuli.MOUSE_DEACTIVATED, 1.0, lambda: mouse.hold_at(0.0, 1.0, active=False))
 
 
 def try_mouse_with_turns(trial):
@@ -197,47 +199,50 @@ def try_mouse_with_turns(trial):
     another turn."""
     if not _is_idle(trial):
         trial.node.start()
-    with mouse_of(trial, stimuli.BESIDE_TURNS) as mouse:
-        mouse.at(0.0, 0.0, seconds=0.3)
+    with start_mouse(trial, stimuli.BESIDE_TURNS) as mouse:
+        mouse.hold_at(0.0, 0.0, seconds=0.3)
         _try_turn(trial, stimuli.TURN_BESIDE_MOUSE, LEFT_KEY, seconds=stimuli.BESIDE_MOUSE_TIME)
-        trial.observe(stimuli.AFTER_TURN, stimuli.MOUSE_TIME, lambda: mouse.at(0.0, 1.0))
-        mouse.at(0.0, 0.0)
-        wait_until(trial.recorder.rests, 2.0)
-        was_moving = trial.moves_after(lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION)
+        trial.observe(stimuli.MOUSE_AFTER_TURN, stimuli.MOUSE_HOLD_TIME,
+                      lambda: mouse.hold_at(0.0, 1.0))
+        mouse.hold_at(0.0, 0.0)
+        wait_until(trial.recorder.is_at_rest, 2.0)
+        was_moving = trial.causes_motion(
+            lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION_TIME)
         time.sleep(INTERRUPTION_TIME)
-        with trial.stimulus(stimuli.IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
+        with trial.stimulus(stimuli.MOUSE_IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
             def has_driven():
                 commands = trial.recorder.commands_since(stimulus.begin)
                 return any_full_speed(commands, 1.0, -1.0)
-            mouse.at(0.0, 1.0)
-            wait_until(has_driven, stimuli.MOUSE_REACTION)
-        mouse.at(0.0, 0.0, active=False, seconds=0.2)
+            mouse.hold_at(0.0, 1.0)
+            wait_until(has_driven, stimuli.MOUSE_REACTION_TIME)
+        mouse.hold_at(0.0, 0.0, active=False, seconds=0.2)
 
 
 def _is_idle(trial):
-    return trial.node.alive and wait_until(lambda: trial.recorder.rests(TURN_REST_TIME), 1.0)
+    return trial.node.is_alive and wait_until(
+        lambda: trial.recorder.is_at_rest(TURN_REST_TIME), 1.0)
 
 
 def _set_turning(trial):
     return trial.set_in_motion(lambda: _is_idle(trial), lambda: trial.node.type(LEFT_KEY),
-                               stimuli.TURN_REACTION)
+                               stimuli.TURN_REACTION_TIME)
 
 
 def try_lost_devices(trial):
     """End the messages of the mouse during a drive. Then end the messages of the IMU during a
     turn."""
     trial.node.start()
-    with suppress(NotOffered), mouse_of(trial, [stimuli.MOUSE_SILENT]) as mouse:
-        mouse.at(0.0, 0.0, seconds=0.3)
-        was_moving = trial.moves_after(lambda: mouse.at(0.0, 1.0), 0.5)
+    with suppress(NotOffered), start_mouse(trial, [stimuli.MOUSE_SILENT]) as mouse:
+        mouse.hold_at(0.0, 0.0, seconds=0.3)
+        was_moving = trial.causes_motion(lambda: mouse.hold_at(0.0, 1.0), 0.5)
         time.sleep(INTERRUPTION_TIME)
-        trial.falls_silent(stimuli.MOUSE_SILENT, was_moving, lambda: mouse.hold(None))
-        mouse.at(0.0, 0.0, active=False, seconds=0.3)
-    trial.sensor_falls_silent(stimuli.IMU_SILENT, _set_turning(trial), IMU_SWITCH)
+        trial.silence_device(stimuli.MOUSE_SILENT, was_moving, lambda: mouse.hold(None))
+        mouse.hold_at(0.0, 0.0, active=False, seconds=0.3)
+    trial.silence_sensor(stimuli.IMU_SILENT, _set_turning(trial), IMU_SWITCH)
 
 
 EXERCISE_PARTS = {stimuli.HEADING: stand_at_headings, stimuli.ODD_SAMPLES: send_odd_samples}
 PARTS = {stimuli.TURNS: try_turns, stimuli.MOUSE: try_mouse,
          stimuli.MOUSE_AND_TURNS: try_mouse_with_turns,
          stimuli.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _set_turning(trial)),
-         stimuli.LOST: try_lost_devices}
+         stimuli.DEVICE_LOST: try_lost_devices}

@@ -22,7 +22,7 @@ STOP_TIME = 0.5
 #: A node must stop the robot within this time [s] after a sensor or a device fell silent.
 LOST_STOP_TIME = 1.0
 #: The part of a lab in which a sensor or an input device falls silent.
-LOST = 'lost'
+DEVICE_LOST = 'lost'
 
 # -- the IMU exercise
 
@@ -33,11 +33,11 @@ STANDING_HEADINGS = {f'at {heading:g} degrees': heading for heading in (50.0, 15
 #: The node must print its line within this time [s] at each heading.
 READING_TIME = 1.5
 #: The stimuli with samples that a real IMU seldom sends.
-HAIR_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
+JUST_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
 #: The marker sends samples with this heading [deg] after the quaternion of zeros.
 VALID_HEADING_DEG = 57.0
 #: The marker sends the samples with VALID_HEADING_DEG for this time [s].
-VALID_TIME = 0.9
+VALID_HEADING_TIME = 0.9
 #: Key of a fact: the IMU's heading [deg] while the robot stands.
 HEADING_DEG = 'heading_deg'
 
@@ -74,42 +74,41 @@ TURN_STIMULI = {
 NONSENSE = 'nonsense'       # the stimulus of an invalid input
 TYPED_NONSENSE = 'x'        # the invalid input
 #: A turn begins within this time [s] after the marker typed its letter.
-TURN_REACTION = 3.0
+TURN_REACTION_TIME = 3.0
 #: A turn lasts at most this time [s].
-TURN_TIME = 8.0
+MAX_TURN_TIME = 8.0
 #: A turn may take this time [s] while the mouse is active. The turn is slow if the node sends a
 #: zero velocity for each message of the mouse.
-BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
+BESIDE_MOUSE_TIME = 2.0 * MAX_TURN_TIME
 #: The node answers an invalid input within this time [s].
 ANSWER_TIME = 1.0
-NOT_ACTIVE, DEACTIVATED = 'mouse not active', 'mouse deactivated'
+MOUSE_NOT_ACTIVE, MOUSE_DEACTIVATED = 'mouse not active', 'mouse deactivated'
 MOUSE_UP, MOUSE_LEFT = 'mouse up', 'mouse left'
-NEAR_MIDDLE, HALF_WAY = 'mouse near the middle', 'mouse half right and half down'
+MOUSE_NEAR_MIDDLE, MOUSE_HALF_WAY = 'mouse near the middle', 'mouse half right and half down'
 #: The stimuli in which only the mouse moves the robot.
-MOUSE_ALONE = (NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED)
+MOUSE_ALONE = (MOUSE_NOT_ACTIVE, MOUSE_UP, MOUSE_NEAR_MIDDLE, MOUSE_LEFT, MOUSE_HALF_WAY,
+               MOUSE_DEACTIVATED)
 TURN_BESIDE_MOUSE = 'l beside the mouse'
-AFTER_TURN, IN_TURN = 'mouse after a turn', 'mouse in a turn'
+MOUSE_AFTER_TURN, MOUSE_IN_TURN = 'mouse after a turn', 'mouse in a turn'
 #: The stimuli in which the mouse and the keyboard move the robot.
-BESIDE_TURNS = (TURN_BESIDE_MOUSE, AFTER_TURN, IN_TURN)
-#: {stimulus: the place (x, y) of the active mouse}. x is positive to the right, y upward, both from
-#: -1 to 1.
-MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
-                HALF_WAY: (0.6, -0.6)}
+BESIDE_TURNS = (TURN_BESIDE_MOUSE, MOUSE_AFTER_TURN, MOUSE_IN_TURN)
+#: {stimulus: the position (x, y) of the active mouse}. x is positive to the right, y upward, both
+#: from -1 to 1.
+MOUSE_POSITIONS = {MOUSE_UP: (0.0, 1.0), MOUSE_NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
+                   MOUSE_HALF_WAY: (0.6, -0.6)}
 #: The marker holds the mouse at a place for this time [s].
-MOUSE_TIME = 0.8
+MOUSE_HOLD_TIME = 0.8
 #: If the marker moves the mouse during a turn, the mouse drives the robot within this time [s].
-MOUSE_REACTION = 4.0
+MOUSE_REACTION_TIME = 4.0
 
 # -- the Transformation lab, move to goal
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
-#: The stimuli of the part DRIVE.
+#: The stimuli, in the order of the parts. The final stimulus belongs to the part DEVICE_LOST.
 WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at the goal'
-#: The stimuli of the part RESET.
 RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'
 RESET_IN_DRIVE = 'reset in a drive'
-#: The stimuli of the parts CONTROL, DECLARED, OFFSET and LOST.
 CONTROL_TAKEN = 'control taken'
 RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declared pose'
 OFFSET_DRIVE = 'drive with an offset IMU'
@@ -125,17 +124,17 @@ RESET_REPLY_TIME = 3.0
 #: The node prints its line about a reset within this time [s] after the service's answer.
 PRINT_AFTER_RESET_TIME = 0.5
 #: The marker turns the robot by this angle [deg] between the first drive and the reset.
-ANGLE_BEFORE_RESET = 100.0
+TURN_BEFORE_RESET_DEG = 100.0
 #: The node turns the robot for at most this time [s] after a reset in a drive.
 TURN_TIME_IN_DRIVE = 3.0
 #: The goal of a drive as (x [m], y [m], heading [rad]).
 GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
 #: A drive begins within this time [s] after the node got control.
-REACTION_TIME = 4.0
+DRIVE_REACTION_TIME = 4.0
 #: A drive lasts at most this time [s].
-DRIVE_TIME = 50.0
+MAX_DRIVE_TIME = 50.0
 #: In a drive, the robot may be up to this distance [m] from the start.
-FARTHEST = 3.0
+MAX_DRIVE_DISTANCE = 3.0
 
 # -- the Transformation lab, gamepad
 
@@ -150,21 +149,20 @@ STICK_POSITIONS = {
     LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
     BOTH_STICKS: (0.5, -0.5), STICKS_LET_GO: (0.0, 0.0)}
-#: The stimuli of the buttons.
-HAND_OVER, UP_HANDED_OVER = 'A', 'left stick up after A'
-TAKE_BACK, UP_TAKEN_BACK = 'B', 'left stick up after B'
+HAND_OVER, STICK_UP_AFTER_A = 'A', 'left stick up after A'
+TAKE_BACK, STICK_UP_AFTER_B = 'B', 'left stick up after B'
 RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 PAD_SILENT = 'pad silent'
 #: Keys of the facts about the buttons A and B.
-RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None without a message
-LATCHED = 'heard late'          # after A, does a new subscriber get the value?
+RELINQ_VALUE = 'relinquished'   # the latest value on ctrl_relinq; None without a message
+IS_LATCHED = 'heard late'       # after A, does a new subscriber get the value?
 #: Keys of the facts about the button Y.
-CALLS = 'calls'                 # the number of calls
+CALL_COUNT = 'calls'            # the number of calls
 SERVICE_NAME = 'name'           # the name of the called service
 IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
 IS_UNIT = 'unit'                # did each quaternion have the length 1?
 #: The marker holds a stick for this time [s].
-STICK_TIME = 0.8
+STICK_HOLD_TIME = 0.8
 #: The node publishes a value on ctrl_relinq within this time [s] after A or B.
 PUBLISH_TIME = 1.0
 #: The node calls the reset, or prints an error, within this time [s] after Y.

@@ -9,15 +9,16 @@ from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT_KEY, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT_KEY,
     TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE,
-    Criterion, Reason, any_moves, clean_exit_criterion, lost_device_criterion, scaled,
-    why_not_printed, why_not_started, why_not_steered, why_not_stopped,
+    ANGULAR, IMU_EXTRAS, LINEAR, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS,
+    ZERO_TOLERANCE, Criterion, Reason, clean_exit_criterion, ends_in_motion, lost_device_criterion,
+    scaled, why_not_printed, why_not_started, why_not_steered, why_not_stopped,
     why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
-    AFTER_TURN, ANSWER_TIME, BESIDE_MOUSE_TIME, CARPET_SLIP, DEACTIVATED, HALF_WAY, IMU_SILENT,
-    IN_TURN, MOUSE, MOUSE_AND_TURNS, MOUSE_LEFT, MOUSE_PLACES, MOUSE_REACTION, MOUSE_SILENT,
-    MOUSE_TIME, MOUSE_UP, NEAR_MIDDLE, NONSENSE, NOT_ACTIVE, SHUTDOWN, TURNS, TURN_BESIDE_MOUSE,
-    TURN_REACTION, TURN_STIMULI, TURN_TIME, TYPED_NONSENSE)
+    ANSWER_TIME, BESIDE_MOUSE_TIME, CARPET_SLIP, IMU_SILENT, MAX_TURN_TIME, MOUSE, MOUSE_AFTER_TURN,
+    MOUSE_AND_TURNS, MOUSE_DEACTIVATED, MOUSE_HALF_WAY, MOUSE_HOLD_TIME, MOUSE_IN_TURN, MOUSE_LEFT,
+    MOUSE_NEAR_MIDDLE, MOUSE_NOT_ACTIVE, MOUSE_POSITIONS, MOUSE_REACTION_TIME, MOUSE_SILENT,
+    MOUSE_UP, NONSENSE, SHUTDOWN, TURNS, TURN_BESIDE_MOUSE, TURN_REACTION_TIME, TURN_STIMULI,
+    TYPED_NONSENSE)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import MAX_IDLE_TURN_DEG, why_idle
 from tb3_labs.watch.lab_links import TURN_SECTION
@@ -25,34 +26,34 @@ from tb3_labs.watch.lab_links import TURN_SECTION
 MOUSE_STEP = TURN_SECTION.at_step(2)
 START_STEP = TURN_SECTION.at_step(4)
 LAW_STEP = TURN_SECTION.at_step(5)
-RIGHT_STEP = TURN_SECTION.at_step(6)
+RIGHT_TURN_STEP = TURN_SECTION.at_step(6)
 CTRL_C_STEP = TURN_SECTION.at_step(7)
 #: The turns in which the heading jumps from 180 to -180 degrees, or from 360 to 0 degrees.
-TURNS_ACROSS = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
+TURNS_ACROSS_JUMP = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
 #: The robot may coast by this angle [deg] after a stop command.
 COAST_DEG = 1.0
 #: A person can read an answer of at most this many lines.
 MAX_LEGIBLE_LINES = 1000
-#: The criterion `within_1_deg` allows an error of a turn up to this angle [deg].
+#: In the criterion `within_1_deg`, the error of a turn may be up to this angle [deg].
 EXACT_DEG = 1.0
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
 #: A mouse at the edge of the screen asks for a speed within these bounds [m/s or rad/s].
-EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
+EDGE_BOUNDS = (MOUSE_FULL - ZERO_TOLERANCE, MOUSE_FULL + ZERO_TOLERANCE)
 #: A mouse at 0.6 of the way to the edge asks for a speed within these bounds [m/s or rad/s]. The
 #: bounds are wide, because the mouse lab does not say how the speed grows outside the dead zone.
-HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
+HALF_WAY_BOUNDS = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
 MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
-    '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_TIME), *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED,
-                                    *MOUSE_PLACES[HALF_WAY])
+    '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_HOLD_TIME), *EDGE_BOUNDS, ZERO_TOLERANCE,
+                                    *HALF_WAY_BOUNDS, *MOUSE_POSITIONS[MOUSE_HALF_WAY])
 TURN_LIMITS = f'within {HDG_TOL:g} degrees, and {COAST_DEG:g} for stopping; begun ' \
-    f'{within(TURN_REACTION)}, over {within(TURN_TIME)}, by a zero velocity'
-ON_A_CARPET = f'as left, also if the wheels slip by {CARPET_SLIP:.0%}'
+    f'{within(TURN_REACTION_TIME)}, over {within(MAX_TURN_TIME)}, by a zero velocity'
+CARPET_LIMITS = f'as left, also if the wheels slip by {CARPET_SLIP:.0%}'
 
 
 def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_TOL + COAST_DEG,
-                   seconds: float = TURN_TIME) -> Reason:
+                   seconds: float = MAX_TURN_TIME) -> Reason:
     """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
     scene = observation.scene(name)
     turn = TURN_STIMULI.get(name, TURN_STIMULI[LEFT_KEY])
@@ -62,13 +63,15 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
     observed_deg = scene.turned_deg
     turned_text = f'it turned {_degrees(observed_deg)}'
     if not scene.facts[MOVED]:
-        seen = 'the robot did not turn' if abs(observed_deg) < MAX_IDLE_TURN_DEG else turned_text
-        return f'{after} {seen}: {why_idle(scene)}'
+        is_idle = abs(observed_deg) < MAX_IDLE_TURN_DEG
+        effect = 'the robot did not turn' if is_idle else turned_text
+        return f'{after} {effect}: {why_idle(scene)}'
     if not scene.facts[RESTED]:
         return f'{after} {turned_text}, and was still moving after {seconds:g} s'
     error = abs(observed_deg - turn.requested_deg)
     if error <= tolerance:
-        return NO_ZERO.format('its turn ' + after) if any_moves(scene.commands[-1:]) else ''
+        is_stopped = not ends_in_motion(scene.commands)
+        return '' if is_stopped else NO_ZERO_VELOCITY.format('its turn ' + after)
     on_carpet = ', where the wheels slip,' if turn.slip else ''
     reason = f'{after}{on_carpet} {turned_text}, then stopped'
     if observed_deg * turn.requested_deg <= 0.0:
@@ -93,9 +96,8 @@ def _why_turns_failed(observation: Observation, names: Iterable[str],
 
 
 def _commands_of_turns(observation):
-    """Returns the commands of all tried turns. Raises ``NotObserved`` if no turn moved the
-    robot."""
-    commands = np.vstack([turn.moving for turn in observation.scenes(list(TURN_STIMULI))])
+    """Returns the commands of all turns. Raises ``NotObserved`` if no turn moved the robot."""
+    commands = np.vstack([turn.moving_commands for turn in observation.scenes(list(TURN_STIMULI))])
     if not len(commands):
         raise NotObserved('the robot was never turned')
     return commands
@@ -124,10 +126,10 @@ def _why_not_on_the_spot(observation: Observation) -> Reason:
 
 def _why_not_answered(observation: Observation) -> Reason:
     scene = observation.scene(NONSENSE)
-    if len(scene.moving):
+    if len(scene.moving_commands):
         return f'the robot moved after "{TYPED_NONSENSE}" was typed'
-    if scene.lines > MAX_LEGIBLE_LINES:
-        return (f'an answer to "{TYPED_NONSENSE}" could not be read: {scene.lines} lines were '
+    if scene.line_count > MAX_LEGIBLE_LINES:
+        return (f'an answer to "{TYPED_NONSENSE}" could not be read: {scene.line_count} lines were '
                 f'printed in {scene.end - scene.begin:.1f} s')
     words = set(re.findall(r'[a-z]+', scene.printed.lower()))
     names_left = words & {LEFT_KEY, 'left'}
@@ -138,33 +140,33 @@ def _why_not_answered(observation: Observation) -> Reason:
 
 
 def _require_drive_by_mouse(observation):
-    if not len(observation.scene(MOUSE_UP).moving):
+    if not len(observation.scene(MOUSE_UP).moving_commands):
         raise NotObserved('the mouse did not move the robot at all')
 
 
 def _why_no_dead_zone(observation: Observation) -> Reason:
     _require_drive_by_mouse(observation)
-    return why_not_stopped(observation.scene(NEAR_MIDDLE),
-                           f'the mouse came to {MOUSE_PLACES[NEAR_MIDDLE]}')
+    return why_not_stopped(observation.scene(MOUSE_NEAR_MIDDLE),
+                           f'the mouse came to {MOUSE_POSITIONS[MOUSE_NEAR_MIDDLE]}')
 
 
 def _why_not_deactivated(observation: Observation) -> Reason:
-    if len(observation.scene(NOT_ACTIVE).moving):
+    if len(observation.scene(MOUSE_NOT_ACTIVE).moving_commands):
         return 'the mouse moved the robot before it was activated'
     _require_drive_by_mouse(observation)
-    return why_not_stopped(observation.scene(DEACTIVATED), 'the mouse was deactivated')
+    return why_not_stopped(observation.scene(MOUSE_DEACTIVATED), 'the mouse was deactivated')
 
 
 def _why_not_driven_after_turn(observation: Observation) -> Reason:
     forward_sign = expected_sign_at_top(observation)
-    if any_full_speed(observation.scene(AFTER_TURN).commands, forward_sign):
+    if any_full_speed(observation.scene(MOUSE_AFTER_TURN).commands, forward_sign):
         return ''
     return 'after a turn the mouse did not move the robot any more'
 
 
 def _why_not_driven_in_turn(observation: Observation) -> Reason:
     forward_sign = expected_sign_at_top(observation)
-    scene = observation.scene(IN_TURN)
+    scene = observation.scene(MOUSE_IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
     if any_full_speed(scene.commands, forward_sign):
@@ -182,8 +184,8 @@ def expected_sign_at_top(observation: Observation) -> float:
     """
     if observation.mouse_y_sign:
         return 1.0
-    for name in filter(observation.has, (MOUSE_UP, AFTER_TURN, IN_TURN)):
-        speeds = observation.scene(name, may_die=True).moving[:, LINEAR]
+    for name in filter(observation.has, (MOUSE_UP, MOUSE_AFTER_TURN, MOUSE_IN_TURN)):
+        speeds = observation.scene(name, may_die=True).moving_commands[:, LINEAR]
         if speeds.any():
             first_speed = speeds[speeds != 0.0][0]
             return 1.0 if first_speed > 0.0 else -1.0
@@ -193,16 +195,19 @@ def expected_sign_at_top(observation: Observation) -> float:
 def any_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
     """Does a command drive as fast as a mouse at the upper edge requires? The speed must have one
     of the `signs`. A command is (time, linear, angular)."""
-    return any(sign * command[LINEAR] > EDGE_SPEED[0] for command in commands for sign in signs)
+    min_speed, _ = EDGE_BOUNDS
+    speeds = [sign * command[LINEAR] for command in commands for sign in signs]
+    return any(speed > min_speed for speed in speeds)
 
 
 def _why_not_driven_by_mouse(observation: Observation) -> Reason:
     forward_sign = expected_sign_at_top(observation)
-    return (why_not_steered(observation, MOUSE_UP, linear=scaled(EDGE_SPEED, forward_sign),
+    return (why_not_steered(observation, MOUSE_UP, linear=scaled(EDGE_BOUNDS, forward_sign),
                             skip_zeros=True)
-            or why_not_steered(observation, MOUSE_LEFT, angular=EDGE_SPEED, skip_zeros=True)
-            or why_not_steered(observation, HALF_WAY, linear=scaled(HALF_WAY_SPEED, -forward_sign),
-                               angular=scaled(HALF_WAY_SPEED, -1.0), skip_zeros=True))
+            or why_not_steered(observation, MOUSE_LEFT, angular=EDGE_BOUNDS, skip_zeros=True)
+            or why_not_steered(observation, MOUSE_HALF_WAY, skip_zeros=True,
+                               linear=scaled(HALF_WAY_BOUNDS, -forward_sign),
+                               angular=scaled(HALF_WAY_BOUNDS, -1.0)))
 
 
 def _printed_only_prompt(observation):
@@ -222,7 +227,7 @@ def remarks_on_turns(observation: Observation) -> List[str]:
     remarks = []
     if _printed_only_prompt(observation):
         remarks.append(f'After "{TYPED_NONSENSE}" it printed its prompt alone, and no error. See '
-                       f'{RIGHT_STEP}.')
+                       f'{RIGHT_TURN_STEP}.')
     if expected_sign_at_top(observation) < 0.0:
         remarks.append(NO_MOUSE_CLIENT)
     if observation.mouse_y_sign < 0:
@@ -232,39 +237,39 @@ def remarks_on_turns(observation: Observation) -> List[str]:
 
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START_STEP, why_not_started,
-              limits=IN_TIME),
+              limits=START_LIMITS),
     Criterion('left', TURNS, f'l turns {TURN_DEG:g} degrees left', LAW_STEP,
               partial(why_not_turned, name=LEFT_KEY), limits=TURN_LIMITS),
-    Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', RIGHT_STEP,
-              partial(why_not_turned, name=RIGHT_KEY), limits=ON_A_CARPET),
+    Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', RIGHT_TURN_STEP,
+              partial(why_not_turned, name=RIGHT_KEY), limits=CARPET_LIMITS),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW_STEP,
-              partial(_why_turns_failed, names=TURNS_ACROSS), limits=ON_A_CARPET),
+              partial(_why_turns_failed, names=TURNS_ACROSS_JUMP), limits=CARPET_LIMITS),
     Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW_STEP,
               _why_turned_too_fast, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW_STEP,
               _why_not_on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', RIGHT_STEP, _why_not_answered, limits=f'{within(ANSWER_TIME)}, in at '
+              'ones', RIGHT_TURN_STEP, _why_not_answered, limits=f'{within(ANSWER_TIME)}, in at '
               f'most {MAX_LEGIBLE_LINES} lines; the robot rests'),
     Criterion('mouse_drives', MOUSE, f'mouse up drives forward, left turns left, {MOUSE_FULL:g} at '
               'the edge', MOUSE_STEP, _why_not_driven_by_mouse, limits=MOUSE_LIMITS),
     Criterion('mouse_dead_zone', MOUSE, f'a mouse within {MOUSE_DEAD_ZONE:g} of the middle moves '
               'nothing', MOUSE_STEP, _why_no_dead_zone,
-              limits=f'zero velocity at {MOUSE_PLACES[NEAR_MIDDLE]} {STOPS_AT_ONCE}'),
+              limits=f'zero velocity at {MOUSE_POSITIONS[MOUSE_NEAR_MIDDLE]} {STOP_LIMITS}'),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
-              MOUSE_STEP, _why_not_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
+              MOUSE_STEP, _why_not_deactivated, limits='zero velocity ' + STOP_LIMITS),
     Criterion('turn_beside_mouse', MOUSE_AND_TURNS,
               'turns also while the mouse is active in the middle', MOUSE_STEP,
               partial(why_not_turned, name=TURN_BESIDE_MOUSE, seconds=BESIDE_MOUSE_TIME),
               limits='as left, over ' + within(BESIDE_MOUSE_TIME)),
     Criterion('mouse_after_turn', MOUSE_AND_TURNS, 'the mouse drives after a turn', MOUSE_STEP,
               _why_not_driven_after_turn,
-              limits=f'more than {EDGE_SPEED[0]:.2f} m/s {within(MOUSE_TIME)}'),
+              limits=f'more than {EDGE_BOUNDS[0]:.2f} m/s {within(MOUSE_HOLD_TIME)}'),
     Criterion('mouse_in_turn', MOUSE_AND_TURNS,
               'a mouse moved during a turn drives then or after it', MOUSE_STEP,
-              _why_not_driven_in_turn, limits=within(MOUSE_REACTION)),
+              _why_not_driven_in_turn, limits=within(MOUSE_REACTION_TIME)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', CTRL_C_STEP,
-              why_not_stopped_at_ctrl_c, limits=STOPS_AT_ONCE),
+              why_not_stopped_at_ctrl_c, limits=STOP_LIMITS),
     Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', CTRL_C_STEP,
               partial(why_not_printed, text=CONTROLLER_GOODBYE)),
     clean_exit_criterion(SHUTDOWN, CTRL_C_STEP),

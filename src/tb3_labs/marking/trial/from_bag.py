@@ -15,15 +15,15 @@ from tb3_labs.recording.run_data import Numbers, Poses, RunData, SamplesType, St
 
 #: A node prints its line about a reset within this time [s] after the call.
 SAME_RESET_TIME = 1.0
-#: An Observation keeps at most this many characters from the start of a process's output. The same
-#: limit holds for the end of the output.
+#: An Observation keeps at most this many characters from the start of a process's output, and at
+#: most this many characters from its end.
 MAX_OUTPUT_LENGTH = 20000
 #: A code that sets the colour of a program's text on a terminal.
-COLOUR = re.compile(r'\x1b\[[\d;]*m')
+COLOUR_CODE = re.compile(r'\x1b\[[\d;]*m')
 #: {kind of event: an attribute of Observation}
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
-#: {key of a fact: field of NodeProcess} if the two names differ. The keys cannot change, because
-#: old bags have the same keys.
+#: {key of a fact: field of NodeProcess} for the keys that are not the field's name. The keys cannot
+#: change, because old bags have the same keys.
 PROCESS_FIELDS = {'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens': 'subscribed',
                   'publishes': 'published'}
 
@@ -42,18 +42,18 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
     log_texts = np.array(list(map(cleaned, recording.log.text)), dtype=object)
     recording = replace(recording, log=replace(recording.log, text=log_texts))
     observation = Observation('', '', recording)
-    printed = [(at, {'kind': 'output', 'text': text})
+    outputs = [(at, {'kind': 'output', 'text': text})
                for at, text in zip(recording.printed.arrival, recording.printed.text)]
-    written = [(at, json.loads(cleaned(text)))
-               for at, text in zip(recording.events.arrival, recording.events.text)]
-    for at, event in sorted(printed + written, key=lambda entry: entry[0]):
+    events = [(at, json.loads(cleaned(text)))
+              for at, text in zip(recording.events.arrival, recording.events.text)]
+    for at, event in sorted(outputs + events, key=lambda entry: entry[0]):
         _add_event(observation, event.pop('kind'), float(at), event)
     if not observation.lab:
         raise ValueError('the recording has no trial')
     observation.stimuli = [stimulus for stimulus in observation.stimuli
                            if not math.isnan(stimulus.end)]
     for printer in observation.processes + observation.stimuli:
-        printer.printed = COLOUR.sub('', cleaned(printer.printed))
+        printer.printed = COLOUR_CODE.sub('', cleaned(printer.printed))
     for process in observation.processes:
         if len(process.printed) > 2 * MAX_OUTPUT_LENGTH:
             process.printed = '{}\n...\n{}'.format(
@@ -68,17 +68,17 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     reset. If the node printed no line, the reset has the time of the call.
 
     After a failed call of the reset the node's frame is unknown. Therefore the samples of variables
-    are removed until the node starts again.
+    between the failed call and the next start of the node are removed.
     """
-    declared = recording.resets
-    known = np.ones(len(recording.variables), bool)
-    resets = np.column_stack([declared.arrival, declared.x, declared.y, declared.yaw]).tolist()
+    printed = recording.resets
+    is_known = np.ones(len(recording.variables), bool)
+    resets = np.column_stack([printed.arrival, printed.x, printed.y, printed.yaw]).tolist()
     for at, pose, problem in observation.calls:
         if problem:
             end = min([process.begin for process in observation.processes if process.begin > at],
                       default=math.inf)
-            known &= (recording.variables.arrival < at) | (recording.variables.arrival > end)
-        elif not (np.abs(declared.arrival - at) < SAME_RESET_TIME).any():
+            is_known &= (recording.variables.arrival < at) | (recording.variables.arrival > end)
+        elif not (np.abs(printed.arrival - at) < SAME_RESET_TIME).any():
             resets.append([at, *pose])
     goals, letters = [], []
     for stimulus in observation.stimuli:
@@ -89,7 +89,7 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
             letters.append([stimulus.end, 0.0])
     names = [[stimulus.begin, stimulus.name] for stimulus in observation.stimuli]
     return replace(
-        recording, variables=recording.variables.take(known),
+        recording, variables=recording.variables.take(is_known),
         resets=samples_from_rows(Poses, sorted(resets)),
         starts=tuple(process.begin for process in observation.processes),
         states=samples_from_rows(States, names), goals=samples_from_rows(Poses, goals),
@@ -108,7 +108,7 @@ def _add_output(observation: Observation, text: str, lines: int) -> None:
     if observation.stimuli and math.isnan(observation.stimuli[-1].end):
         stimulus = observation.stimuli[-1]
         stimulus.printed = (stimulus.printed + text)[-MAX_OUTPUT_LENGTH:]
-        stimulus.lines += lines
+        stimulus.line_count += lines
 
 
 def _process_fields(facts):
@@ -138,12 +138,12 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         _add_output(observation, f"\n... {facts['characters']} characters are left out here ...\n",
                     facts['lines'])
     elif kind == 'odd':
-        observation.omitted[NOT_FINITE] = observation.omitted.get(NOT_FINITE, 0) + 1
+        observation.omitted_counts[NOT_FINITE] = observation.omitted_counts.get(NOT_FINITE, 0) + 1
         observation.not_finite.append([at, facts['text']])
     elif kind == 'left out':
-        observation.omitted[facts['what']] = facts['number']
+        observation.omitted_counts[facts['what']] = facts['number']
     elif kind == 'own move':
-        observation.own_moves.append([at - facts['seconds'], at])
+        observation.marker_moves.append([at - facts['seconds'], at])
     elif kind == 'not offered':
         observation.not_offered.update(dict.fromkeys(facts['names'], facts['reason']))
     elif kind == 'call' and 'pose' in facts:
@@ -153,6 +153,6 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
     elif kind == 'broken':
         observation.marker_error = facts['text']
     elif kind in SENTENCE_LISTS:
-        known = getattr(observation, SENTENCE_LISTS[kind])
-        if facts['text'] not in known and len(known) < MAX_FINDINGS:
-            known.append(facts['text'])
+        sentences = getattr(observation, SENTENCE_LISTS[kind])
+        if facts['text'] not in sentences and len(sentences) < MAX_FINDINGS:
+            sentences.append(facts['text'])

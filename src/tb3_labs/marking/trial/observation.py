@@ -62,7 +62,7 @@ class Stimulus:
     begin: float
     end: float = math.nan
     printed: str = ''           # the final part of the node's output in the stimulus
-    lines: int = 0              # the number of lines of the whole output
+    line_count: int = 0         # the number of lines of the whole output
     died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
 
@@ -107,11 +107,11 @@ class Observation:
     marker_error: str = ''      # the marker's own error, which ended the trial
     findings: List[str] = field(default_factory=list)   # sentences for the instructor
     #: {kind of message: the number of messages that were not recorded}
-    omitted: Dict[str, int] = field(default_factory=dict)
+    omitted_counts: Dict[str, int] = field(default_factory=dict)
     #: [time, text] of each command that is not a finite number.
     not_finite: List[List[Any]] = field(default_factory=list)
     #: [begin, end] of each movement that the marker commanded.
-    own_moves: List[List[float]] = field(default_factory=list)
+    marker_moves: List[List[float]] = field(default_factory=list)
     #: The sign of the y that the submission's mouse client sends in the upper half of the screen; 0
     #: if this sign is unknown.
     mouse_y_sign: int = 0
@@ -130,14 +130,14 @@ class Observation:
     @property
     def commands(self) -> np.ndarray:
         """The node's commands as an array with the columns time, linear, angular."""
-        sent = self.recording.commands
-        return np.column_stack([sent.arrival, sent.linear, sent.angular])
+        commands = self.recording.commands
+        return np.column_stack([commands.arrival, commands.linear, commands.angular])
 
     @property
     def truth(self) -> np.ndarray:
         """The robot's true poses as an array with the columns time, x, y, yaw."""
-        true = self.recording.ground_truth
-        return np.column_stack([true.arrival, true.x, true.y, np.unwrap(true.yaw)])
+        poses = self.recording.ground_truth
+        return np.column_stack([poses.arrival, poses.x, poses.y, np.unwrap(poses.yaw)])
 
     @property
     def longest_gap(self) -> float:
@@ -145,7 +145,7 @@ class Observation:
         return float(np.diff(self.truth[:, 0]).max(initial=0.0))
 
     @property
-    def unpublished_topic(self) -> str:
+    def clause_on_silent_topics(self) -> str:
         """A clause on the silent_topics of the node's processes; '' if there are no such topics."""
         topics = {topic for process in self.processes for topic in process.silent_topics}
         if not topics:
@@ -190,7 +190,8 @@ class Observation:
     def set_moment_of_fastest(self, commands: np.ndarray, column: int) -> None:
         """Sets `moment` to the start of the stimulus with the greatest speed in a column of
         `commands`."""
-        at = commands[np.abs(commands[:, column]).argmax(), 0]
+        fastest = np.abs(commands[:, column]).argmax()
+        at = commands[fastest, 0]
         self.moment = max(stimulus.begin for stimulus in self.stimuli if stimulus.begin <= at)
 
 
@@ -221,11 +222,11 @@ class Scene(Stimulus):
     def process(self) -> NodeProcess:
         """The process of the node that ran when the stimulus began."""
         processes = self.observation.processes or [NodeProcess(self.begin)]
-        before = [process for process in processes if process.begin <= self.begin]
-        return (before or processes)[-1]
+        begun = [process for process in processes if process.begin <= self.begin]
+        return begun[-1] if begun else processes[-1]
 
     @property
-    def moving(self) -> np.ndarray:
+    def moving_commands(self) -> np.ndarray:
         """The rows of `commands` that are not zero."""
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 

@@ -30,13 +30,13 @@ class RunningProgram:
     output and errors."""
 
     def __init__(self, command, environment, on_text, files=None):
-        """`files` are three open files: the file that this class reads, the program's input, and
-        the program's output. By default the files are the two ends of a pseudo-terminal."""
+        """`files` are three open files: a file for this class, the program's input, and the
+        program's output. By default the files are the two ends of a pseudo-terminal."""
         self._on_text = on_text
         if files is None:
             ours, theirs = pty.openpty()
             files = ours, theirs, theirs
-        self._source, typed, printed = files
+        self._terminal, typed, printed = files
         self._process = subprocess.Popen(
             command, stdin=typed, stdout=printed, stderr=printed,
             # without PYTHONUNBUFFERED, Python would delay its output to a pipe
@@ -49,7 +49,7 @@ class RunningProgram:
     def _read(self):
         while True:
             try:
-                chunk = os.read(self._source, 65536)
+                chunk = os.read(self._terminal, 65536)
             except OSError:    # the program has closed the terminal
                 chunk = b''
             self._on_text(chunk.decode(errors='replace').replace('\r\n', '\n'))
@@ -67,12 +67,12 @@ class RunningProgram:
         return self._process.poll()
 
     def type(self, line):
-        os.write(self._source, line.encode() + b'\n')
+        os.write(self._terminal, line.encode() + b'\n')
 
-    def send(self, number):
-        """Send the signal `number` to the whole process group."""
+    def send(self, signal_number):
+        """Send a signal to the whole process group."""
         with suppress(ProcessLookupError):      # it has ended already
-            os.killpg(self._process.pid, number)
+            os.killpg(self._process.pid, signal_number)
 
     def kill(self):
         """End the process group at once (SIGKILL)."""
@@ -85,32 +85,31 @@ class NodeOutput:
 
     def __init__(self, recording):
         self._recording = recording
-        self._guard = threading.Lock()
-        #: The collected output, which is not recorded yet.
-        self._text = ''
-        #: The numbers of characters and lines that were left out before `_text`.
+        self._lock = threading.Lock()
+        self._unrecorded = ''
+        #: The numbers of characters and lines that were left out before `_unrecorded`.
         self._omitted_characters = self._omitted_lines = 0
         #: Before this time [s], the output is collected, and only `flush` records the output.
         self._collects_until = 0.0
         #: The final part of the output since the latest call of `flush`.
-        self.last = ''
+        self.latest_text = ''
 
     def add(self, text):
         """Record a part of the output. A part that comes too soon is recorded later, by `flush` or
         with the next part."""
-        with self._guard:
-            self.last = (self.last + text)[-MAX_CHARACTERS_PER_SECOND:]
-            self._text += text
-            excess = len(self._text) - self._most_characters
+        with self._lock:
+            self.latest_text = (self.latest_text + text)[-MAX_CHARACTERS_PER_SECOND:]
+            self._unrecorded += text
+            excess = len(self._unrecorded) - self._max_characters
             if excess > 0:
                 self._omitted_characters += excess
-                self._omitted_lines += self._text.count('\n', 0, excess)
-                self._text = self._text[excess:]
+                self._omitted_lines += self._unrecorded.count('\n', 0, excess)
+                self._unrecorded = self._unrecorded[excess:]
             if self._recording.now >= self._collects_until:
                 self._record()
 
     @property
-    def _most_characters(self):
+    def _max_characters(self):
         if self._recording.is_full:
             return MAX_CHARACTERS_PER_SECOND // 10
         return MAX_CHARACTERS_PER_SECOND
@@ -118,24 +117,24 @@ class NodeOutput:
     def flush(self):
         """Record the waiting output. Call `flush` before you record an event, so that the output
         comes before the event."""
-        with self._guard:
+        with self._lock:
             self._record()
-            self.last = ''
+            self.latest_text = ''
 
     def _record(self):
-        if not self._text:
+        if not self._unrecorded:
             return
         if self._omitted_characters:
             self._recording.event('unprinted', characters=self._omitted_characters,
                                   lines=self._omitted_lines)
-        at = self._recording.output(self._text)
-        self._collects_until = at + len(self._text) / self._most_characters
-        self._text = ''
+        at = self._recording.output(self._unrecorded)
+        self._collects_until = at + len(self._unrecorded) / self._max_characters
+        self._unrecorded = ''
         self._omitted_characters = self._omitted_lines = 0
 
 
 class ResourceWatch:
-    """Kills a process group that exceeds a limit, until the event `over` is set."""
+    """Kills a process group that exceeds a limit, until the event `is_over` is set."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], check_parent_pid: int) -> None:
         """`pid` is the number of the group's first process, which starts the sandbox. `own_folders`
@@ -144,13 +143,13 @@ class ResourceWatch:
         self._pid = pid
         self._own_folders = own_folders
         self._check_parent_pid = check_parent_pid
-        self.over = threading.Event()
+        self.is_over = threading.Event()
         #: A clause on the exceeded limit; '' if no limit was exceeded.
         self.exceeded = ''
-        threading.Thread(target=self._look, daemon=True).start()
+        threading.Thread(target=self._watch_limits, daemon=True).start()
 
-    def _look(self):
-        while not self.over.wait(LIMITS_POLL_PERIOD):
+    def _watch_limits(self):
+        while not self.is_over.wait(LIMITS_POLL_PERIOD):
             self.exceeded = self._exceeded_limit()
             if self.exceeded:
                 with suppress(ProcessLookupError):      # it has ended already

@@ -7,17 +7,14 @@ from tb3_labs.marking.trial.observation import (
     CTRL_C, Ended, NotObserved, NotTried, Observation, NodeProcess, Scene)
 from tb3_labs.watch.broken_link import wrong_field
 
-#: The type of cmd_vel.
-TWIST = 'geometry_msgs/Twist'
+TWIST = 'geometry_msgs/Twist'       # the type of cmd_vel
 #: A robot without a command turns less than this angle [deg].
 MAX_IDLE_TURN_DEG = 3.0
-#: Clauses that quote an exception begin with these words.
-STOPPED_BY = 'an exception had stopped it'
 
 #: A traceback begins with these words, which can stand in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
-ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
-FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
+ERROR_LINE = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
+TRACEBACK_FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
 #: Python prints these words between two tracebacks if the first exception led to the second.
 CAUSE_OF_NEXT = re.compile('^(During handling of|The above exception was)', re.MULTILINE)
 #: Python prints these lines, and no traceback, for a file that is not valid Python.
@@ -30,20 +27,19 @@ CLOSED_TOPIC_TEXTS = CLOSED_TOPIC, 'topic was closed during publish()'
 VERSION_ERROR = re.compile(
     "^(?:AttributeError: module '|AttributeError: 'Thread' object .* 'isAlive'|ImportError: |"
     'ModuleNotFoundError: ).*$', re.MULTILINE)
-#: A quoted exception, or a quoted line, has at most this many characters.
-MAX_QUOTE_LENGTH = 160
+MAX_QUOTE_LENGTH = 160      # characters of a quoted exception or line
 
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
     """Returns the sentences for the student that belong to no criterion. `verdict_text` is the text
     of the verdicts. Exceptions that `verdict_text` quotes are left out."""
     remarks = list(observation.remarks)
-    if observation.unpublished_topic:
-        remarks.append(f'Note that {observation.unpublished_topic}.')
+    if observation.clause_on_silent_topics:
+        remarks.append(f'Note that {observation.clause_on_silent_topics}.')
     remarks += tracebacks_before_the_end(observation, verdict_text)
     return remarks + [
         f'{number} {what} came on {CMD_VEL_TOPIC}: they are not recorded, and not judged.'
-        for what, number in sorted(observation.omitted.items())]
+        for what, number in sorted(observation.omitted_counts.items())]
 
 
 def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:
@@ -78,11 +74,11 @@ def why_idle(scene: Scene) -> str:
     """Returns a clause on the first reason why the node did not move the robot in the scene."""
     errors = exceptions_before_ctrl_c(scene.observation, scene.process)
     if errors:
-        return f'{STOPPED_BY}, {errors[0]!r}'
+        return f'an exception had stopped it, {errors[0]!r}'
     if scene.not_finite:
         return '{} of its commands were not finite numbers, such as {}'.format(
             len(scene.not_finite), scene.not_finite[0])
-    if len(scene.moving):
+    if len(scene.moving_commands):
         return f'its last command on {CMD_VEL_TOPIC} was zero'
     if other_fields(scene):
         return f'{other_fields(scene)} in its commands on {CMD_VEL_TOPIC}'
@@ -95,8 +91,9 @@ def why_idle(scene: Scene) -> str:
 def other_fields(scene: Scene) -> str:
     """Returns a clause on the values that the commands have in fields such as linear.y, which move
     no wheel; '' if these fields are zero."""
-    sent = scene.observation.recording.commands
-    return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
+    commands = scene.observation.recording.commands
+    is_inside = (commands.arrival >= scene.begin) & (commands.arrival <= scene.end)
+    return wrong_field(commands.take(is_inside))
 
 
 def _why_no_command(process):
@@ -135,7 +132,7 @@ def why_unprinted(scene: Scene) -> str:
 def reason_of(problem: NotObserved, observation: Observation) -> str:
     """Returns a clause on the reason why a criterion raised `problem`."""
     if isinstance(problem, Ended):
-        return 'it ended in the middle of this: ' + last_words(str(problem), observation.file)
+        return 'it ended in the middle of this: ' + last_error(str(problem), observation.file)
     return why_missing(observation) if isinstance(problem, NotTried) else str(problem)
 
 
@@ -145,12 +142,12 @@ def why_missing(observation: Observation) -> str:
         return 'it was never started'
     process = observation.processes[-1]
     if process.ended_by_itself:
-        ending = last_words(process.printed, observation.file)
+        ending = last_error(process.printed, observation.file)
         if process.status == 0 and not exceptions(process.printed):
             ending = 'its main program was over, and nothing kept the node running'
         return f'it ended at once: {ending}' if process.ready is None else f'it had ended: {ending}'
     if process.ready is None:
-        return ': '.join(filter(None, [_never_ready(process), observation.unpublished_topic]))
+        return ': '.join(filter(None, [_never_ready(process), observation.clause_on_silent_topics]))
     return 'the time was up before this was tried' if process.end is None else 'this was not tried'
 
 
@@ -181,7 +178,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
         if CAUSE_OF_NEXT.search(piece):
             continue
         lines = [line for line in piece.splitlines()[1:] if line.strip()]
-        error = next((line for line in lines if ERROR.match(line)), '')
+        error = next((line for line in lines if ERROR_LINE.match(line)), '')
         if not any(text in (error or piece) for text in CLOSED_TOPIC_TEXTS):
             errors.append((error or 'an exception')[:MAX_QUOTE_LENGTH] + _line_of(piece, file))
     return errors
@@ -189,7 +186,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
 
 def _line_of(piece, file):
     """Returns the text ' (line N, in FUNCTION)' for a traceback; '' if the line is unknown."""
-    frames = FRAME.findall(piece)
+    frames = TRACEBACK_FRAME.findall(piece)
     own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file]
     if not own:
         own = [frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
@@ -213,7 +210,7 @@ def last_line(printed: str) -> str:
     return repr(lines[-1][:MAX_QUOTE_LENGTH]) if lines else 'it printed nothing'
 
 
-def last_words(printed: str, file: str) -> str:
+def last_error(printed: str, file: str) -> str:
     """Returns the last exception in a node's output, in quotes. Returns the last line if the output
     has no exception."""
     errors = exceptions(printed, file)

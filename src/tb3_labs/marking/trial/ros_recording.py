@@ -38,7 +38,6 @@ from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, record_connections
 
-#: Names of topics.
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
 ROBOT_NODE = 'turtlebot3'
 #: A bag has at most this many messages of each kind.
@@ -46,23 +45,20 @@ MAX_COMMANDS = 40000
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000          # events of all kinds
-#: At most this many characters of a line of the log are recorded.
-MAX_LOG_LINE_LENGTH = 300
-#: A recorded message has at most this many bytes.
-MAX_MESSAGE_BYTES = 10000
+MAX_LOG_LINE_LENGTH = 300       # characters; the rest of the line is not recorded
+MAX_MESSAGE_BYTES = 10000       # a longer message is not recorded
 #: A command that equals the previous command is recorded only if this time [s] has passed.
 SAME_COMMAND_TIME = 0.04
-#: A bag with this many bytes is full.
-FULL_SIZE = 3 * 10 ** 6
+FULL_BAG_BYTES = 3 * 10 ** 6
 #: If the bag is full, only these topics are recorded.
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL_TOPIC}
 #: rosbag compresses the messages in parts of this many bytes.
-CHUNK_SIZE = 2 ** 17
-#: A robot rests if it moved less than REST_WAY, and turned less than REST_TURN, in the last
-#: ROBOT_REST_TIME.
-REST_WAY = 0.002        # [m]
-REST_TURN = 0.005       # [rad]
-ROBOT_REST_TIME = 0.4         # [s]
+CHUNK_BYTES = 2 ** 17
+#: A robot rests if it moved less than MAX_REST_DISTANCE, and turned less than MAX_REST_ANGLE, in
+#: the last ROBOT_REST_TIME.
+MAX_REST_DISTANCE = 0.002       # [m]
+MAX_REST_ANGLE = 0.005          # [rad]
+ROBOT_REST_TIME = 0.4           # [s]
 
 
 class Recording:
@@ -70,22 +66,22 @@ class Recording:
 
     def __init__(self, path):
         self._bag = rosbag.Bag(
-            str(path), 'w', compression=rosbag.Compression.BZ2, chunk_threshold=CHUNK_SIZE)
+            str(path), 'w', compression=rosbag.Compression.BZ2, chunk_threshold=CHUNK_BYTES)
         self._path = str(path)
         self._last_time = 0.0
         self._event_count = 0
         self.is_full = self.is_closed = False
         self.problem = None     # the error that ended the recording
         self._waiting = queue.SimpleQueue()
-        self._guard = threading.Lock()
+        self._lock = threading.Lock()
         self._writer = threading.Thread(target=self._write, daemon=True)
         self._writer.start()
 
     def add(self, topic, message, at=None):
         """Record a message at the time `at` [s], and return this time. By default `at` is the
-        current time, and later than the previous default time. `message` is a ROS message, or the
-        tuple (type, bytes, checksum, class)."""
-        with self._guard:
+        current time. No two default times are equal. `message` is a ROS message, or the tuple
+        (type, bytes, checksum, class)."""
+        with self._lock:
             if at is None:
                 at = self._last_time = max(ros_time(), self._last_time + 1e-6)
             if self.problem is None:
@@ -124,7 +120,7 @@ class Recording:
                 if not self.is_full or topic in JUDGED_TOPICS:
                     self._bag.write(topic, message, rospy.Time.from_sec(at),
                                     raw=isinstance(message, tuple))
-                    self.is_full = os.path.getsize(self._path) > FULL_SIZE
+                    self.is_full = os.path.getsize(self._path) > FULL_BAG_BYTES
             self._bag.close()
         except OSError as problem:      # for example a full disk
             self.problem = problem
@@ -148,11 +144,12 @@ class Recorder:
         rospy.Subscriber(CMD_VEL_TOPIC, Twist, guarded(self._on_command), tcp_nodelay=True)
         # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must use the same
         # class. For CTRL_RELINQ_TOPIC, ros_gamepad.py uses Bool.
-        for topic, kind, received in (
+        for topic, message_class, subscribed_class in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY_TOPIC, Joy, rospy.AnyMsg),
                 (CTRL_RELINQ_TOPIC, Bool, Bool)):
-            rospy.Subscriber(topic, received, self._on_message, (topic, kind), tcp_nodelay=True)
+            rospy.Subscriber(topic, subscribed_class, self._on_message,
+                             callback_args=(topic, message_class), tcp_nodelay=True)
         rospy.Subscriber('/rosout', Log, guarded(self._on_log))
         if not wait_until(lambda: self._truth, 60.0):     # a busy computer is slow
             raise RuntimeError('the simulated robot does not run')
@@ -170,10 +167,10 @@ class Recorder:
                 self.recording.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', at), at)
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
-    def _count_within(self, kind, most):
-        """Count a message. Returns True if at most `most` messages of this kind were counted."""
+    def _count_within(self, kind, max_count):
+        """Count a message. Returns True if at most `max_count` of this kind were counted."""
         self._counts[kind] = self._counts.get(kind, 0) + 1
-        return self._counts[kind] <= most
+        return self._counts[kind] <= max_count
 
     def _on_command(self, message):
         at = ros_time()
@@ -215,10 +212,10 @@ class Recorder:
 
     def finish(self):
         """Record how many messages were not recorded."""
-        for kind, most in (('commands', MAX_COMMANDS), (NOT_FINITE, MAX_NOT_FINITE)):
-            if self._counts.get(kind, 0) > most:
-                self.recording.event('left out', what=f'{kind} after the first {most}',
-                                     number=self._counts[kind] - most)
+        for kind, max_count in (('commands', MAX_COMMANDS), (NOT_FINITE, MAX_NOT_FINITE)):
+            if self._counts.get(kind, 0) > max_count:
+                self.recording.event('left out', what=f'{kind} after the first {max_count}',
+                                     number=self._counts[kind] - max_count)
 
     @property
     def pose(self):
@@ -236,18 +233,18 @@ class Recorder:
         with self._lock:
             return self._commands[bisect_left(self._commands, [begin]):]
 
-    def moves(self, begin):
+    def node_moved_since(self, begin):
         """Has the node commanded a movement since `begin` [s]?"""
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
-    def rests(self, without_command=0.0):
+    def is_at_rest(self, without_command=0.0):
         """Has the robot rested for ROBOT_REST_TIME, and has the node sent no command to move for
         `without_command` [s]?"""
-        if without_command and self.moves(ros_time() - without_command):
+        if without_command and self.node_moved_since(ros_time() - without_command):
             return False
         with self._lock:
             recent = self._truth[bisect_left(self._truth, [ros_time() - ROBOT_REST_TIME]):]
         if len(recent) < 5:     # the robot has just started
             return False
         _, x, y, yaw = np.subtract(recent, recent[0]).T
-        return bool(np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN)
+        return bool(np.hypot(x, y).max() < MAX_REST_DISTANCE and np.abs(yaw).max() < MAX_REST_ANGLE)

@@ -37,24 +37,23 @@ class Robot:
     def __init__(self, recorder):
         self._recorder = recorder
         self._settings = {}
-        self._wheels = rospy.Publisher(CMD_VEL_TOPIC, Twist, queue_size=1)
-        self._service = rospy.ServiceProxy(f'/{ROBOT_NODE}/set_parameters', Reconfigure)
+        self._command_publisher = rospy.Publisher(CMD_VEL_TOPIC, Twist, queue_size=1)
+        self._set_parameters = rospy.ServiceProxy(f'/{ROBOT_NODE}/set_parameters', Reconfigure)
         rospy.Subscriber(f'/{ROBOT_NODE}/parameter_updates', ConfigMessage,
                          guarded(self._on_settings))
 
     def _move(self, command, seconds):
-        """Send the speeds (linear, angular) that ``command()`` returns, for at most `seconds` [s],
-        or until ``command()`` returns None. Send zero at the end, even after an exception in
-        ``command()``."""
+        """Send the speeds (linear, angular) of ``command()``. End after `seconds` [s], or if
+        ``command()`` returns None. At the end send zero, even after an exception."""
         begin = time.monotonic()
         try:
             for speeds in iter(command, None):
                 if time.monotonic() >= begin + seconds:
                     break
-                self._wheels.publish(to_twist(*speeds))
+                self._command_publisher.publish(to_twist(*speeds))
                 time.sleep(0.03)    # a control period of the robot
         finally:
-            self._wheels.publish(to_twist(0.0, 0.0))
+            self._command_publisher.publish(to_twist(0.0, 0.0))
             self._recorder.recording.event('own move', seconds=time.monotonic() - begin)
 
     def turn_to(self, heading_deg):
@@ -62,30 +61,32 @@ class Robot:
         robot does not come to rest."""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
+            if abs(error) <= 0.01:      # [rad]
+                return None
             speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s]
-            return (0.0, math.copysign(speed, error)) if abs(error) > 0.01 else None
+            return 0.0, math.copysign(speed, error)
         self._move(command, 8.0)
-        return wait_until(self._recorder.rests, STOP_REST_TIME)
+        return wait_until(self._recorder.is_at_rest, STOP_REST_TIME)
 
     def leave_origin(self):
         """Drive the robot away from the odometry's origin, where a wrong frame may look right."""
         self._move(lambda: (0.2, 0.0), 2.5)
 
-    def change(self, **settings):
+    def change_settings(self, **settings):
         if self._settings:
             self._settings.update(settings)
-        self._service(encode_config(settings))
+        self._set_parameters(encode_config(settings))
 
     def _on_settings(self, message):
-        now = decode_config(message)
-        self._settings = self._settings or now
-        changed = {name for name, _ in self._settings.items() ^ now.items()}
+        current = decode_config(message)
+        self._settings = self._settings or current
+        changed = {name for name, _ in self._settings.items() ^ current.items()}
         if changed:
             names = ', '.join(sorted(changed))
             self._recorder.recording.event(
                 'finding', text=f'Settings of the robot were changed, and set back: {names}.')
             with suppress(rospy.ServiceException):      # the robot has ended
-                self._service(encode_config(self._settings))
+                self._set_parameters(encode_config(self._settings))
 
 
 class Repeater:

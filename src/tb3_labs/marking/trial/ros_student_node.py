@@ -14,6 +14,7 @@ import rosnode
 import rospy
 import rosservice
 
+from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import CTRL_RELINQ_TOPIC, JOY_TOPIC, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs.stimuli import START_TIME
 from tb3_labs.marking.student_nodes import OWN_FOLDERS, NodeStart
@@ -24,12 +25,12 @@ from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import with_probe
 
-#: A role of a node is the index of a list in the master's system state.
-PUBLISHES, LISTENS, OFFERS = 0, 1, 2
+#: The roles of a node. The master's system state has a list for each role, in this order.
+PUBLISHER, SUBSCRIBER, SERVER = 0, 1, 2
 #: Every node may have these topics, so these topics are left out.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
-#: If signal N ends a program in a sandbox, the sandbox has the exit status BY_SIGNAL + N.
-BY_SIGNAL = 128
+#: If signal N ends a program in a sandbox, the sandbox has the exit status SIGNAL_STATUS_BASE + N.
+SIGNAL_STATUS_BASE = 128
 
 
 class StudentNode:
@@ -40,20 +41,18 @@ class StudentNode:
         when it subscribes to the first of the `sensors`."""
         self._sensors = sensors
         self._recording = recording
-        #: The resolved names of the topics that the current process needs.
-        self._needed = []
-        self._prepared = NodeStart.from_environment()
-        program = self._prepared.program
+        self._needed_topics = []    # of the current process; resolved names
+        self._node_start = NodeStart.from_environment()
+        program = self._node_start.program
         self._command = [program] if program else ['rosrun', *node.split('/', 1)]
-        self._process = self._watch = self._output = None
+        self._process = self._resource_watch = self._output = None
         #: Was any process ready? None before the first process.
         self._was_ready = None
-        #: Did the current process get Ctrl+C?
-        self._interrupted = False
-        self.graph = Graph(Types(self._prepared.types))
+        self._got_ctrl_c = False
+        self.graph = Graph(Types(self._node_start.types))
 
     @property
-    def alive(self):
+    def is_alive(self):
         return self._process is not None and self._process.status is None
 
     @property
@@ -61,8 +60,8 @@ class StudentNode:
         """The exit status of the process; None while the process runs, -N if signal N ended the
         process."""
         status = self._process.status
-        if self._prepared.isolated and status is not None:
-            return status if status <= BY_SIGNAL else BY_SIGNAL - status
+        if self._node_start.isolated and status is not None:
+            return status if status <= SIGNAL_STATUS_BASE else SIGNAL_STATUS_BASE - status
         return status
 
     def start(self, *arguments, needed=()):
@@ -72,47 +71,49 @@ class StudentNode:
         it subscribes to the first needed topic. Raises ``NotTried`` if the process is not ready in
         time, or if the first process of the trial was not ready.
         """
-        self._needed = list(map(rospy.resolve_name, needed or self._sensors))
+        self._needed_topics = list(map(rospy.resolve_name, needed or self._sensors))
         self.stop()
         if self._was_ready is False:
             raise NotTried
-        known = set(self.graph.nodes())
-        self._interrupted = False
-        self._recording.event('start', needed=self._needed[0].strip('/'))
+        earlier_nodes = set(self.graph.roles_by_node())
+        self._got_ctrl_c = False
+        self._recording.event('start', needed=self._needed_topics[0].strip('/'))
         self._output = NodeOutput(self._recording)
-        environment = dict(self._prepared.environment or with_probe(os.environ))
+        environment = dict(self._node_start.environment or with_probe(os.environ))
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # the master of this trial
-        command = [*self._prepared.prefix, *self._command, *arguments]
+        command = [*self._node_start.prefix, *self._command, *arguments]
         self._process = RunningProgram(command, environment, self._output.add)
-        if self._prepared.program:        # mark.py has prepared a submission
-            own_folders = OWN_FOLDERS if self._prepared.isolated else ()
-            self._watch = ResourceWatch(self._process.pid, own_folders, os.getppid())
-        is_ready = self._is_ready_in_time(known)
+        if self._node_start.program:        # mark.py has prepared a submission
+            own_folders = OWN_FOLDERS if self._node_start.isolated else ()
+            self._resource_watch = ResourceWatch(self._process.pid, own_folders, os.getppid())
+        is_ready = self._is_ready_in_time(earlier_nodes)
         self._was_ready = self._was_ready or is_ready
         if not is_ready:
             self.stop()
             raise NotTried
         self._recording.event('ready')
 
-    def _is_ready_in_time(self, known):
-        new, since = {}, time.monotonic()
+    def _is_ready_in_time(self, earlier_nodes):
+        own_roles, changed_at = {}, time.monotonic()
 
         def is_ready():
             """Has the node subscribed to its first topic, and registered nothing new for 0.5 s?"""
-            nonlocal new, since
-            present = {name: roles for name, roles in self.graph.nodes().items()
-                       if name not in known}
-            if present != new:
-                new, since = present, time.monotonic()
-            subscribes = any((LISTENS, self._needed[0]) in roles for roles in new.values())
-            return subscribes and time.monotonic() - since >= 0.5
+            nonlocal own_roles, changed_at
+            current = {name: roles for name, roles in self.graph.roles_by_node().items()
+                       if name not in earlier_nodes}
+            if current != own_roles:
+                own_roles, changed_at = current, time.monotonic()
+            is_subscribed = any((SUBSCRIBER, self._needed_topics[0]) in roles
+                                for roles in own_roles.values())
+            return is_subscribed and time.monotonic() - changed_at >= 0.5
         # a computer with a load of 2 for each processor is twice as slow
-        factor = min(4.0, max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1)))
-        in_time = wait_until(lambda: not self.alive or is_ready(), START_TIME * factor, 0.1)
-        self.graph.names = set(new)
-        silent = self.graph.silent_topics(self._needed) if self.alive else []
-        self._recording.event('run', nodes=sorted(new), unheard=silent)
-        return in_time and self.alive
+        load, _, _ = os.getloadavg()
+        slowness = clamp(load / (os.cpu_count() or 1), 1.0, 4.0)
+        is_decided = wait_until(lambda: not self.is_alive or is_ready(), START_TIME * slowness, 0.1)
+        self.graph.node_names = set(own_roles)
+        silent = self.graph.silent_topics(self._needed_topics) if self.is_alive else []
+        self._recording.event('run', nodes=sorted(own_roles), unheard=silent)
+        return is_decided and self.is_alive
 
     def stop(self):
         """End the node by Ctrl+C. If the node still runs after 2 s, SIGKILL ends it."""
@@ -120,10 +121,11 @@ class StudentNode:
             return
         self.interrupt(2.0)
         self._process.kill()
-        if self._watch is not None:
-            self._watch.over.set()
-            if self._watch.exceeded:
-                self._output.add(f'\nThe marker ended it, since it used {self._watch.exceeded}.\n')
+        if self._resource_watch is not None:
+            self._resource_watch.is_over.set()
+            if self._resource_watch.exceeded:
+                self._output.add(
+                    f'\nThe marker ended it, since it used {self._resource_watch.exceeded}.\n')
         self._output.flush()
         self._recording.event('stop')
         self._process = None
@@ -132,9 +134,9 @@ class StudentNode:
     def interrupt(self, seconds):
         """Send Ctrl+C. Returns True as soon as the node has ended, False after `seconds` [s]."""
         self.record_state()
-        self._interrupted = True
+        self._got_ctrl_c = True
         self._process.send(signal.SIGINT)
-        return wait_until(lambda: not self.alive, seconds)
+        return wait_until(lambda: not self.is_alive, seconds)
 
     def type(self, line):
         with suppress(OSError):     # the node has ended
@@ -143,7 +145,7 @@ class StudentNode:
     @property
     def printed(self):
         """The output since the latest `flush`, which is the output of the current stimulus."""
-        return self._output.last
+        return self._output.latest_text
 
     def flush(self):
         if self._output is not None:
@@ -155,12 +157,12 @@ class StudentNode:
         if self._process is None:
             return
         self._output.flush()
-        if self.alive:
+        if self.is_alive:
             with suppress(OSError, rosgraph.MasterException):   # the master does not answer
                 subscribed, published = self.graph.topics()
                 self._recording.event('run', listens=subscribed, publishes=published,
-                                      unconnected=self.graph.unconnected(self._needed))
-        elif not self._interrupted:
+                                      unconnected=self.graph.unconnected(self._needed_topics))
+        elif not self._got_ctrl_c:
             self._recording.event('run', ended_by_itself=True, status=self.status)
 
 
@@ -171,9 +173,9 @@ class Graph:
         self.types = types
         self._master = rosgraph.Master(rospy.get_name())
         #: The names of the student's node. A process may have several nodes.
-        self.names = set()
+        self.node_names = set()
 
-    def nodes(self):
+    def roles_by_node(self):
         """Returns {name of a node: {(role, topic or service)}} for all nodes except the marker.
         Returns {} if the master does not answer."""
         nodes = {}
@@ -185,35 +187,35 @@ class Graph:
         nodes.pop(rospy.get_name(), None)
         return nodes
 
-    def at_role(self, role):
-        """Returns the names of the topics that the student's node publishes (PUBLISHES) or
-        subscribes to (LISTENS), or of the services that the node offers (OFFERS).
+    def names_in_role(self, role):
+        """Returns the names of the topics that the student's node publishes (PUBLISHER) or
+        subscribes to (SUBSCRIBER), or of the services that the node offers (SERVER).
 
         Raises an error if the master does not answer. The error ends the trial, so that the silence
         of the master does not cost the node points.
         """
         groups = self._master.getSystemState()[role]
-        return {topic for topic, names in groups if self.names.intersection(names)}
+        return {topic for topic, names in groups if self.node_names.intersection(names)}
 
     def silent_topics(self, needed):
         """Returns the topics that the student's node subscribes to although nobody publishes them.
         Returns [] if the node subscribes to all topics in `needed`."""
-        subscribed = self.at_role(LISTENS)
+        subscribed = self.names_in_role(SUBSCRIBER)
         if subscribed.issuperset(needed):
             return []
-        roles = set().union(*self.nodes().values())
-        published = {topic for role, topic in roles if role == PUBLISHES}
-        by_marker = MOUSE_INFO_TOPIC, JOY_TOPIC, CTRL_RELINQ_TOPIC
-        played = set(map(rospy.resolve_name, by_marker))
-        return sorted(subscribed - published - played)
+        roles = set().union(*self.roles_by_node().values())
+        published = {topic for role, topic in roles if role == PUBLISHER}
+        marker_topics = {
+            rospy.resolve_name(name) for name in (MOUSE_INFO_TOPIC, JOY_TOPIC, CTRL_RELINQ_TOPIC)}
+        return sorted(subscribed - published - marker_topics)
 
     def topics(self):
         """Returns the topics that the student's node subscribes to, and {topic: type} for the
         topics that it publishes. IGNORED_TOPICS are left out."""
-        kinds = dict(self._master.getTopicTypes())
-        subscribed = self.at_role(LISTENS) - IGNORED_TOPICS
-        published = self.at_role(PUBLISHES) - IGNORED_TOPICS
-        return sorted(subscribed), {topic: kinds.get(topic, '') for topic in sorted(published)}
+        types = dict(self._master.getTopicTypes())
+        subscribed = self.names_in_role(SUBSCRIBER) - IGNORED_TOPICS
+        published = self.names_in_role(PUBLISHER) - IGNORED_TOPICS
+        return sorted(subscribed), {topic: types.get(topic, '') for topic in sorted(published)}
 
     def unconnected(self, needed):
         """Returns the topics in `needed` to which the student's node subscribes without a
@@ -222,28 +224,28 @@ class Graph:
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))
             _, _, connections = robot.getBusInfo(rospy.get_name())
-        subscribed = self.at_role(LISTENS)
+        subscribed = self.names_in_role(SUBSCRIBER)
         if not connections:
             return []
-        connected = {topic for _, name, _, _, topic, *_ in connections if name in self.names}
+        connected = {topic for _, name, _, _, topic, *_ in connections if name in self.node_names}
         return [topic.strip('/') for topic in needed
                 if topic in subscribed and topic not in connected]
 
     def message_class(self, topic):
         """Returns the class of a topic's messages; None for an unknown class."""
-        kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
-        return self.types.message(kind) if kind else None
+        type_name = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
+        return self.types.message(type_name) if type_name else None
 
     def service_class(self, name):
         """Returns the class of an offered service; None for an unknown class."""
         try:
-            kind = rosservice.get_service_type(name)
+            type_name = rosservice.get_service_type(name)
         except (rosservice.ROSServiceException, OSError):
             return None
-        return self.types.service(kind) if kind else None
+        return self.types.service(type_name) if type_name else None
 
     def unregister(self):
         """Remove the node from the master, since a killed node does not unregister itself."""
-        registered = [name for name in self.names if name in self.nodes()]
+        registered = [name for name in self.node_names if name in self.roles_by_node()]
         if registered:
             rosnode.cleanup_master_blacklist(self._master, registered)

@@ -60,7 +60,7 @@ class Trial:
                                    facts=dict(facts or {}))
         yield stimulus
         self.node.record_state()
-        self.recording.event('end', facts=stimulus.facts, died=not self.node.alive)
+        self.recording.event('end', facts=stimulus.facts, died=not self.node.is_alive)
 
     def observe(self, name, seconds, act=lambda: None, facts=None):
         """Call `act()`, wait for `seconds` [s], and record both as the stimulus `name`."""
@@ -75,11 +75,11 @@ class Trial:
         copy = NodeStart.from_environment().copy
         if copy:
             return read_findings([copy])
-        known = rospkg.RosPack()
+        ros = rospkg.RosPack()
         names = {self._package, *packages} - {OWN_PACKAGE}
-        return read_findings([known.get_path(name) for name in names.intersection(known.list())])
+        return read_findings([ros.get_path(name) for name in names.intersection(ros.list())])
 
-    def record_assigned(self):
+    def record_assigned_lines(self):
         """Record the lines of the node's file that assign each variable. Record nothing if the
         package has several files with the name of the node's file."""
         program = NodeStart.from_environment().program
@@ -104,13 +104,13 @@ class Trial:
 
     # -- patterns that several labs use
 
-    def moves_after(self, act, seconds):
+    def causes_motion(self, act, seconds):
         """Call `act()`. Returns True as soon as the node commands a movement. Returns False after
         `seconds` [s], or if the node ends."""
-        begun = ros_time()
+        begin = ros_time()
         act()
-        wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
-        return self.recorder.moves(begun)
+        wait_until(lambda: self.recorder.node_moved_since(begin) or not self.node.is_alive, seconds)
+        return self.recorder.node_moved_since(begin)
 
     def record_motion(self, name, act, begins_within, rest_time, ends_within, facts=(),
                       is_astray=lambda: False):
@@ -123,17 +123,15 @@ class Trial:
         motion.
         """
         def is_over():
-            return not self.node.alive or self.recorder.rests(rest_time) or is_astray()
+            return not self.node.is_alive or self.recorder.is_at_rest(rest_time) or is_astray()
         with self.stimulus(name, facts) as stimulus:
-            stimulus.facts[MOVED] = self.moves_after(act, begins_within)
+            stimulus.facts[MOVED] = self.causes_motion(act, begins_within)
             if stimulus.facts[MOVED]:
                 wait_until(is_over, ends_within)
-            stimulus.facts[RESTED] = self.recorder.rests(rest_time)
+            stimulus.facts[RESTED] = self.recorder.is_at_rest(rest_time)
 
-    def set_in_motion(self, is_ready, act, reaction):
-        """Call `act()`, after which the node should move the robot. Returns True if the robot
-        moves. Returns False if the node does not move the robot within `reaction` [s] after
-        `act()`.
+    def set_in_motion(self, is_ready, act, reaction_time):
+        """Call `act()`. Returns whether the node moves the robot within `reaction_time` [s].
 
         If `is_ready()` is False, this method starts the node first. After a failed attempt, this
         method starts a new process, because the previous stimulus may have disturbed the node.
@@ -141,29 +139,29 @@ class Trial:
         for _ in range(2):
             if not is_ready():
                 self.node.start()
-            if self.moves_after(act, reaction):
+            if self.causes_motion(act, reaction_time):
                 time.sleep(INTERRUPTION_TIME)
-                return self.node.alive
+                return self.node.is_alive
             self.node.stop()
         self.node.start()
         return False
 
-    def falls_silent(self, name, was_moving, silence):
-        """Record the stimulus `name`, in which `silence()` ends the messages of a device."""
-        self.observe(name, LOST_STOP_TIME + 0.5, silence, {WAS_MOVING: was_moving})
+    def silence_device(self, name, was_moving, end_messages):
+        """Record the stimulus `name`, in which `end_messages()` ends the messages of a device."""
+        self.observe(name, LOST_STOP_TIME + 0.5, end_messages, {WAS_MOVING: was_moving})
 
-    def sensor_falls_silent(self, name, was_moving, switch):
+    def silence_sensor(self, name, was_moving, switch):
         """Record the stimulus `name`, in which the robot's setting `switch` makes a sensor silent.
         After the stimulus the sensor sends again."""
-        self.falls_silent(name, was_moving, lambda: self.robot.change(**{switch: True}))
-        self.robot.change(**{switch: False})
+        self.silence_device(name, was_moving, lambda: self.robot.change_settings(**{switch: True}))
+        self.robot.change_settings(**{switch: False})
 
     def set_slip(self, share):
         """Make the wheels slip by a share of their travel. First end the node, because a running
         node may report the change of the slip as a fault of a sensor."""
         if share != self._slip:
             self.node.stop()
-            self.robot.change(slip=share)
+            self.robot.change_settings(slip=share)
             self._slip = share
 
     def ctrl_c_in_motion(self, set_in_motion):
@@ -187,7 +185,7 @@ class Trial:
             ended = self.node.interrupt(EXIT_TIME)
             if not (ended or was_moving):   # in Python 3.13 input() waits for Enter after Ctrl+C
                 self.node.type('')
-                ended = wait_until(lambda: not self.node.alive, STOP_TIME)
+                ended = wait_until(lambda: not self.node.is_alive, STOP_TIME)
             stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin if ended else None
             stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status) if ended else 0
             time.sleep(DELIVERY_TIME)
@@ -211,7 +209,7 @@ def record_trial(lab, package, executable, parts, path, pad, print_line):
     trial = Trial(lab, package, executable, path, pad, print_line)
     end_with_the_marker(trial.recording)
     try:
-        trial.record_assigned()
+        trial.record_assigned_lines()
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
                 trial.part = name

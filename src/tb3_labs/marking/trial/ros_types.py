@@ -16,34 +16,34 @@ from tb3_labs.marking.student_nodes import is_name
 
 #: The packages of the services that handout, skeletons and sheets use. If a student's service has
 #: the checksum of a service in these packages, the two services have the same fields.
-KNOWN_SERVICES = 'tb3_labs', 'std_srvs'
+SERVICE_PACKAGES = 'tb3_labs', 'std_srvs'
 
 
 class Types:
     """The types that this process can import, and the types for which a sandbox made examples."""
 
-    def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
-        """`described` is the result of workspace.build; None if the student defined no types."""
-        described = described or {'msg': {}, 'srv': {}}
-        self._messages, self._services = described['msg'], described['srv']
+    def __init__(self, student_types: Optional[Dict[str, Any]] = None) -> None:
+        """`student_types` is the result of workspace.build; None if a student defined no types."""
+        student_types = student_types or {'msg': {}, 'srv': {}}
+        self._messages, self._services = student_types['msg'], student_types['srv']
 
     def message(self, type_name: str) -> Any:
         """Returns a subclass of Example for a message type, such as 'lab2/MouseController'; None
         for an unknown type."""
-        known = _class_in_a_package(type_name, 'msg')
-        example = example_of(known) if known else self._messages.get(type_name)
+        imported = _class_in_a_package(type_name, 'msg')
+        example = example_of(imported) if imported else self._messages.get(type_name)
         if example is None:
             return None
         return _example_class(type_name, example['sum'], example['data'], example['fields'])
 
     def service(self, type_name: str) -> Any:
         """Returns the class of a service type; None for an unknown type."""
-        known = _class_in_a_package(type_name, 'srv')
-        if known is None and type_name in self._services:
-            return self.by_sum().get(self._services[type_name]['sum'])
-        return known
+        imported = _class_in_a_package(type_name, 'srv')
+        if imported is None and type_name in self._services:
+            return self.services_by_checksum().get(self._services[type_name]['sum'])
+        return imported
 
-    def by_sum(self) -> Dict[str, Any]:
+    def services_by_checksum(self) -> Dict[str, Any]:
         """Returns {checksum: class} of all known services."""
         classes: Dict[str, Any] = {}
         for type_name, example in self._services.items():
@@ -52,7 +52,7 @@ class Types:
                 _type=type_name, _md5sum=checksum,
                 _request_class=_example_class(type_name, checksum, example['request']),
                 _response_class=_example_class(type_name, checksum, example['response']))
-        for package in KNOWN_SERVICES:
+        for package in SERVICE_PACKAGES:
             for service in vars(importlib.import_module(package + '.srv')).values():
                 if hasattr(service, '_request_class'):
                     classes[service._md5sum] = service
@@ -88,11 +88,11 @@ def _example_class(type_name, checksum, data, fields=()):
         '_example': bytes.fromhex(data), 'fields': list(fields)})
 
 
-def _class_in_a_package(type_name, what):
+def _class_in_a_package(type_name, submodule):
     package, _, name = type_name.partition('/')
     if not (is_name(package) and is_name(name)):
         return None
     try:
-        return getattr(importlib.import_module(f'{package}.{what}'), name, None)
+        return getattr(importlib.import_module(f'{package}.{submodule}'), name, None)
     except ImportError:
         return None

@@ -24,8 +24,7 @@ del sys.path[0]
 from tb3_labs.marking.trial import source_analysis
 print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1:]))))
 '''
-#: A file with more bytes is not read.
-MAX_TEXT_BYTES = 200000
+MAX_TEXT_BYTES = 200000     # a larger file is not read
 #: The result has at most MAX_NAMES variables, and for each variable at most MAX_LISTED_LINES lines.
 MAX_NAMES, MAX_LISTED_LINES = 200, 6
 #: A mouse client's text has a call that matches this pattern.
@@ -67,16 +66,16 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     for text in texts:
         nodes = nodes_of(text)
         if PUBLISHES_MOUSE.search(text):
-            signs |= {1 if slope > 0.0 else -1 for slope in _slopes_sent(nodes)}
+            signs |= {1 if slope > 0.0 else -1 for slope in _sent_slopes(nodes)}
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
-        lines.update(assigned(nodes))
+        lines.update(assigned_lines(nodes))
     is_known = len(signs) == 1
     y_sign = -min(signs) if is_known else 0     # pixels count y down
     return {'mouse_y_sign': y_sign, 'remarks': remarks, 'assigned': lines}
 
 
-def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
+def assigned_lines(nodes: Iterable[Any]) -> Dict[str, List[int]]:
     """Returns {name: the lines that assign this variable or field}. For `self.pose.x` the names are
     `x` and `pose.x`."""
     lines: Dict[str, List[int]] = {}
@@ -120,7 +119,7 @@ def _last_name(node: Any) -> str:
 
 # -- the sign of y in a mouse client
 
-def _slopes_sent(nodes: List[Any]) -> List[float]:
+def _sent_slopes(nodes: List[Any]) -> List[float]:
     """Returns the known slopes of the values that a mouse client assigns to y in a message."""
     steps: List[Any] = [node for node in nodes if isinstance(node, ASSIGNMENTS)]
     # in Python 3.8 a keyword has no line number
@@ -131,11 +130,11 @@ def _slopes_sent(nodes: List[Any]) -> List[float]:
             # a later constant, such as a reset to 0, does not change a known slope
             if slope or not slopes.get(name):
                 slopes[name] = slope
-    sent = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
-    read = {_dotted_name(node) for node in nodes
-            if isinstance(getattr(node, 'ctx', None), ast.Load)}
-    unread = sent - read       # a client writes the fields of its message, and does not read them
-    sent_slopes = [slopes[name] for name in unread or sent]
+    y_fields = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
+    read_names = {_dotted_name(node) for node in nodes
+                  if isinstance(getattr(node, 'ctx', None), ast.Load)}
+    unread_fields = y_fields - read_names   # a client does not read the fields of its message
+    sent_slopes = [slopes[name] for name in unread_fields or y_fields]
     return [slope for slope in sent_slopes if slope > 0.0 or slope < 0.0]       # neither 0 nor NaN
 
 
@@ -182,10 +181,10 @@ def _slope(node: Any, slopes: Slopes) -> float:
     called = getattr(node, 'func', getattr(node, 'value', None))
     if PIXEL_NAME.search(_last_name(called)) and _dotted_name(called) not in slopes:
         return 1.0      # get_position() or position[1]
-    parts = [_slope(part, slopes) for part in ast.iter_child_nodes(node)]
+    inner_slopes = [_slope(child, slopes) for child in ast.iter_child_nodes(node)]
     if isinstance(node, ast.Subscript) or _last_name(called) in GROWING_FUNCTIONS:
-        return sum(parts)
-    return math.nan if any(parts) else 0.0
+        return sum(inner_slopes)
+    return math.nan if any(inner_slopes) else 0.0
 
 
 def _sign(factor: Any) -> float:
@@ -196,9 +195,9 @@ def _sign(factor: Any) -> float:
 def python_texts(paths: Iterable[str]) -> Iterator[bytes]:
     """Yields the text of each program. Each of the `paths` is a program or a folder of programs."""
     for path in paths:
-        below = [os.path.join(folder, name) for folder, _, names in os.walk(path)
-                 for name in names if name.endswith('.py')]
-        for file in below or [path]:
+        programs = [os.path.join(folder, name) for folder, _, names in os.walk(path)
+                    for name in names if name.endswith('.py')]
+        for file in programs or [path]:
             if os.path.isfile(file) and os.path.getsize(file) <= MAX_TEXT_BYTES:
                 with open(file, 'rb') as opened:
                     yield opened.read()
