@@ -5,7 +5,7 @@ from typing import Dict, List
 from tb3_labs.handout import CMD_VEL_TOPIC
 from tb3_labs.marking.trial.observation import (
     CTRL_C, Ended, NotObserved, NotTried, Observation, NodeProcess, Scene)
-from tb3_labs.watch.broken_link import wrong_field
+from tb3_labs.watch.broken_link import wrong_field_text
 
 #: The type of cmd_vel.
 TWIST = 'geometry_msgs/Twist'
@@ -96,7 +96,7 @@ def other_fields(scene: Scene) -> str:
     """Returns a clause on the values that the commands have in fields such as linear.y, which move
     no wheel; '' if these fields are zero."""
     sent = scene.observation.recording.commands
-    return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
+    return wrong_field_text(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
 
 
 def _why_no_command(process):
