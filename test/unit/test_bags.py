@@ -195,7 +195,7 @@ DAMAGED = 'the recording was cut off, or is damaged'
     (chunk(imu_connection() + EMPTY_MESSAGE * 5000), 'it takes more than 2e+06 bytes'),
     (chunk(record(bytes(2 ** 18), op=b'\4')) * 20, 'it takes more than 2e+06 bytes')])
 def test_a_small_file_takes_neither_memory_nor_time(content, said, tmp_path, monkeypatch):
-    monkeypatch.setattr(bag_reader, 'MAX_MEMORY', 2e6)
+    monkeypatch.setattr(bag_reader, 'MAX_MEMORY_BYTES', 2e6)
     path = tmp_path / 'run.bag'
     with open(path, 'wb') as file:
         file.write(bag_reader.BAG_VERSION + content)
@@ -218,7 +218,7 @@ def test_a_recording_is_read_until_it_takes_too_much_memory(options, tmp_path, m
             bag.write('/' + topic, message, rospy.Time.from_sec(BEGIN + time))
     run = read_run(path)
     assert run.duration == pytest.approx(12.0) and not run.notes
-    monkeypatch.setattr(bag_reader, 'MAX_MEMORY', 5e5)
+    monkeypatch.setattr(bag_reader, 'MAX_MEMORY_BYTES', 5e5)
     run = read_run(path)
     assert 0.5 < run.duration < 9.0
     assert run.notes == (f'it takes more than 5e+05 bytes of memory: the report ends at {run.duration:.1f} s',)

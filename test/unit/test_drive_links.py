@@ -15,8 +15,8 @@ from tb3_labs.recording.run_data import Numbers
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.drive_links import not_silent, state_not_reset
 from tb3_labs.watch.drive_pose import place_quantities
-from tb3_labs.watch.drive_states import Frame, StateInterval
-from tb3_labs.watch.lab_links import LINKS, first_broken
+from tb3_labs.watch.drive_states import NodeFrame, StateInterval
+from tb3_labs.watch.lab_links import LINKS, find_broken_link
 
 X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
 #: Wrong nodes: (the changes, texts in the sentence, the variable)
@@ -89,7 +89,7 @@ WRONG = {
 
 
 def broken(run):
-    found = first_broken(NodeRun(run), LINKS['move2goal'])
+    found = find_broken_link(NodeRun(run), LINKS['move2goal'])
     return None if found is None else found[1]
 
 
@@ -172,7 +172,7 @@ def test_commands_of_another_node_are_left_out():
     assert broken(mixed) is not None
     sender = np.where(order < len(sent), node, '/gamepad')
     known = replace(mixed, commands=replace(mixed.commands, sender=sender))
-    assert first_broken(NodeRun(known, node), LINKS['move2goal']) is None
+    assert find_broken_link(NodeRun(known, node), LINKS['move2goal']) is None
 
 
 def test_a_node_that_sent_nothing_did_not_send_the_commands_of_another_node():
@@ -245,7 +245,7 @@ def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():
 
 
 #: The frame of all samples of a run.
-WHOLE = Frame(-np.inf, place=0j, odometry_yaw=0.0, imu_yaw=0.0)
+WHOLE = NodeFrame(-np.inf, place=0j, odometry_yaw=0.0, imu_yaw=0.0)
 
 
 def following(run, name, quantity, axis, delay=0.0):

@@ -9,7 +9,7 @@ from made_run import TIME, X, ZERO, goals, imu_samples, made, poses, states
 from recorded_run import MISS, MISS_DEG, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.resets_and_goals import goal_errors, recorded_states
 
 #: A shift of local_pose that is too small for a reset [m].
@@ -17,7 +17,7 @@ SHIFT = 0.015
 
 
 def drive_of(run):
-    drive, = drives(run)
+    drive, = drive_reports(run)
     return drive
 
 
@@ -101,13 +101,13 @@ def test_how_drives_end(run, words, outcomes):
     time = 1.0 + np.arange(len(words))
     run = replace(run, states=states(*zip(time, [word for word, _ in words])),
                   goals=goals(time, [x for _, x in words]))
-    assert [drive.outcome for drive in drives(run)] == outcomes
+    assert [drive.outcome for drive in drive_reports(run)] == outcomes
 
 
 @pytest.mark.parametrize('begin, state', [(9.0, 'ROTATE_TO_FINAL'), (9.92, 'ROTATE_TO_GOAL')])
 def test_a_drive_that_is_ended_by_a_reset(run, begin, state):
     words = (begin, state), (10.02, 'ROTATE_TO_GOAL'), (11.0, 'GOAL_REACHED')
-    first, second = drives(replace(run, states=states(*words)))
+    first, second = drive_reports(replace(run, states=states(*words)))
     assert (first.outcome, second.outcome) == ('begun anew', 'reached')
     assert in_degrees(first.error) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(second.error) == pytest.approx((0.5, 90.0), abs=1e-6)

@@ -6,7 +6,7 @@ import pytest
 from made_run import TIME, X, ZERO, driven, goals, made, poses, turn
 
 from tb3_labs.recording.run_data import OdometrySamples, Poses
-from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.drives import drive_reports
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
@@ -47,7 +47,7 @@ def test_both_panels_of_the_paths_hold_both_frames():
     run = completed(made(
         local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
             TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO)))
-    in_odom, in_local = paths_figure(run, drives(run)).axes
+    in_odom, in_local = paths_figure(run, drive_reports(run)).axes
     for axes, name, first, last in ((in_odom, 'path', (3.0, -2.0), (3.0, -1.0)), (in_odom, 'goal', (3.0, -1.0), None),
                                     (in_local, 'path', (0.0, 0.0), (1.0, 0.0)), (in_local, 'goal', (1.0, 0.0), None)):
         line, = lines(axes, name)

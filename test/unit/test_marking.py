@@ -268,7 +268,7 @@ def test_the_table_of_marks():
 
 def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
     """If the code of a link raises an exception, the student loses nothing, and the instructor reads why."""
-    monkeypatch.setattr(marks, 'first_broken', lambda *_: [][0])
+    monkeypatch.setattr(marks, 'find_broken_link', lambda *_: [][0])
     seen = turned(45.0)
     given = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', TABLE))
     assert given.first_broken_link is None and given.verdicts and [

@@ -8,7 +8,7 @@ from made_run import drive, driven, goals, made, resets, turn, values
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Commands, Poses
-from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.movements import (
     CAME_TO_REST, LAB_GOAL, MovementKind, completed, movements)
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
@@ -95,7 +95,7 @@ def run_of(segments=BACK, **parts):
 
 def test_a_drive_by_numbers():
     run = run_of()
-    found, = drives(run)
+    found, = drive_reports(run)
     off = math.hypot(END[0] + 0.61, END[1] - 0.61)
     assert found.goal == LAB_GOAL and found.outcome == CAME_TO_REST
     assert found.error == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
@@ -109,7 +109,7 @@ def test_a_drive_by_numbers():
 def test_a_reset_during_a_drive_ends_the_drive():
     run = run_of([turn(2.0, 90.0), (3.2, 12.0, 0.2, 0.0)], resets=resets((8.02, 0.0, 0.0, 0.0)),
                  **control((1.0, 1.0)))
-    first, second = drives(run)
+    first, second = drive_reports(run)
     assert first.outcome == second.outcome == CAME_TO_REST
     assert second.begin == pytest.approx(8.1)
 
@@ -127,4 +127,4 @@ def test_a_recording_of_the_packages_own_node_stays_as_it_is():
     assert completed(run) is run
     run = replace(driven(BACK), goals=goals([0.0], [1.0]))
     assert completed(run).derived == ('local_pose', 'frames', 'states')
-    assert drives(completed(run))[0].goal == Pose2(1.0, 0.0, 0.0)
+    assert drive_reports(completed(run))[0].goal == Pose2(1.0, 0.0, 0.0)

@@ -7,11 +7,11 @@ from made_run import made, speeds_sent
 
 from tb3_labs.recording.run_data import ImuSamples, States
 from tb3_labs.watch.broken_link import NodeRun
-from tb3_labs.watch.lab_links import LINKS, first_broken
+from tb3_labs.watch.lab_links import LINKS, find_broken_link
 
 
 def told(node_run, lab='imu'):
-    found = first_broken(node_run, LINKS[lab])
+    found = find_broken_link(node_run, LINKS[lab])
     return found and found[1].message
 
 

@@ -22,14 +22,14 @@ from recorded_run import (  # noqa: F401
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import MIN_LEAP, LogLines, OdometrySamples, Poses, States
-from tb3_labs.report.page.document import formatted, table
+from tb3_labs.report.page.document import number_text, table
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.figures import paths_figure
-from tb3_labs.report.page.files import COMPUTED, NO_DRIVE, samples_csv, write_report
+from tb3_labs.report.page.files import COMPUTED_NOTE, NO_DRIVE, samples_csv, write_report
 
 
 def lab_report(*words):
@@ -114,7 +114,7 @@ def test_a_bag_of_sensors_only(tmp_path):
     with without_pictures():
         assert lab_report(write_bag(tmp_path / 'sensors.bag', sources=(sensors,))) == 0
     page = (tmp_path / 'sensors_report' / 'report.html').read_text(encoding='utf-8')
-    assert 'No drives are listed' in page and COMPUTED in page
+    assert 'No drives are listed' in page and COMPUTED_NOTE in page
 
 
 @pytest.fixture(scope='module')
@@ -164,7 +164,7 @@ def test_a_missing_matplotlib_gives_one_line(bag, monkeypatch, capsys):
 def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     here = run.odometry.pose(np.searchsorted(run.odometry.time, 3.99))
     run = odometry_jumps(run, 4.0, here.inverse())
-    in_odom, in_local = paths_figure(run, drives(run)).axes
+    in_odom, in_local = paths_figure(run, drive_reports(run)).axes
     lines = [line for line in in_odom.get_lines() if len(line.get_xdata()) > 5]
     star = [line for line in in_odom.get_lines() if line.get_marker() == '*'][0]      # the goal of the first drive
     goal = here.inverse() @ Pose2(2.0, 1.0, 0.5) @ Pose2(1.0, 0.0, 0.0)
@@ -277,15 +277,15 @@ def test_a_page_without_drives_has_a_sentence_about_the_lack(tmp_path):
 
 
 def test_a_page_says_that_values_were_not_recorded(tmp_path):
-    assert COMPUTED in words_of(completed(driven(drive(2.0, 90.0, 0.8, -80.0))), tmp_path)
-    assert COMPUTED[:30] not in words_of(made(), tmp_path)
+    assert COMPUTED_NOTE in words_of(completed(driven(drive(2.0, 90.0, 0.8, -80.0))), tmp_path)
+    assert COMPUTED_NOTE[:30] not in words_of(made(), tmp_path)
 
 
 @pytest.mark.parametrize('value, form, text', [
     (-0.0004, '{:+.2f}', '+0.00'), (-0.0004, '{:.1f}', '0.0'), (-0.006, '{:+.2f}', '-0.01'),
     (math.nan, '{:.2f}', '\u2013'), (math.inf, '{:.2f}', '\u2013')])
 def test_a_number_is_never_minus_zero_and_an_unknown_one_is_a_dash(value, form, text):
-    assert formatted(value, form) == text
+    assert number_text(value, form) == text
 
 
 def test_a_cell_of_plain_text_is_escaped():

@@ -28,7 +28,7 @@ from tb3_labs.marking.marks import points_of
 from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
 from tb3_labs.marking.trial_runner import TrialRunner
-from tb3_labs.report.page.document import safe
+from tb3_labs.report.page.document import safe_cell
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'scripts'))
 import mark
@@ -264,7 +264,7 @@ def test_a_table_from_which_a_cell_would_be_lost_is_refused(text):
     ('\r', "'\r"), (' =x', "' =x"), ('a;=x', "a;'=x"), ('a;"=x', "a;'\"=x"), ('', ''),
     ('a=1; b - 1', 'a=1; b - 1')])
 def test_no_text_of_a_submission_is_a_formula(text, cell):
-    assert safe(text) == cell == safe(cell)
+    assert safe_cell(text) == cell == safe_cell(cell)
 
 
 # -- marks of an earlier run

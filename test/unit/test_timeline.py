@@ -15,9 +15,9 @@ from made_run import (
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.recording.run_data import LogLines, Numbers
-from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.page import timeline
-from tb3_labs.report.page.moments import moments
+from tb3_labs.report.page.moments import timeline_events
 from tb3_labs.robot.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')
@@ -30,7 +30,7 @@ def decoded(track):
 
 
 def data_of(run):
-    return timeline.timeline(run, BURGER, moments(run, [], drives(run)))
+    return timeline.timeline(run, BURGER, timeline_events(run, [], drive_reports(run)))
 
 
 # Tracks -------------------------------------------------------------------------------------------

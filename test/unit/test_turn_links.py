@@ -9,7 +9,7 @@ from made_run import made, speeds_sent, values
 from tb3_labs.recording.run_data import Commands, ImuSamples, MouseSamples, Variables
 from tb3_labs.watch.broken_link import NodeRun, sentence
 from tb3_labs.watch.headings import heading_candidates, is_usable_heading
-from tb3_labs.watch.lab_links import LINKS, first_broken
+from tb3_labs.watch.lab_links import LINKS, find_broken_link
 from tb3_labs.watch.variables import Quantity, Series, longest_delay, matching_quantities
 
 #: A letter every EVERY [s], and the time between two steps of robot and IMU [s]; a node's callback and a
@@ -104,7 +104,7 @@ def with_commands(run, times, angular=0.0, begin=0.0, end=0.0):
 
 def told(run):
     """The sentence on the first broken link; '' if there is none."""
-    found = first_broken(NodeRun(run), LINKS['turn'])
+    found = find_broken_link(NodeRun(run), LINKS['turn'])
     return '' if found is None else sentence(found[1], {'goal_yaw': [7, 9]})
 
 
@@ -137,7 +137,7 @@ def test_a_finer_tolerance_is_no_mistake(is_typed):
     """The node slows down, and ends within half a degree."""
     run = played(node_with(command=lambda self, error: max(-1.5, min(1.5, 0.03 * error)),
                            is_over=lambda self, error: abs(error) < 0.5))
-    assert first_broken(NodeRun(run if is_typed else untyped(run)), LINKS['turn']) is None
+    assert find_broken_link(NodeRun(run if is_typed else untyped(run)), LINKS['turn']) is None
 
 
 def heading_of_a_second_ago(self, yaw):

@@ -137,7 +137,6 @@ function trace(c, points) {
   });
 }
 
-/** Draw a filled figure with a rim of this width. */
 export function polygon(c, points, colour, rim, width) {
   trace(c, points);
   c.closePath();

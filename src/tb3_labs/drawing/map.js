@@ -13,7 +13,6 @@ const MAX_POINTS = 3000;    // a longer trail loses its oldest point
 const STEP = 0.004;          // [m] a nearer point is not added to a trail
 const JUMP = 0.5;            // [m] if a step is longer, the robot was put elsewhere
 
-/** Add the place of a pose to a trail. */
 function addTo(trail, [x, y]) {
   const last = trail[trail.length - 1];
   const far = last ? Math.hypot(x - last[0], y - last[1]) : 0;
@@ -181,7 +180,6 @@ export class RobotMap {
     writeName(c, name, px, py, colour, {across: 1, down: -1, away});
   }
 
-  /** Draw the rim of a robot at the true pose. */
   _truth(c) {
     const at = this.drawn('odom', this.picture.truth);
     if (!at) return;
@@ -214,7 +212,6 @@ export class RobotMap {
 
 /** Pans a map by pointers, and zooms the map by a wheel or two fingers. */
 export class MapInput {
-  /** `redraw()` draws the map again. */
   constructor(map, redraw) {
     Object.assign(this, {map, redraw});
     this.pointers = new Map();        // {id: [x, y] on the canvas}

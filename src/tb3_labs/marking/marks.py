@@ -26,7 +26,7 @@ from tb3_labs.marking.trial.remarks import (
     remarks_on, tracebacks_before_the_end, version_errors)
 from tb3_labs.watch import lab_links
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
-from tb3_labs.watch.lab_links import Link, first_broken
+from tb3_labs.watch.lab_links import Link, find_broken_link
 
 #: A criterion has at most this many points.
 MAX_POINTS = 1000000
@@ -225,7 +225,7 @@ def _broken_link(observation: Observation,
             is_in_part = (variables.arrival >= begin) & (variables.arrival < end)
             variables = variables.take(~is_in_part)
     run = NodeRun(replace(observation.recording, variables=variables))
-    return first_broken(run, lab_links.LINKS.get(observation.lab, ()), missed)
+    return find_broken_link(run, lab_links.LINKS.get(observation.lab, ()), missed)
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:

@@ -20,7 +20,7 @@ from urllib.parse import quote
 from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.student_results import symbol
-from tb3_labs.report.page.document import Markup, document, safe, table
+from tb3_labs.report.page.document import Markup, document, safe_cell, table
 
 STUDENT, POINTS, FULL_POINTS = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
@@ -65,7 +65,7 @@ class MarksTable:
         before = {row[STUDENT]: row[POINTS] for row in self._rows}
         changed = []
         for marks in all_marks:
-            old, new = before.get(safe(marks.student), ''), cells_of(marks)[POINTS]
+            old, new = before.get(safe_cell(marks.student), ''), cells_of(marks)[POINTS]
             if old and _number(old) != _number(new):
                 changed.append(f'{marks.student} ({old}, now {new or NOT_JUDGED})')
         if not changed:
@@ -80,7 +80,7 @@ class MarksTable:
         heads += [head for head in self._heads if head not in heads]
         old_rows, new_rows = list(self._rows), []
         for marks in all_marks:
-            same = [row for row in old_rows if row[STUDENT] == safe(marks.student)]
+            same = [row for row in old_rows if row[STUDENT] == safe_cell(marks.student)]
             old_row: Dict[str, str] = {}
             if same:
                 old_row = same[0]
@@ -96,7 +96,8 @@ class MarksTable:
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the cells that mark.py writes into a student's row: {column: text}."""
     points = f'{marks.points:g}' if marks.is_known else ''
-    cells = {STUDENT: safe(marks.student), POINTS: points, FULL_POINTS: f'{marks.full_points:g}'}
+    cells = {STUDENT: safe_cell(marks.student), POINTS: points,
+             FULL_POINTS: f'{marks.full_points:g}'}
     for verdict in marks.graded + marks.extra:
         text = f'{verdict.points:g}'
         if marks.unjudged:
@@ -106,10 +107,10 @@ def cells_of(marks: Marks) -> Dict[str, str]:
         cells[verdict.criterion.label] = text
     late = 'late' if marks.late else ''
     decided = '' if marks.decided_points is None else f'{marks.decided_points:g}'
+    remarks = ' '.join(marks.sentences)[:MAX_CELL_LENGTH - 10]
     cells.update({
-        'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:MAX_CELL_LENGTH - 10]),
-        'id': safe(marks.number), 'late': late, DECIDED: decided,
-        REASON: safe(marks.decision_reason)})
+        'node': safe_cell(marks.node), REMARKS: safe_cell(remarks), 'id': safe_cell(marks.number),
+        'late': late, DECIDED: decided, REASON: safe_cell(marks.decision_reason)})
     return cells
 
 

@@ -26,7 +26,7 @@ from tb3_labs.marking.marks_csv import MarksTable, overview
 from tb3_labs.marking.student_nodes import OWN_PACKAGE
 from tb3_labs.marking.student_results import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.report.page.document import safe
+from tb3_labs.report.page.document import safe_cell
 
 TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
     'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
@@ -123,7 +123,7 @@ class MarksFolder:
         notes += [f'To look at: {marks.student}: {finding}'
                   for marks in all_marks for finding in marks.findings]
         notes += [f'{TABLE} has a decision on {printable(name)}, of whom there are no marks.'
-                  for name in self._table.decisions if name not in map(safe, self._records)]
+                  for name in self._table.decisions if name not in map(safe_cell, self._records)]
         write_output(self._path / OVERVIEW, overview(all_marks, LABS[self.lab].title, notes))
         return self._path / OVERVIEW, notes
 
@@ -179,7 +179,7 @@ class MarksFolder:
         marks = marks_after_trial(
             handed_in, observation, self.lab, self._criterion_points, self.parts)
         marks.decided_points, marks.decision_reason = self._table.decisions.get(
-            safe(marks.student), (None, ''))
+            safe_cell(marks.student), (None, ''))
         return marks, student_page(marks, LABS[self.lab].title)
 
 

@@ -18,7 +18,7 @@ from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.from_bag import samples_from_rows
 from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, Observation
 from tb3_labs.recording.run_data import Poses, RunData
-from tb3_labs.report.page.document import Markup, document, hints, table
+from tb3_labs.report.page.document import Markup, document, hints_section, table
 from tb3_labs.report.page.timeline import section, timeline, timeline_event
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
@@ -53,7 +53,7 @@ def student_page(marks: Marks, lab: str) -> str:
     if observation is not None:
         if has_timeline:
             parts += [section(timeline_of(recording_for_timeline(observation), marks)),
-                      hints(marks.first_broken_link, marks.mistake)]
+                      hints_section(marks.first_broken_link, marks.mistake)]
         parts += _last_lines(observation)
     return document(f'{lab}: {marks.student}', parts, PAGE_STYLE)
 
@@ -112,7 +112,7 @@ def _verdicts(verdicts, has_timeline):
         points = f'{verdict.points:g} / {verdict.worth:g}' if verdict.worth else ''
         rows.append([verdict.criterion.meaning, symbol(verdict), points, sentence])
     heads = ['what is asked', '', 'points', SEEN_HEADING]
-    return table(heads, rows, texts=(SEEN_HEADING,), is_plain=True)
+    return table(heads, rows, text_columns=(SEEN_HEADING,), is_plain=True)
 
 
 def symbol(verdict: Verdict) -> Markup:
@@ -142,7 +142,7 @@ def results(marks: Marks) -> Dict[str, Any]:
     """Returns the content of results.json. The content has a test for each criterion. The field
     `output` has the page without the criteria and the timeline."""
     parts = [*_points_and_remarks(marks),
-             hints(marks.first_broken_link, marks.mistake, has_timeline=False)]
+             hints_section(marks.first_broken_link, marks.mistake, has_timeline=False)]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)
     verdicts = marks.graded + marks.extra if marks.is_known else []

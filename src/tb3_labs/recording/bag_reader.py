@@ -14,21 +14,20 @@ import struct
 from shlex import quote
 from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
-#: One reading needs at most this memory [bytes]. An hour of record.launch needs 1.2e9 bytes, or
+#: Reading a bag needs at most this memory [bytes]. An hour of record.launch needs 1.2e9 bytes, or
 #: 1.6e9 bytes if the bag is packed.
-MAX_MEMORY = 2e9
-#: A message, and a connection, need this memory [bytes] in addition to their data.
-MESSAGE_OVERHEAD, CONNECTION_OVERHEAD = 500, 10000
-#: The largest sizes [bytes] of a header, a name, a message and an unpacked chunk.
+MAX_MEMORY_BYTES = 2e9
+#: The memory [bytes] that a message, or a connection, needs in addition to its data.
+MESSAGE_OVERHEAD_BYTES, CONNECTION_OVERHEAD_BYTES = 500, 10000
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
 #: If the recorded times of a sender go back by more than this time [s], the recorder's clock was
 #: set back. A smaller step is ignored, since a busy recorder may record two messages in the wrong
 #: order.
-MIN_SET_BACK = 0.2
+MIN_SET_BACK_TIME = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
 #: slept. A smaller jump of the clock cannot be distinguished from a silence.
-MAX_OUTAGE = 3600.0
+MAX_OUTAGE_TIME = 3600.0
 #: This is the `problem` of a bag in which the recorder's clock jumped. The bag is read until the
 #: jump, since all times after the jump are wrong.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
@@ -73,8 +72,8 @@ class Bag:
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]
         self.problem = ''
         self._is_wanted = is_wanted
-        self._memory_left = MAX_MEMORY
-        self._last = math.inf                   # arrival of the last message
+        self._memory_left = MAX_MEMORY_BYTES
+        self._last_arrival = math.inf           # [s since the first message]
         self._stream_by_connection: Dict[bytes, Optional[Stream]] = {}
         with open(path, 'rb') as file:
             if not os.fstat(file.fileno()).st_size:
@@ -90,7 +89,7 @@ class Bag:
                     self.problem = 'the recording was cut off, or is damaged'
 
     def _read(self, data: Union[bytes, mmap.mmap], at: int) -> None:
-        """Read the records in `data`, a file or an unpacked chunk, from the index `at` on."""
+        """Read the records in `data` from the index `at`. `data` is a file or an unpacked chunk."""
         while at < len(data):
             [header_size] = UINT32.unpack_from(data, at)
             header_end = at + UINT32.size + header_size
@@ -120,7 +119,7 @@ class Bag:
     def _spend(self, memory: int) -> None:
         self._memory_left -= memory
         if self._memory_left < 0:
-            raise ReadingEnded(f'it takes more than {MAX_MEMORY:.0e} bytes of memory')
+            raise ReadingEnded(f'it takes more than {MAX_MEMORY_BYTES:.0e} bytes of memory')
 
     def _keep(self, stream: Optional[Stream], time: bytes, data: Union[bytes, mmap.mmap],
               place: slice) -> None:
@@ -132,18 +131,18 @@ class Bag:
         if place.stop > len(data):
             raise ValueError('the last message is not whole')
         arrival = (seconds - self.start) + 1e-9 * nanoseconds
-        was_set_back = stream and arrival < stream[-1][0] - MIN_SET_BACK
-        if was_set_back or arrival > self._last + MAX_OUTAGE:
+        was_set_back = stream and arrival < stream[-1][0] - MIN_SET_BACK_TIME
+        if was_set_back or arrival > self._last_arrival + MAX_OUTAGE_TIME:
             raise ReadingEnded(CLOCK_JUMPED)
         message = b''
         if place.stop - place.start <= MAX_MESSAGE_BYTES:
             message = data[place]
-        self._spend(MESSAGE_OVERHEAD + len(message))
-        self._last = arrival
+        self._spend(MESSAGE_OVERHEAD_BYTES + len(message))
+        self._last_arrival = arrival
         stream.append((arrival, message))
 
     def _add_connection(self, header: Dict[bytes, bytes], data: bytes) -> None:
-        self._spend(CONNECTION_OVERHEAD)
+        self._spend(CONNECTION_OVERHEAD_BYTES)
         fields = _fields(data)
         connection = Connection(
             topic=_text(header[b'topic']), message_type=_text(fields.get(b'type', b'')),

@@ -25,16 +25,15 @@ from tb3_labs.recording.samples_from_messages import (
 OPTIONAL_TOPICS = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
-    'states': ('goal_state', String),
-    'turn_requests': ('turn', Float64), 'control': ('ctrl_relinq', Bool),
-    'mouse': ('mouse_info', MouseController),
+    'states': ('goal_state', String), 'turn_requests': ('turn', Float64),
+    'control': ('ctrl_relinq', Bool), 'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray), 'frames': ('/tf', TFMessage),
     'log': ('/rosout', Log)}
 #: {(type, checksum): class} of the messages that record.launch records.
-CLASSES = {(made._type, made._md5sum): made for made in (
+MESSAGE_CLASSES = {(each._type, each._md5sum): each for each in (
     Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
-    *(made for _, made in OPTIONAL_TOPICS.values()))}
+    *(message_type for _, message_type in OPTIONAL_TOPICS.values()))}
 #: A person drives the robot through these topics. The types of these topics are not checked.
 DEVICE_TOPICS = 'joy', 'mouse_info'
 
@@ -53,7 +52,7 @@ def read_run(path, namespace=None):
 
 
 def _class_of(connection):
-    return CLASSES.get((connection.message_type, connection.checksum))
+    return MESSAGE_CLASSES.get((connection.message_type, connection.checksum))
 
 
 def _run(bag, path, namespace):
@@ -62,22 +61,23 @@ def _run(bag, path, namespace):
     notes = []
     try:
         topics = choose_topics(types, namespace)
-        prefix = parent(topics['odometry'])
-        for part, topic in topics.items():
-            samples[part], dropped = stamped_samples(
-                part, types[topic](), prefix, bag.start, _in_order(bag, topic, types[topic]))
+        prefix = namespace_of(topics['odometry'])
+        for field, topic in topics.items():
+            message = types[topic]()
+            received = _in_order(bag, topic, types[topic])
+            samples[field], dropped = stamped_samples(field, message, prefix, bag.start, received)
             if dropped:
                 notes.append(f'invalid messages of {topic} that were dropped: {dropped}')
-        for part in ('imu', 'odometry'):
-            if not len(samples[part]):
-                raise BagProblem(f'not one good message on {topics[part]} (bad quaternions?)')
+        for field in ('imu', 'odometry'):
+            if not len(samples[field]):
+                raise BagProblem(f'not one good message on {topics[field]} (bad quaternions?)')
     except BagProblem as problem:
         if bag.problem:
             problem = f'was not read to its end: {bag.problem}; until there: {problem}'
         raise BagProblem(problem) from None
     clock = RecordedClock.of(samples['odometry'].arrival, samples['odometry'].time)
-    samples = {part: replace(each, time=times_on_recorders_clock(each.arrival, each.time, clock))
-               for part, each in samples.items()}
+    samples = {field: replace(each, time=times_on_recorders_clock(each.arrival, each.time, clock))
+               for field, each in samples.items()}
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
     duration = max(float(each.arrival[-1]) for each in samples.values() if len(each))
@@ -110,18 +110,18 @@ def choose_topics(types, namespace):
         prefix = f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
-    prefix = prefix or parent(topics['odometry'])
-    for part, (name, message_type) in OPTIONAL_TOPICS.items():
+    prefix = prefix or namespace_of(topics['odometry'])
+    for field, (name, message_type) in OPTIONAL_TOPICS.items():
         topic = posixpath.join(prefix, name)        # join() adds no prefix to /tf and /rosout
         if types.get(topic) is message_type:
-            topics[part] = topic
+            topics[field] = topic
     return topics
 
 
 def _by_type(types, message_type, name, prefix):
     """Returns the topic of this type in the namespace `prefix`. If several topics have this type,
     the topic called `name` is returned. Raises BagProblem if the topic is missing or ambiguous."""
-    topics = [topic for topic, made in types.items() if made is message_type
+    topics = [topic for topic, installed_type in types.items() if installed_type is message_type
               and (prefix is None or topic.startswith(prefix))]
     if not topics:
         place = f' in {prefix}' if prefix else ''
@@ -129,14 +129,14 @@ def _by_type(types, message_type, name, prefix):
             message_type._type, place, ', '.join(sorted(types)) or 'no messages at all'))
     exact = [topic for topic in topics if prefix and topic == prefix + name]
     named = [topic for topic in topics if topic.rsplit('/', 1)[-1] == name]
-    found = exact or named or topics
-    if len(found) > 1:
+    best_topics = sorted(exact or named or topics)
+    if len(best_topics) > 1:
+        robot = namespace_of(best_topics[-1]).strip('/') or '/'
         raise BagProblem('several topics of {} were recorded ({}): choose a robot, such as --ns {}'
-                         .format(message_type._type, ', '.join(sorted(found)),
-                                 parent(sorted(found)[-1]).strip('/') or '/'))
-    return found[0]
+                         .format(message_type._type, ', '.join(best_topics), robot))
+    return best_topics[0]
 
 
-def parent(topic):
+def namespace_of(topic):
     """Returns the namespace of a topic, such as `/robot3/` for `/robot3/odom`."""
     return topic.rpartition('/')[0] + '/'

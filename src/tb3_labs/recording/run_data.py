@@ -113,7 +113,7 @@ class Poses(Yaws):
         return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
 
     @property
-    def leaps(self) -> np.ndarray:
+    def leap_indices(self) -> np.ndarray:
         """The index of the first pose after each leap."""
         return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > MIN_LEAP) + 1
 
@@ -172,11 +172,11 @@ class Commands(Samples):
     def in_force(self) -> 'Commands':
         """Returns the commands. A command with the speeds NaN is added at each time when the
         robot's timeout ends a command."""
-        ends = self.time + COMMAND_TIMEOUT
-        is_ended = np.append(self.time[1:], np.inf) > ends
-        unknown = np.full(is_ended.sum(), np.nan)
-        ended = replace(self.take(is_ended), time=ends[is_ended], linear=unknown, angular=unknown)
-        commands = Commands.joined([self, ended])
+        timeouts = self.time + COMMAND_TIMEOUT
+        is_ended = np.append(self.time[1:], np.inf) > timeouts
+        nans = np.full(is_ended.sum(), np.nan)
+        ends = replace(self.take(is_ended), time=timeouts[is_ended], linear=nans, angular=nans)
+        commands = Commands.joined([self, ends])
         return commands.take(np.argsort(commands.time, kind='stable'))
 
 

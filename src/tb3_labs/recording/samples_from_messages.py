@@ -18,13 +18,13 @@ from tb3_labs.recording.run_data import (
 from tb3_labs.watch.printed_pose import declared_pose
 
 #: The level of a log line for each value of rosgraph_msgs/Log.
-LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
+LOG_LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
 #: A sample with a larger number [m, rad, m/s, rad/s] is invalid. The spikes in the firmware's rate
 #: of turn are below 1000 rad/s.
 MAX_NUMBER = 1e5
 #: A speed that no wheel follows is limited to this speed [m/s, rad/s].
-MAX_IGNORED_SPEED = MAX_NUMBER / 2.0
+MAX_UNUSED_SPEED = MAX_NUMBER / 2.0
 
 #: Two senders whose clocks differ by less than this [s] share one clock.
 MAX_CLOCK_DIFFERENCE = 0.1
@@ -78,8 +78,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     delay = np.abs(arrival - stamp - clock.lag)
     if (delay < MIN_LATENESS).mean() < MIN_IN_TIME_SHARE:
         return np.maximum.accumulate(arrival)
-    by_stamp = delay < MAX_BELIEVED_DELAY
-    return np.maximum.accumulate(np.where(by_stamp, stamp + clock.lag, arrival))
+    is_plausible = delay < MAX_BELIEVED_DELAY
+    return np.maximum.accumulate(np.where(is_plausible, stamp + clock.lag, arrival))
 
 
 # -- Each function returns (header, rows). The header is None if the message has no stamp.
@@ -112,9 +112,9 @@ def _odometry(message, sender, prefix):
 def _command(message, sender, prefix):
     linear, angular = message.linear, message.angular
     # no wheel follows these speeds, so a NaN or infinite speed does not make a command invalid
-    ignored = [max(-MAX_IGNORED_SPEED, min(MAX_IGNORED_SPEED, speed))     # the maximum for NaN
-               for speed in (linear.y, linear.z, angular.x, angular.y)]
-    return None, [(linear.x, angular.z, *ignored, sender)]
+    unused_speeds = [max(-MAX_UNUSED_SPEED, min(MAX_UNUSED_SPEED, speed))     # the maximum for NaN
+                     for speed in (linear.y, linear.z, angular.x, angular.y)]
+    return None, [(linear.x, angular.z, *unused_speeds, sender)]
 
 
 def _frames(message, sender, prefix):
@@ -128,7 +128,7 @@ def _frames(message, sender, prefix):
 def _log(message, sender, prefix):
     if not message.name.startswith(prefix):
         return None, []
-    return message.header, [(LEVELS.get(message.level, ''), message.name, message.msg)]
+    return message.header, [(LOG_LEVELS.get(message.level, ''), message.name, message.msg)]
 
 
 def _variables(message, sender, prefix):
@@ -149,7 +149,7 @@ def _data(message, sender, prefix):
 
 
 #: {field of RunData: (class of its samples, function that reads a message)}.
-READERS = {
+FIELD_READERS = {
     'imu': (ImuSamples, _imu), 'odometry': (OdometrySamples, _odometry),
     'commands': (Commands, _command), 'local_pose': (Poses, _pose), 'ground_truth': (Poses, _pose),
     'goals': (Poses, _pose), 'frames': (Poses, _frames), 'log': (LogLines, _log),
@@ -158,21 +158,21 @@ READERS = {
     'events': (States, _data), 'printed': (States, _data)}
 
 
-def stamped_samples(part, message, prefix, start, received):
+def stamped_samples(field, message, prefix, start, received):
     """Returns the samples of a topic, and the number of invalid messages and samples. The `time` of
     a sample is its stamp on the sender's clock.
 
-    `part` is a field of RunData, and `prefix` is the robot's namespace. `start` is the arrival of
+    `field` is a field of RunData, and `prefix` is the robot's namespace. `start` is the arrival of
     the recording's first message [s since 1970]. `received` has (arrival [s], sender, bytes) of
     each message. All messages are read into the one object `message`.
     """
-    samples_type, read = READERS[part]
+    samples_type, read = FIELD_READERS[field]
     rows = []
     dropped = 0
     for arrival, sender, data in received:
         try:
             message.deserialize(data)
-            header, found = read(message, sender, prefix)
+            header, contents = read(message, sender, prefix)
         except (genpy.DeserializationError, struct.error, ValueError):
             dropped += 1
             continue
@@ -180,7 +180,7 @@ def stamped_samples(part, message, prefix, start, received):
         if header is not None:
             # `start` is subtracted first: a float of seconds since 1970 is exact to 0.2 us only
             stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
-        rows += [(arrival, stamp, *row) for row in found]
+        rows += [(arrival, stamp, *row) for row in contents]
     samples = samples_type.from_rows(rows)
     is_valid = np.ones(len(samples), bool)
     for column in samples.contents:
@@ -191,7 +191,9 @@ def stamped_samples(part, message, prefix, start, received):
 
 def resets_in(log: LogLines) -> Poses:
     """Returns the pose that each reset in a log declares."""
-    declared = [(arrival, time, declared_pose(text))
-                for arrival, time, text in zip(log.arrival, log.time, log.text)]
-    return Poses.from_rows([(arrival, time, pose.x, pose.y, pose.yaw)
-                            for arrival, time, pose in declared if pose is not None])
+    rows = []
+    for arrival, time, text in zip(log.arrival, log.time, log.text):
+        pose = declared_pose(text)
+        if pose is not None:
+            rows.append((arrival, time, pose.x, pose.y, pose.yaw))
+    return Poses.from_rows(rows)

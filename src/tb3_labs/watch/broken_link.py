@@ -73,22 +73,23 @@ class NodeRun:
 
     def runs_at(self, time: float) -> bool:
         """Was a variable read at most MAX_READING_GAP before this time?"""
-        before = self.reading_times[self.reading_times < time]
-        return bool(len(before) and time - before[-1] <= MAX_READING_GAP)
+        earlier_times = self.reading_times[self.reading_times < time]
+        return len(earlier_times) > 0 and bool(time - earlier_times[-1] <= MAX_READING_GAP)
 
     def end_after(self, time: float) -> float:
         """Returns the time of the last reading before the next gap in the readings. Returns inf if
         all readings are before `time`."""
-        later = self.reading_times[self.reading_times >= time]
-        is_last = np.diff(later, append=np.inf) > MAX_READING_GAP
-        return float(later[is_last][0]) if len(later) else np.inf
+        later_times = self.reading_times[self.reading_times >= time]
+        is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP
+        return float(min(later_times[is_before_gap], default=np.inf))
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
     """Returns the sentence on a broken link. `assigned` is {variable: line numbers of its
     assignments in the node's file}."""
     name, message = broken.variable, broken.message
-    lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
+    short_name = name.rpartition('.')[2]
+    lines = assigned.get(name, assigned.get(short_name, ()))
     place = ''
     if lines:
         word = 'line' if len(lines) == 1 else 'lines'
@@ -141,7 +142,7 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
                  ('pitching', 'angular.y'))
 
 
-def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
+def wrong_field_text(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
     """Returns a clause on the first of these `fields` that is not 0; '' if all are 0."""
     for field, field_text in fields:
         speeds = getattr(sent, field)
@@ -152,5 +153,5 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
 
 def other_field_text(node_run: NodeRun) -> str:
     """Returns a clause on linear.x or an unused field that is not 0; '' if all are 0."""
-    clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
+    clause = wrong_field_text(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return f'; {clause}' if clause else ''

@@ -13,42 +13,42 @@ import numpy as np
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, should_be, worst_index
 from tb3_labs.watch.drive_states import (
-    MAX_PROBE_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, index_from,
-    local_frames, part_with_control, unit_of)
+    MAX_PROBE_LAG, MIN_CORRECT_SHARE, POSE_TOLERANCE, REFERENCES_OF, SHORT_LAG, NodeFrame,
+    index_from, local_frames, readings_with_control, unit_of)
 from tb3_labs.watch.headings import angles_of
 from tb3_labs.watch.variables import (
-    SAME_SHARE, Quantity, Series, longest_delay, matching_quantities, shortened_value)
+    TOLERANCE_SHARE, Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
 #: A variable with fewer values in a frame is not judged.
 MIN_VALUES = 10
 #: All quantities of this file have this scale. Two places, or two angles, are equal if they differ
 #: by at most POSE_TOLERANCE.
-SCALE = POSE_TOLERANCE / SAME_SHARE
+SCALE = POSE_TOLERANCE / TOLERANCE_SHARE
 
 
-def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
+def place_quantities(samples: Any, frame: NodeFrame) -> Iterator[Quantity]:
     """Yields the quantities that a node may use as its local place in `frame`. Only the first two
     quantities are correct. A node need not add the pose that the reset declares."""
-    here, declared = samples.x + 1j * samples.y, frame.declared_place
-    moved, turned = here - frame.place, frame.odometry_yaw - frame.declared_yaw
-    displacement = 'the displacement since the reset, '
-    for name, place, angle, start in (
-            (displacement + 'rotated by minus the yaw at the reset', moved, turned, declared),
-            (displacement + 'rotated by minus the yaw at the reset, without the declared pose',
-             moved, frame.odometry_yaw, 0j),
-            (displacement + 'not rotated', moved, 0.0, declared),
-            (displacement + 'rotated by plus the yaw at the reset', moved, -turned, declared),
-            (displacement + 'rotated by minus the yaw of the IMU', moved,
-             frame.imu_yaw - frame.declared_yaw, declared),
-            (displacement + 'rotated by minus the present yaw', moved, samples.yaw, declared),
+    place, start = samples.x + 1j * samples.y, frame.declared_place
+    path, yaw = place - frame.place, frame.odometry_yaw - frame.declared_yaw
+    prefix = 'the displacement since the reset, '
+    for name, vector, angle, offset in (
+            (prefix + 'rotated by minus the yaw at the reset', path, yaw, start),
+            (prefix + 'rotated by minus the yaw at the reset, without the declared pose', path,
+             frame.odometry_yaw, 0j),
+            (prefix + 'not rotated', path, 0.0, start),
+            (prefix + 'rotated by plus the yaw at the reset', path, -yaw, start),
+            (prefix + 'rotated by minus the yaw of the IMU', path,
+             frame.imu_yaw - frame.declared_yaw, start),
+            (prefix + 'rotated by minus the present yaw', path, samples.yaw, start),
             ('the place in the odometry, not displaced, rotated by minus the yaw at the reset',
-             here, turned, declared),
-            ('the place in the odometry', here, 0.0, 0j)):
-        yield Quantity(name, samples.arrival, place * np.exp(-1j * angle) + start, SCALE)
+             place, yaw, start),
+            ('the place in the odometry', place, 0.0, 0j)):
+        yield Quantity(name, samples.arrival, vector * np.exp(-1j * angle) + offset, SCALE)
 
 
 def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
-    """Returns the quantities that a node may use as the IMU's yaw, first the correct quantity."""
+    """Returns the quantities that a node may use as the IMU's yaw. The first one is correct."""
     readings = [('the yaw of the IMU', imu, imu.yaw),
                 ('the yaw of the odometry', odometry, odometry.yaw),
                 ('the yaw, mirrored', imu, -imu.yaw),
@@ -58,15 +58,15 @@ def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
     return [Quantity(name, samples.arrival, value, SCALE) for name, samples, value in readings]
 
 
-def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quantity]:
+def local_yaw_quantities(imu: Any, odometry: Any, frame: NodeFrame) -> Iterator[Quantity]:
     """Yields the quantities that a node may use as its local yaw. The first two quantities are
     correct."""
-    yaw, *others = yaw_readings(imu, odometry)
+    yaw, *wrong_yaws = yaw_readings(imu, odometry)
     degrees = yaw._replace(name='the yaw in degrees', value=np.degrees(yaw.value))
     rows = [(yaw, ' since the reset', frame.declared_yaw - frame.imu_yaw),
             (yaw, ' since the reset, without the declared pose', -frame.imu_yaw),
             (yaw, ', not from the reset on', 0.0)]
-    for each in (degrees, *others):
+    for each in (degrees, *wrong_yaws):
         at_reset = each.value[index_from(each.time, frame.begin)]
         rows.append((each, ' since the reset', frame.declared_yaw - at_reset))
     rows.append((degrees, ', minus the radians at the reset', -frame.imu_yaw))
@@ -74,24 +74,25 @@ def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quan
         yield each._replace(name=each.name + clause, value=each.value + offset)
 
 
-def pose_quantities(node_run: NodeRun, frame: Frame, name: str) -> List[Quantity]:
-    """Returns the quantities that the variable `name` may follow in a frame. The first two are
-    correct. `comparable` converts the values. Returns [] without samples of a sensor."""
-    window = frame.begin - MAX_PROBE_LAG, frame.end
-    imu, odometry = (samples.take(slice(*np.searchsorted(samples.arrival, window)))
-                     for samples in (node_run.run.imu, node_run.run.odometry))
+def pose_quantities(node_run: NodeRun, frame: NodeFrame, name: str) -> List[Quantity]:
+    """Returns the quantities that the variable `name` may follow in a frame, in comparable form.
+    The first two quantities are correct. Returns [] without samples of a sensor."""
+    begin = frame.begin - MAX_PROBE_LAG
+    imu, odometry = (
+        samples.take((samples.arrival >= begin) & (samples.arrival < frame.end))
+        for samples in (node_run.run.imu, node_run.run.odometry))
     if not len(imu) or not len(odometry):
         return []
     if name == 'local_yaw':
         quantities = local_yaw_quantities(imu, odometry, frame)
     else:
         quantities = place_quantities(odometry, frame)
-    return [each._replace(value=comparable(name, each.value)) for each in quantities]
+    return [each._replace(value=comparable_values(name, each.value)) for each in quantities]
 
 
-def comparable(name: str, value: np.ndarray) -> np.ndarray:
-    """Returns the values of the variable `name` in comparable form. A yaw becomes a point on the
-    unit circle, and a complex place becomes its x or its y."""
+def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
+    """Returns values of the variable `name` in comparable form. A yaw becomes a point on the unit
+    circle, and a complex place becomes its x or its y."""
     if 'yaw' in name:
         return np.cos(value) + 1j * np.sin(value)       # faster than exp
     if not np.iscomplexobj(value):
@@ -101,7 +102,7 @@ def comparable(name: str, value: np.ndarray) -> np.ndarray:
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks the variables of the local pose. If a variable and its reference are wrong, the
-    reference is yielded first."""
+    BrokenLink of the reference is yielded first."""
     for frame, name in product(node_run.cached(local_frames), REFERENCES_OF):
         for wrong in wrong_in_frame(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
@@ -109,7 +110,7 @@ def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
             yield wrong
 
 
-def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
+def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
     """Checks the reference `name` in a frame. A wrong reference is reported in two cases: the
     reset did not change the reference, or the reference is another yaw."""
     run = node_run.run
@@ -121,30 +122,30 @@ def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Brok
         'initial_global_y': ('the place of the odometry', frame.place.imag)}[name]
     if series is None:
         return
-    part = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
-    if len(set(part.text)) != 1:
+    readings = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
+    if len(set(readings.text)) != 1:
         return
-    text = shortened_value(part.text[0])
-    error = part.value[0] - correct
+    value, text = readings.value[0], shortened_value(readings.text[0])
+    error = value - correct
     if 'yaw' in name:
         error = wrap(error)
     if abs(error) <= POSE_TOLERANCE:
         return
     behaviours = []
-    if frame.is_reset and series.text_at(frame.begin - SHORT_LAG) == part.text[0]:
+    if frame.is_reset and series.text_at(frame.begin - SHORT_LAG) == readings.text[0]:
         behaviours.append('stayed ' + text)
     elif 'yaw' in name:
         behaviours += [
             f'followed {each.name} at the reset' for each in yaw_readings(run.imu, run.odometry)
-            if abs(wrap(part.value[0] - each.at(frame.begin))) <= POSE_TOLERANCE]
+            if abs(wrap(value - each.at(frame.begin))) <= POSE_TOLERANCE]
     if behaviours:
         observation = f'{frame.clause}{series.name} {behaviours[0]}'
         message = should_be(observation, sensor + ' at the reset')
-        yield BrokenLink(f'{message}: it was {text} when this was {correct:.3g}', part.time[0],
-                         series.name)
+        yield BrokenLink(f'{message}: it was {text} when this was {correct:.3g}',
+                         readings.time[0], series.name)
 
 
-def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
+def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
     """Checks that the variable `name` follows the correct quantity in a frame."""
     series = node_run.variable(name)
     quantities = pose_quantities(node_run, frame, name)
@@ -152,33 +153,33 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
         return
     correct = quantities[0]
     # the node receives its first message shortly after the frame's start
-    received = correct.time[correct.time >= frame.begin]
-    if not len(received):
+    message_times = correct.time[correct.time >= frame.begin]
+    if not len(message_times):
         return
-    part = series.between(received[0] + MAX_PROBE_LAG, frame.end)
-    part = part_with_control(
-        node_run, replace(part, value=comparable(name, part.value * unit_of(series))))
-    is_known = np.isfinite(part.value).sum() >= MIN_VALUES
-    if not is_known or matching_quantities(part, quantities[:2], RIGHT_SHARE):
+    readings = series.between(message_times[0] + MAX_PROBE_LAG, frame.end)
+    readings = replace(readings, value=comparable_values(name, readings.value * unit_of(series)))
+    readings = readings_with_control(node_run, readings, MAX_PROBE_LAG)
+    has_values = np.isfinite(readings.value).sum() >= MIN_VALUES
+    if not has_values or matching_quantities(readings, quantities[:2], MIN_CORRECT_SHARE):
         return
-    expected = correct.at(part.time)
-    worst = worst_index(part, expected)
+    expected = correct.at(readings.time)
+    worst = worst_index(readings, expected)
     correct_value = np.angle(expected[worst]) if 'yaw' in name else expected[worst]
-    behaviour = behaviour_text(part, correct, quantities[2:])
+    behaviour = behaviour_text(readings, correct, quantities[2:])
     message = should_be(f'{frame.clause}{series.name} {behaviour}', correct.name)
-    yield BrokenLink(
-        f'{message}: it was {shortened_value(part.text[worst])} when this was {correct_value:.3g}',
-        part.time[worst], series.name)
+    value_text = shortened_value(readings.text[worst])
+    yield BrokenLink(f'{message}: it was {value_text} when this was {correct_value:.3g}',
+                     readings.time[worst], series.name)
 
 
-def behaviour_text(part: Series, correct: Quantity, others: List[Quantity]) -> str:
+def behaviour_text(readings: Series, correct: Quantity, others: List[Quantity]) -> str:
     """Returns a clause on a variable that does not follow the quantity `correct`. If the variable
     follows one of the `others`, the clause names this quantity."""
-    if len(set(part.text)) == 1:
-        return 'stayed ' + shortened_value(part.text[0])
-    moved = np.nan_to_num(np.abs(part.value - part.value[0])).max()
-    followed = matching_quantities(part, others, RIGHT_SHARE)
-    if followed and moved > 2.0 * POSE_TOLERANCE:
-        return 'followed ' + followed[0].name
-    delay = longest_delay(part, correct._replace(scale=1.0))
+    if len(set(readings.text)) == 1:
+        return 'stayed ' + shortened_value(readings.text[0])
+    largest_change = np.nan_to_num(np.abs(readings.value - readings.value[0])).max()
+    matching = matching_quantities(readings, others, MIN_CORRECT_SHARE)
+    if matching and largest_change > 2.0 * POSE_TOLERANCE:
+        return 'followed ' + matching[0].name
+    delay = longest_delay(readings, correct._replace(scale=1.0))
     return f'came up to {delay:.1f} s late' if delay < np.inf else 'followed no known quantity'

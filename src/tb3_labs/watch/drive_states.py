@@ -15,7 +15,7 @@ from tb3_labs.watch.variables import Series
 #: A pose is correct if it differs by at most this much [m, rad] from the correct pose.
 POSE_TOLERANCE = 0.03
 #: Values follow a formula if the formula is correct for at least this share of the values.
-RIGHT_SHARE = 0.9
+MIN_CORRECT_SHARE = 0.9
 #: The probe shows each change within MAX_PROBE_LAG [s], and most changes within SHORT_LAG [s].
 MAX_PROBE_LAG, SHORT_LAG = 0.4, 0.1
 #: The robot rests for this time [s] after the node's start.
@@ -28,7 +28,7 @@ REFERENCES_OF = {
 HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
 
 
-class Frame(NamedTuple):
+class NodeFrame(NamedTuple):
     """A local frame is in force from `begin` to `end` [s]. If a reset begins the frame, the reset
     declares the robot's place and yaw in the frame. At `begin`, `place` and `odometry_yaw` are the
     robot's pose by odometry, and `imu_yaw` is the robot's yaw by IMU."""
@@ -47,21 +47,22 @@ class Frame(NamedTuple):
         return f'after the reset at {self.begin:.0f} s ' if self.is_reset else ''
 
 
-def local_frames(node_run: NodeRun) -> List[Frame]:
+def local_frames(node_run: NodeRun) -> List[NodeFrame]:
     """Returns the local frames of a run in order. A frame begins at each recorded start of the
     node, and at each recorded reset. Starts are recorded only in a trial."""
-    run, read = node_run.run, node_run.reading_times
-    if not len(read) or not len(run.odometry) or not len(run.imu):
+    run, times = node_run.run, node_run.reading_times
+    if not len(times) or not len(run.odometry) or not len(run.imu):
         return []
-    begun = [Frame(min(read[index_from(read, start)], start + REST_TIME)) for start in run.starts]
+    declared = [NodeFrame(min(times[index_from(times, start)], start + REST_TIME))
+                for start in run.starts]
     for time, x, y, yaw in zip(
             run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw):
-        if time > read[0]:
-            begun.append(Frame(time, complex(x, y), yaw, is_reset=True))
-    begun.sort(key=lambda frame: frame.begin)
-    ends = [frame.begin for frame in begun[1:]] + [run.duration + 1.0]
+        if time > times[0]:
+            declared.append(NodeFrame(time, complex(x, y), yaw, is_reset=True))
+    declared.sort(key=lambda frame: frame.begin)
+    ends = [frame.begin for frame in declared[1:]] + [run.duration + 1.0]
     frames = []
-    for frame, end in zip(begun, ends):
+    for frame, end in zip(declared, ends):
         if not run.starts:      # after a gap in the readings, the node may have started again
             end = min(end, node_run.end_after(frame.begin))
         odometry = run.odometry.pose(index_from(run.odometry.arrival, frame.begin))
@@ -76,7 +77,7 @@ def index_from(times: np.ndarray, time: float) -> int:
     return min(int(np.searchsorted(times, time)), len(times) - 1)
 
 
-class Pose(NamedTuple):
+class NodePose(NamedTuple):
     """The poses that the node's own variables contain. Each array has a value for each time.
     `to_goal` is the vector from the robot to the goal, a complex number [m]. The angles are in
     radians. A value is NaN if the node does not have the variable of the handout."""
@@ -93,8 +94,8 @@ class Pose(NamedTuple):
         return np.abs(wrap_all(target - self.yaw))
 
 
-def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
-    """Returns the Pose at these times. In a trial, the handout's goal replaces a missing goal."""
+def own_pose(node_run: NodeRun, times: np.ndarray) -> NodePose:
+    """Returns the NodePose at these times. In a trial, a missing goal is the handout's goal."""
     default = HANDOUT_GOAL if node_run.run.starts else {}
     values, units = {}, {}
     for name in (*REFERENCES_OF, *HANDOUT_GOAL):
@@ -105,8 +106,8 @@ def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
             values[name] = np.interp(times, series.time, series.value)
             units[name] = unit_of(series)
     to_goal = values['goal_x'] - values['local_x'] + 1j * (values['goal_y'] - values['local_y'])
-    return Pose(to_goal, values['local_yaw'] * units['local_yaw'],
-                values['goal_yaw'] * min(units['local_yaw'], units['goal_yaw']))
+    return NodePose(to_goal, yaw=values['local_yaw'] * units['local_yaw'],
+                    goal_yaw=values['goal_yaw'] * min(units['local_yaw'], units['goal_yaw']))
 
 
 def unit_of(series: Series) -> float:
@@ -114,18 +115,18 @@ def unit_of(series: Series) -> float:
     return np.pi / 180.0 if (np.abs(series.value) > 7.0).any() else 1.0
 
 
-def part_with_control(node_run: NodeRun, part: Series, seconds: float = MAX_PROBE_LAG) -> Series:
-    """Returns the readings in `part` at which the node has control and also had control `seconds`
-    earlier. The variable has_control, or else ctrl_relinq, shows who has control. Without
-    has_control and ctrl_relinq, all readings are returned."""
-    control, own = node_run.run.control, node_run.boolean_variable('has_control')
+def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -> Series:
+    """Returns the `readings` at which the node has control and also had control `seconds` earlier.
+    The variable has_control, or else ctrl_relinq, shows who has control. Without has_control and
+    ctrl_relinq, all readings are returned."""
+    control, has_control = node_run.run.control, node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
-    if own is not None:
-        time, value = own.time, own.value
+    if has_control is not None:
+        time, value = has_control.time, has_control.value
     if not len(time):
-        return part
-    now, before = last_until(time, part.time), last_until(time, part.time - seconds)
-    return part.take((before >= 0) & (value[now] == 1.0) & (value[before] == 1.0))
+        return readings
+    has, had = last_until(time, readings.time), last_until(time, readings.time - seconds)
+    return readings.take((had >= 0) & (value[has] == 1.0) & (value[had] == 1.0))
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
@@ -138,14 +139,14 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 class StateInterval(NamedTuple):
     """An interval in which the node is in one state and has control. `begin` and `end` are the
     times [s] of the first and the last reading in this state. `next_state` is '' if it is not
-    known. `pose` is the Pose at the times of the `commands`."""
+    known. `pose` is the NodePose at the times of the `commands`."""
 
     state: str
     begin: float
     end: float
     next_state: str
     commands: Any
-    pose: Pose
+    pose: NodePose
 
 
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
@@ -160,15 +161,15 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
     intervals = []
     for begin, end in zip(edges[:-1], edges[1:]):
-        part = part_with_control(node_run, series.between(begin, end), 0.0)
-        errors = own_pose(node_run, part.time).error(ROTATE_TO_GOAL)
+        readings = readings_with_control(node_run, series.between(begin, end), seconds=0.0)
+        errors = own_pose(node_run, readings.time).error(ROTATE_TO_GOAL)
         if np.isnan(errors).all():
             continue
         is_cut = end in gaps or (np.abs(np.subtract(cuts, end)) <= SHORT_LAG).any()
         next_state = series.text_at(end) if end in series.changes and not is_cut else ''
-        first, last = part.time[0], part.time[-1]
+        first, last = readings.time[0], readings.time[-1]
         commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))
         intervals.append(StateInterval(
-            state=str(part.text[-1]), begin=first, end=last, next_state=next_state,
+            state=str(readings.text[-1]), begin=first, end=last, next_state=next_state,
             commands=commands, pose=own_pose(node_run, commands.arrival)))
     return intervals

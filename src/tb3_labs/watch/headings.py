@@ -13,15 +13,14 @@ from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, should_
 from tb3_labs.watch.variables import (
     Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
-#: If a variable follows no quantity, `followed_quantity` compares a second time. The second
-#: tolerance is larger by this factor, because on a busy computer samples come late or are lost. A
-#: node may also round its heading to whole degrees.
+#: A variable that follows no quantity is compared again, with tolerances larger by this factor. On
+#: a busy computer samples come late or are lost, and a node may round its heading to degrees.
 COARSE_FACTOR = 30.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: (name, formula) of each range that a node may use for a yaw. The arguments of a formula are a yaw
 #: (from -180 to 180 degrees) and a whole turn, both in the node's unit. The third formula adds the
 #: number 360 even if the unit is not degrees.
-RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
+YAW_RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
     ('from 0 to 360', lambda yaw, turn: np.where(yaw < 0.0, yaw + turn, yaw)),
     ('from -180 to 180', lambda yaw, turn: yaw),
     ('its number plus 360 where it is negative',
@@ -34,8 +33,8 @@ RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
     ('mirrored, from 0 to 360', lambda yaw, turn: -yaw % turn),
     ('mirrored, from -180 to 180', lambda yaw, turn: -yaw))
 #: (name, number per degree) of each unit that a node may use for a yaw.
-UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
-         ('degrees, converted to degrees twice', 180.0 / math.pi))
+YAW_UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
+             ('degrees, converted to degrees twice', 180.0 / math.pi))
 
 
 def angles_of(imu: Any) -> Dict[str, np.ndarray]:
@@ -52,17 +51,17 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     """Returns the quantities that a node may use as its heading. The correct quantity is first."""
     imu = node_run.run.imu
     candidates = []
-    for (name, angle), (unit, factor) in product(angles_of(imu).items(), UNITS):
+    for (name, angle), (unit, factor) in product(angles_of(imu).items(), YAW_UNITS):
         number = np.degrees(angle) * factor
         turn = 360.0 * factor
         is_yaw = name == 'yaw'
-        ranges = RANGES if is_yaw else RANGES[:3]
+        ranges = YAW_RANGES if is_yaw else YAW_RANGES[:3]
         per_degree = factor if is_yaw else 0.0
         candidates += [
             Quantity(f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, turn),
                      min(turn, 360.0), per_degree) for range_text, formula in ranges]
-    for part in 'wxyz':
-        name, number = f'the {part} of the quaternion', getattr(imu, part)
+    for component in 'wxyz':
+        name, number = f'the {component} of the quaternion', getattr(imu, component)
         plus_360 = np.where(number < 0.0, number + 360.0, number)
         candidates += [
             Quantity(name, imu.arrival, number, scale=1.0),
@@ -84,12 +83,13 @@ def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Qu
     """Returns the quantity that a variable follows, or None. The first of the `quantities` is the
     correct heading. If a node cannot turn by the returned quantity, `per_degree` is 0."""
     correct = quantities[0]
-    matching = matching_quantities(series, quantities)
-    candidates = matching or matching_quantities(
-        series, [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities])
-    usable = [each for each in candidates if is_usable_heading(each, correct)]
-    if usable:
-        return usable[0]
+    matching = candidates = matching_quantities(series, quantities)
+    if not matching:
+        candidates = matching_quantities(
+            series, [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities])
+    for candidate in candidates:
+        if is_usable_heading(candidate, correct):
+            return candidate
     if matching:
         return matching[0]._replace(per_degree=0.0)
     if is_constant(series):
@@ -100,20 +100,20 @@ def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Qu
 def heading_from_another_zero(series: Series, correct: Quantity) -> Optional[Quantity]:
     """Returns the heading that a variable follows with a constant offset, or None. For example, a
     node may measure its heading from its direction at the start."""
-    heading = correct.at(series.time)
+    headings = correct.at(series.time)
     # angles are compared on the unit circle, so that their range does not matter
-    correct_circle = correct._replace(value=np.exp(1j * np.radians(correct.value)), scale=60.0)
-    for unit, per_degree in UNITS[:2]:
+    heading_points = correct._replace(value=np.exp(1j * np.radians(correct.value)), scale=60.0)
+    for unit, per_degree in YAW_UNITS[:2]:
         degrees = series.value / per_degree
-        offset = np.exp(1j * np.radians(degrees - heading))
-        middle = complex(np.nanmedian(offset.real), np.nanmedian(offset.imag))
-        zero = np.degrees(np.angle(middle))
-        circle = replace(series, value=np.exp(1j * np.radians(degrees - zero)))
-        if matching_quantities(circle, [correct_circle]):
-            at_first = f'(at first {heading[0]:.1f} degrees)'
+        offset_points = np.exp(1j * np.radians(degrees - headings))
+        median = complex(np.nanmedian(offset_points.real), np.nanmedian(offset_points.imag))
+        offset = np.degrees(np.angle(median))
+        points = replace(series, value=np.exp(1j * np.radians(degrees - offset)))
+        if matching_quantities(points, [heading_points]):
+            start = f'(at first {headings[0]:.1f} degrees)'
             return correct._replace(
-                name=f'the heading {at_first} {zero:+.1f} degrees, in {unit}',
-                value=(correct.value + zero) % 360.0 * per_degree, per_degree=per_degree)
+                name=f'the heading {start} {offset:+.1f} degrees, in {unit}',
+                value=(correct.value + offset) % 360.0 * per_degree, per_degree=per_degree)
     return None
 
 
@@ -145,14 +145,14 @@ def broken_heading(series: Series, correct: Quantity, followed: Optional[Quantit
 def printed_headings(node_run: NodeRun) -> Series:
     """Returns the headings that the node printed in its first run."""
     run = node_run.run
-    end_of_run = run.starts[1] if len(run.starts) > 1 else np.inf
+    end = run.starts[1] if len(run.starts) > 1 else np.inf
     texts = [str(text) for text in run.printed.text]
     time_of_character = np.repeat(run.printed.arrival, [len(text) for text in texts])
-    lines = list(HEADING_LINE.finditer(''.join(texts)))
-    times = np.array([time_of_character[line.end() - 1] for line in lines], dtype=float)
-    numbers = np.array([line.group(1) for line in lines], dtype=object)
-    return Series('the printed number', times, numbers, numbers.astype(float)).take(
-        times < end_of_run)
+    matches = list(HEADING_LINE.finditer(''.join(texts)))
+    times = np.array([time_of_character[match.end() - 1] for match in matches], dtype=float)
+    numbers = np.array([match.group(1) for match in matches], dtype=object)
+    series = Series('the printed number', times, text=numbers, value=numbers.astype(float))
+    return series.take(times < end)
 
 
 def wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:

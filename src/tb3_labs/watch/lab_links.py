@@ -48,8 +48,8 @@ CONTROL_STEP = STATES_SECTION.at_step(2)
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
-#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain,
-#: since each criterion is about one input, and so names the mistake.
+#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain. Each
+#: criterion of these labs is about one input, so the criterion names the mistake.
 LINKS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -88,8 +88,8 @@ VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
-def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None
-                 ) -> Optional[Tuple[Link, BrokenLink]]:
+def find_broken_link(node_run: NodeRun, links: Iterable[Link],
+                     parts: Optional[Iterable[str]] = None) -> Optional[Tuple[Link, BrokenLink]]:
     """Returns (Link, BrokenLink) of the first broken link, or None. Checks only the links that
     these `parts` of the lab use, or all links if `parts` is None."""
     for link in links:
@@ -103,7 +103,7 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
 def remarks(run: Any, lab: str) -> List[str]:
     """Returns a list with a sentence on a mistake that costs no points, or []."""
     links = [link for link in LINKS.get(lab, ()) if link.is_remarked]
-    first = first_broken(NodeRun(run), links)
+    first = find_broken_link(NodeRun(run), links)
     if first is None:
         return []
     link, broken = first
@@ -118,7 +118,7 @@ def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
         names = {bare_name(name) for name in node_run.variables}
         for lab, known_names in VARIABLES_OF_LAB.items():
             if known_names <= names:
-                first = first_broken(node_run, LINKS[lab])
+                first = find_broken_link(node_run, LINKS[lab])
                 if first is not None:
                     rows.append((node, *first))
     return rows

@@ -51,16 +51,15 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue        # the node is still in the previous turn, and has not read the letter
         change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
         change_deg = float(wrap_all(change, 360.0))
-        asked_deg = TURNS_DEG.get(turn.letter)
-        if asked_deg is None:
-            asked_deg = float(np.copysign(TURN_DEG, change_deg))
-        if abs(wrap_all(change_deg - asked_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
+        nearest_deg = float(np.copysign(TURN_DEG, change_deg))
+        requested_deg = TURNS_DEG.get(turn.letter, nearest_deg)
+        if abs(wrap_all(change_deg - requested_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
             correct_turn = correct_turn or turn
             continue
         behaviour = 'stayed' if turn.goal_before == turn.goal_after else 'became'
         correct_goal = f'{TURN_DEG * unit:g} more or less'
         if turn.letter != UNKNOWN_LETTER:
-            correct_goal = f'{(turn.begin_yaw + asked_deg * unit) % (360.0 * unit):.4g}'
+            correct_goal = f'{(turn.begin_yaw + requested_deg * unit) % (360.0 * unit):.4g}'
         message = should_be(
             f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
             f'{behaviour} {shortened_value(turn.goal_after)}', correct_goal)
@@ -76,13 +75,15 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
     if turning is None:
         return
     for turn in node_run.cached(letter_turns):
-        part = turning.between(turn.begin + FIRST_COMMAND_TIME, min(turn.end, turn.begin + 1.0))
-        stays_false = len(part.value) > 4 and not part.value.any()
+        end = min(turn.end, turn.begin + 1.0)
+        readings = turning.between(turn.begin + FIRST_COMMAND_TIME, end)
+        stays_false = len(readings.value) > 4 and not readings.value.any()
         if stays_false and not len(turn.moving_indices):
-            is_known = np.isfinite(turn.error[:1]).any()
-            error = f', at an error of {turn.error[0]:+.0f} degrees' if is_known else ''
-            value = part.text[-1]
-            yield BrokenLink(f'after {turn.letter}{error}, {turning.name} stayed {value}, or was '
+            clause = ''
+            if np.isfinite(turn.error[:1]).any():
+                clause = f', at an error of {turn.error[0]:+.0f} degrees'
+            value = readings.text[-1]
+            yield BrokenLink(f'after {turn.letter}{clause}, {turning.name} stayed {value}, or was '
                              f'{value} again at once', turn.begin, turning.name)
 
 
@@ -100,16 +101,16 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
                     f'{is_zero.sum()} of {len(is_zero)} commands in the turn after {turn.letter} '
                     'were zero: another callback publishes, too', turn.begin)
         elif turn.lacks_zero:
-            often = 'once' if len(moving) == 1 else 'twice'
+            count = 'once' if len(moving) == 1 else 'twice'
             yield BrokenLink(f'after {turn.letter} the command {turn.command[-1]:+.2f} rad/s came '
-                             f'{often}, and then none', turn.begin)
+                             f'{count}, and then none', turn.begin)
 
 
 def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that commands turn the robot, to the correct side, and within the limits."""
     for turn in node_run.cached(letter_turns):
-        turned_never = len(turn.time) > 5 and not len(turn.moving_indices)
-        if turned_never and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
+        has_only_zeros = len(turn.time) > 5 and not len(turn.moving_indices)
+        if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
             yield BrokenLink(
                 f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, angular.z '
                 f'stayed 0{other_field_text(node_run)}', turn.begin, 'angular.z')
@@ -119,14 +120,14 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that no command turns the robot away from the goal."""
-    wrong = []
+    wrong_commands = []
     for turn in node_run.cached(letter_turns):
-        size = np.abs(turn.error)
-        is_clear = (size > CLEAR_ERROR_DEG) & (size < 180.0 - CLEAR_ERROR_DEG)
+        error_size = np.abs(turn.error)
+        is_clear = (error_size > CLEAR_ERROR_DEG) & (error_size < 180.0 - CLEAR_ERROR_DEG)
         turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > 0.02)
-        wrong += [(turn, k) for k in np.flatnonzero(is_clear & turns_away)]
-    if len(wrong) >= 2:
-        turn, k = wrong[0]
+        wrong_commands += [(turn, k) for k in np.flatnonzero(is_clear & turns_away)]
+    if len(wrong_commands) >= 2:
+        turn, k = wrong_commands[0]
         yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
 
 
@@ -176,18 +177,18 @@ def wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink
 def late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
     """Checks that the turn ends soon after its error is small."""
     last = turn.moving_indices[-1]
-    size = np.abs(turn.error[:last + 1])
-    inner = np.flatnonzero(size < HDG_TOL / 2.0)
-    if not len(inner):
+    error_size = np.abs(turn.error[:last + 1])
+    small_indices = np.flatnonzero(error_size < HDG_TOL / 2.0)
+    if not len(small_indices):
         return
-    first = inner[0]
+    first = small_indices[0]
     begin = turn.time[first]
-    time_inside = turn.time[last] - begin
+    stop_time = turn.time[last] - begin
     # a node with a finer tolerance comes nearer to the goal before it ends the turn
-    stays_inside = size[first:].max() < HDG_TOL
+    stays_inside = error_size[first:].max() < HDG_TOL
     is_over = turn.is_ended or turn.is_cut
-    is_fine_stop = is_over and stays_inside and time_inside < FINE_STOP_TIME
-    if time_inside > MAX_STOP_TIME and not is_fine_stop:
+    is_fine_stop = is_over and stays_inside and stop_time < FINE_STOP_TIME
+    if stop_time > MAX_STOP_TIME and not is_fine_stop:
         yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
                          + own_tolerance_text(node_run), begin, 'turning')
 

@@ -11,7 +11,7 @@ from tb3_labs.watch.headings import followed_quantity, heading_candidates
 from tb3_labs.watch.variables import Quantity
 
 #: A node reads a typed letter within this time [s].
-LETTER_DELAY = 3.0
+MAX_LETTER_DELAY = 3.0
 #: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
 #: The letter of a turn whose letter was not recorded.
@@ -102,16 +102,17 @@ def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
         letters = [UNKNOWN_LETTER] * len(times)
     turns = []
     for begin, letter, end in zip(times, letters, [*times[1:], run.duration]):
-        cut = min(mouse_moved_at(run.mouse, begin), node_run.end_after(begin), end)
-        if letter and cut > begin:
-            turns.append(turn_of(node_run, begin, cut, letter, is_cut=cut < end))
+        turn_end = min(mouse_moved_at(run.mouse, begin), node_run.end_after(begin), end)
+        if letter and turn_end > begin:
+            turns.append(turn_of(node_run, begin, turn_end, letter, is_cut=turn_end < end))
     return turns
 
 
 def mouse_moved_at(mouse: Any, begin: float) -> float:
     """Returns the time of the first message by which the mouse drives the robot; inf without such a
     message. The search starts with the message that is in force at `begin`."""
-    mouse = mouse.take(slice(max(last_before(mouse.arrival, begin), 0), None))
+    index_at_begin = max(last_before(mouse.arrival, begin), 0)
+    mouse = mouse.take(slice(index_at_begin, None))
     is_far = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) >= MOUSE_DEAD_ZONE
     return float(min(mouse.arrival[is_far & (mouse.active > 0.0)], default=np.inf))
 
@@ -146,7 +147,7 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
     goal_before = goal_after = ''
     if goal is not None:
         # goal_yaw changes when the node reads the letter
-        changes = goal.between(begin, min(end, begin + LETTER_DELAY)).changes
+        changes = goal.between(begin, min(end, begin + MAX_LETTER_DELAY)).changes
         read_at = float(changes[0]) if len(changes) else begin + READING_PERIOD
         goal_before, goal_after = goal.text_at(begin), goal.text_at(read_at + READING_PERIOD)
     commands = node_run.commands

@@ -16,21 +16,21 @@ import numpy as np
 from tb3_labs.geometry.arrays import last_before, last_until
 
 #: Two numbers are equal if they differ by at most this share of the quantity's scale.
-SAME_SHARE = 3e-4
+TOLERANCE_SHARE = 3e-4
 #: A variable follows a quantity if at least this share of its values comes from recent samples.
-FOLLOWING_SHARE = 0.98
+MIN_FOLLOWING_SHARE = 0.98
 #: A variable follows a quantity with a delay if at least DELAYED_SHARE of the variable's values are
 #: late by at most MAX_DELAY [s].
 DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
-#: A sample is recent until this time [s] after the next sample's arrival. The last sample is always
+#: A sample is recent for this time [s] after the next sample arrives. The last sample is always
 #: recent.
 RECENT_TIME = 0.5
 #: A node receives a sample at most this time [s] before the recorder does.
-ARRIVAL_LEAD = 0.03
+MAX_ARRIVAL_LEAD = 0.03
 #: At most about this many values of a variable are compared.
-MAX_VALUES = 400
+MAX_COMPARED_VALUES = 400
 
-TRUTH_VALUES = {'True': 1.0, 'False': 0.0}
+BOOLEAN_VALUES = {'True': 1.0, 'False': 0.0}
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Series:
 def to_number(text: str) -> float:
     """Returns a variable's text as a number, or NaN."""
     try:
-        return TRUTH_VALUES[text] if text in TRUTH_VALUES else float(text)
+        return BOOLEAN_VALUES[text] if text in BOOLEAN_VALUES else float(text)
     except ValueError:
         return math.nan
 
@@ -85,10 +85,10 @@ def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
     for index, key in enumerate(zip(rows.node.tolist(), rows.name.tolist())):
         indices.setdefault(key, []).append(index)
     nodes: Dict[str, Dict[str, Series]] = {}
-    for (node, name), part in indices.items():
-        texts = rows.value[part]
+    for (node, name), row_indices in indices.items():
+        texts = rows.value[row_indices]
         nodes.setdefault(node, {})[name] = Series(
-            name, rows.arrival[part], texts, np.array([numbers[text] for text in texts]))
+            name, rows.arrival[row_indices], texts, np.array([numbers[text] for text in texts]))
     return nodes
 
 
@@ -124,36 +124,37 @@ class Quantity(NamedTuple):
         return self.value[last_before(self.time, time).clip(0)]
 
 
-def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
+def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME) -> np.ndarray:
     """Returns the age [s] of each value of a variable. The age of a value is the age of the newest
-    sample with this value. The age is inf if no sample of the last `longest` seconds has this
+    sample with this value. The age is inf if no sample of the last `max_age` seconds has this
     value. A sample has the age 0 until the next sample comes."""
     times, readings = quantity.time, series.time
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
-    recent_samples = int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2
+    recent_samples = int((max_age + MAX_ARRIVAL_LEAD) / max(step, 1e-3)) + 2
     count = min(len(times), recent_samples)
     # in each array a row is a reading, and a column is a sample, newest first
-    newest = last_before(times, readings + ARRIVAL_LEAD)
+    newest = last_before(times, readings + MAX_ARRIVAL_LEAD)
     indices = newest[:, None] - np.arange(count)
     exists = indices >= 0
     indices = indices.clip(0)
     replaced_at = np.append(times[1:], np.inf)    # a sample is replaced by the next sample
     age = (readings[:, None] - replaced_at[indices]).clip(0.0)
     distance = np.abs(series.value[:, None] - quantity.value[indices])
-    is_equal = exists & (age <= longest) & (distance <= SAME_SHARE * quantity.scale)
+    is_equal = exists & (age <= max_age) & (distance <= TOLERANCE_SHARE * quantity.scale)
     return np.where(is_equal, age, np.inf).min(axis=1)
 
 
 def subsampled(series: Series) -> Series:
-    """Returns at most about MAX_VALUES of the values that are numbers, at equal intervals."""
-    known = np.flatnonzero(np.isfinite(series.value))
-    return series.take(known[::max(1, len(known) // MAX_VALUES)])
+    """Returns about MAX_COMPARED_VALUES of the numbers in `series`, at equal intervals."""
+    indices = np.flatnonzero(np.isfinite(series.value))
+    step = max(1, len(indices) // MAX_COMPARED_VALUES)
+    return series.take(indices[::step])
 
 
 def matching_quantities(series: Series, quantities: Iterable[Quantity],
-                        share: float = FOLLOWING_SHARE) -> List[Quantity]:
+                        share: float = MIN_FOLLOWING_SHARE) -> List[Quantity]:
     """Returns the quantities that a variable follows, in the given order. If a variable follows
     several quantities, the run does not show which quantity the node uses."""
     # the variable may have its first value before the first message comes
@@ -167,7 +168,9 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the delay [s] with which a variable follows a quantity. DELAYED_SHARE of the values
-    have at most the returned delay. Returns inf if the delay exceeds MAX_DELAY."""
+    """Returns the delay [s] with which a variable follows a quantity. The share DELAYED_SHARE of
+    the values has at most this delay. Returns inf if the delay exceeds MAX_DELAY."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
-    return float(ages[int(DELAYED_SHARE * (len(ages) - 1))]) if len(ages) else math.inf
+    if not len(ages):
+        return math.inf
+    return float(ages[int(DELAYED_SHARE * (len(ages) - 1))])

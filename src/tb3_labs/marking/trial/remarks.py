@@ -5,7 +5,7 @@ from typing import Dict, List
 from tb3_labs.handout import CMD_VEL_TOPIC
 from tb3_labs.marking.trial.observation import (
     CTRL_C, Ended, NotObserved, NotTried, Observation, NodeProcess, Scene)
-from tb3_labs.watch.broken_link import wrong_field
+from tb3_labs.watch.broken_link import wrong_field_text
 
 TWIST = 'geometry_msgs/Twist'       # the type of cmd_vel
 #: A robot without a command turns less than this angle [deg].
@@ -93,7 +93,7 @@ def other_fields(scene: Scene) -> str:
     no wheel; '' if these fields are zero."""
     commands = scene.observation.recording.commands
     is_inside = (commands.arrival >= scene.begin) & (commands.arrival <= scene.end)
-    return wrong_field(commands.take(is_inside))
+    return wrong_field_text(commands.take(is_inside))
 
 
 def _why_no_command(process):

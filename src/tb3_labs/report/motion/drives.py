@@ -21,11 +21,10 @@ from tb3_labs.report.motion.resets_and_goals import (
 #: A drive's errors are measured at rest, at the latest this time [s] after the end of the drive.
 SETTLE_TIME = 1.0
 #: The turn to the goal may last until this time [s] after the start of MOVE_FORWARD.
-STRAIGHT_AFTER = 0.3
-#: If a reset begins a drive, the new frame comes at most this time [s] after the drive's begin.
-RESET_DELAY = 0.1
-#: An unknown (distance, angle) has this value.
-UNKNOWN = math.nan, math.nan
+TURN_OVERLAP_TIME = 0.3
+#: If a reset begins a drive, the new frame comes at most this time [s] after the drive begins.
+MAX_RESET_DELAY = 0.1
+UNKNOWN_ERROR = math.nan, math.nan
 TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
 
 
@@ -42,19 +41,19 @@ class DriveReport:
     drift: float                      # [rad], change of the heading in MOVE_FORWARD
 
 
-def drives(run: RunData) -> List[DriveReport]:
+def drive_reports(run: RunData) -> List[DriveReport]:
     """Returns the DriveReport of each drive, in order."""
-    states, frames = recorded_states(run), frame_intervals(run)
-    reports = []
-    first = 0
-    while first < len(states):
-        end = first + 1
-        if states[first].state in DRIVING:
-            while end < len(states) and _is_same_drive(frames, states[end - 1], states[end]):
-                end += 1
-            reports.append(_drive(run, frames, states[first:end], states[end:end + 1]))
-        first = end
-    return reports
+    frames = frame_intervals(run)
+    groups: List[List[RecordedState]] = []      # each drive, and each other state, is a group
+    for state in recorded_states(run):
+        is_in_drive = len(groups) > 0 and groups[-1][0].state in DRIVING
+        if is_in_drive and _is_same_drive(frames, groups[-1][-1], state):
+            groups[-1].append(state)
+        else:
+            groups.append([state])
+    next_states = [*(group[0] for group in groups[1:]), None]
+    return [_drive_report(run, frames, group, next_state)
+            for group, next_state in zip(groups, next_states) if group[0].state in DRIVING]
 
 
 def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
@@ -64,7 +63,7 @@ def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float)
     the second half of the drive has ended the drive, so the interval after this reset is not
     returned.
     """
-    latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
+    latest = min(begin + MAX_RESET_DELAY, (begin + end) / 2.0)
     return [interval for interval in frames if interval.begin <= latest][-1]
 
 
@@ -73,53 +72,50 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
     if following.state != TURN_TO_GOAL:
         return following.state in DRIVING or is_stopped(following.state)
     # after a stop, or if the final error is too large, the robot drives to the same goal again
-    is_again = previous.state == FINAL_TURN or is_stopped(previous.state)
+    may_repeat = previous.state == FINAL_TURN or is_stopped(previous.state)
     interval, next_interval = (
         frame_interval_of(frames, each.begin, each.end) for each in (previous, following))
-    return is_again and previous.goal == following.goal and interval is next_interval
+    return may_repeat and previous.goal == following.goal and interval is next_interval
 
 
-def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[RecordedState],
-           next_states: Sequence[RecordedState]) -> DriveReport:
-    """Returns the report of the drive with the states `parts`. `next_states` contains the state
-    after the drive, and is empty if the recording ended during the drive."""
-    begin, end, goal = parts[0].begin, parts[-1].end, parts[0].goal
+def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequence[RecordedState],
+                  next_state: Optional[RecordedState]) -> DriveReport:
+    """Returns the report of the drive with these `states`. `next_state` is the state after the
+    drive, or None if the recording ended during the drive."""
+    begin, end, goal = states[0].begin, states[-1].end, states[0].goal
     interval = frame_interval_of(frames, begin, end)
     measured_until = end
-    if next_states and next_states[0].state != TURN_TO_GOAL:
-        measured_until = min(end + SETTLE_TIME, next_states[0].end)
+    if next_state is not None and next_state.state != TURN_TO_GOAL:
+        measured_until = min(end + SETTLE_TIME, next_state.end)
     local, truth = (poses.between(interval.begin, min(measured_until, interval.end))
                     for poses in (run.local_pose, run.ground_truth))
-    true_error = UNKNOWN
+    true_error = UNKNOWN_ERROR
     if interval.local_T_world is not None:
         true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
-    return DriveReport(begin, end, goal, outcome=_outcome(next_states),
+    return DriveReport(begin, end, goal, outcome=_outcome(next_state),
                        error=_final_error(local, goal, end), true_error=true_error,
-                       drift=_drift(run, parts))
+                       drift=_drift(run, states))
 
 
 def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
-    """Returns (distance, angle) from the last pose to the goal. Returns UNKNOWN without a pose near
-    the drive's `end` [s]."""
+    """Returns (distance, angle) to the goal at the drive's `end` [s], or UNKNOWN_ERROR."""
     if goal is None or not len(poses) or poses.time[-1] < end - MIN_GAP:
-        return UNKNOWN
+        return UNKNOWN_ERROR
     last = poses.pose(-1)
     return last.distance_to(goal), difference(goal.yaw, last.yaw)
 
 
-def _drift(run: RunData, parts: Sequence[RecordedState]) -> float:
-    stretches = [part for part in parts if part.state == FORWARD]
-    if not stretches:
+def _drift(run: RunData, states: Sequence[RecordedState]) -> float:
+    forward_states = [state for state in states if state.state == FORWARD]
+    if not forward_states:
         return math.nan
-    longest = max(stretches, key=lambda part: part.end - part.begin)
-    yaw = np.unwrap(run.imu.between(longest.begin + STRAIGHT_AFTER, longest.end).yaw)
+    longest = max(forward_states, key=lambda state: state.end - state.begin)
+    yaw = np.unwrap(run.imu.between(longest.begin + TURN_OVERLAP_TIME, longest.end).yaw)
     return float(yaw[-1] - yaw[0]) if len(yaw) > 1 else math.nan
 
 
-def _outcome(next_states: Sequence[RecordedState]) -> str:
-    if not next_states:
+def _outcome(next_state: Optional[RecordedState]) -> str:
+    if next_state is None:
         return 'recording ended'
-    following = next_states[0].state
-    if following == GoalState.GOAL_REACHED.name:
-        return 'reached'
-    return 'begun anew' if following == TURN_TO_GOAL else following
+    outcomes = {GoalState.GOAL_REACHED.name: 'reached', TURN_TO_GOAL: 'begun anew'}
+    return outcomes.get(next_state.state, next_state.state)

@@ -5,8 +5,8 @@ are computed from the movements. The robot's pose in ``local`` is (0, 0, 0) at t
 the declared pose at a reset. As in the lab, the robot's place follows the odometry, and the robot's
 heading follows the IMU. If the odometry jumps, the pose in ``local`` jumps, too.
 
-A *movement* is a series of commands that are not zero, with pauses shorter than `MOVEMENT_PAUSE`. A
-reset, or a False on `ctrl_relinq`, divides a movement in two.
+A *movement* is a series of commands that are not zero, with pauses shorter than
+`MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two.
 
 A turn has no command with a forward speed. A drive has a turn, a way forward and a second turn. One
 of the two turns of a drive may be missing. Any other movement is a movement by hand.
@@ -36,13 +36,12 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
 
 #: If no command moves the robot for this time [s], a movement ends.
-MOVEMENT_PAUSE = 1.0
+MOVEMENT_PAUSE_TIME = 1.0
 #: A smaller speed [m/s, rad/s] counts as zero.
-NO_SPEED = 1e-3
+MIN_MOVING_SPEED = 1e-3
 #: A drive goes forward by at least this distance [m].
 MIN_DRIVE_LENGTH = 0.1
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
-#: The state after a drive.
 CAME_TO_REST = 'came to rest'
 
 
@@ -68,7 +67,7 @@ class Movement:
 def movements(run: RunData) -> List[Movement]:
     time = run.commands.time
     speeds = np.maximum(np.abs(run.commands.linear), np.abs(run.commands.angular))
-    moves = np.flatnonzero(speeds > NO_SPEED)
+    moves = np.flatnonzero(speeds > MIN_MOVING_SPEED)
     if not len(moves):
         return []
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
@@ -77,9 +76,9 @@ def movements(run: RunData) -> List[Movement]:
     cuts_before = np.searchsorted(np.sort(cuts), time[moves])
     is_cut = np.diff(cuts_before) > 0
     begins, previous_ends = time[moves[1:]], ends[moves[:-1]]
-    is_pause = begins - previous_ends >= MOVEMENT_PAUSE
-    parts = np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)
-    return [_movement(run, part, ends) for part in parts]
+    is_pause = begins - previous_ends >= MOVEMENT_PAUSE_TIME
+    first_indices = np.flatnonzero(is_cut | is_pause) + 1
+    return [_movement(run, indices, ends) for indices in np.split(moves, first_indices)]
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
@@ -87,21 +86,21 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward_begin = forward_end = end
-    ahead = moves[np.abs(run.commands.linear[moves]) > NO_SPEED]
-    if len(ahead):
-        forward_begin, forward_end = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
+    forward = moves[np.abs(run.commands.linear[moves]) > MIN_MOVING_SPEED]
+    if len(forward):
+        forward_begin, forward_end = float(time[forward[0]]), float(min(ends[forward[-1]], end))
     kind = MovementKind.DRIVE
     has_mouse = 'mouse_info' in run.devices
     if len(run.control) or 'joy' in run.devices:
         is_by_node = has_control(run, (begin + end) / 2.0)
-    elif len(ahead):
-        has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
+    elif len(forward):
+        has_turn = moves[0] < forward[0] or moves[-1] > forward[-1]
         length = run.odometry.pose_at(forward_begin).distance_to(run.odometry.pose_at(forward_end))
         is_by_node = has_turn and not has_mouse and length >= MIN_DRIVE_LENGTH
     else:
         kind = MovementKind.TURN
         fastest = np.abs(run.commands.angular[moves]).max()
-        is_by_node = not has_mouse or fastest > MOUSE_FULL + NO_SPEED
+        is_by_node = not has_mouse or fastest > MOUSE_FULL + MIN_MOVING_SPEED
     if not is_by_node:
         kind = MovementKind.BY_HAND
     return Movement(kind, begin, forward_begin=forward_begin, forward_end=forward_end, end=end)
@@ -112,8 +111,8 @@ def has_control(run: RunData, time: float) -> bool:
     change the control."""
     if not len(run.control):
         return False
-    before = run.control.value[run.control.time <= time]
-    return bool(before[-1]) if len(before) else not run.control.value[0]
+    earlier_values = run.control.value[run.control.time <= time]
+    return bool(earlier_values[-1]) if len(earlier_values) else not run.control.value[0]
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:

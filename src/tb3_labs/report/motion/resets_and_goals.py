@@ -2,8 +2,8 @@
 
 A *frame interval* is the time from one reset of ``local`` to the next. The log line of a reset
 comes a moment before or after the first pose in the new frame. A frame interval begins at the
-largest jump of local_pose within `NEAR_RESET` of the log line. A jump is a motion that the odometry
-does not show.
+largest jump of local_pose within `RESET_SEARCH_TIME` of the log line. A jump is a motion that the
+odometry does not show.
 
 ``local`` may move in ``odom`` within a frame interval. If the odometry jumps while the robot rests,
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
@@ -26,15 +26,15 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Poses, RunData
 
 #: The log line of a reset, and the first pose in the new frame, are at most this time [s] apart.
-NEAR_RESET = 0.3
+RESET_SEARCH_TIME = 0.3
 #: The weight of a jump is its size [m] minus this length [m] for each second between the jump and
 #: the log line. If no pose jumps, the frame begins at the pose nearest to the log line.
-LOSS_PER_SECOND = 0.05
+WEIGHT_LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message in the old frame and the first message in the
 #: new frame. The first message comes at most this time [s] after the frame begins.
-MAX_TIME_BEFORE = 0.05
+MAX_FIRST_MESSAGE_DELAY = 0.05
 #: A goal that arrived at most this time [s] after a state belongs to the state.
-SAME_MOMENT = 0.1
+MAX_GOAL_DELAY = 0.1
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def frame_intervals(run: RunData) -> List[FrameInterval]:
     frames = _frames(run)
     begins = [-math.inf] + _interval_begins(run)
     ends = begins[1:] + [math.inf]
-    # at an interval's begin, the first transform on tf has the exact pose of ``local``
+    # at the beginning of an interval, the first transform on tf has the exact pose of ``local``
     first = np.searchsorted(frames.time, begins).clip(max=len(frames) - 1)
     return [FrameInterval(begin, end, frames.pose(int(k)), _local_T_world(run, begin, end))
             for k, begin, end in zip(first, begins, ends)]
@@ -78,14 +78,17 @@ def _interval_begins(run: RunData) -> List[float]:
     jump = moved_in_local.inverse() @ moved_in_odom
     jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw)     # a radian weighs as much as a metre
     begins = _begins_of_frames(local)
-    found: Set[int] = set()
+    reset_indices: Set[int] = set()
     for time in run.resets.time:
-        first, last = np.searchsorted(local.time, (time - NEAR_RESET, time + NEAR_RESET))
-        around = [k for k in range(max(0, first - 1), min(last, len(jumps))) if k not in found]
-        if around and local.time[0] < time:
-            weights = jumps[around] - LOSS_PER_SECOND * np.abs(begins[around] - time)
-            found.add(around[int(np.argmax(weights))])
-    return [float(begin) for begin in begins[sorted(found)]]
+        window = time - RESET_SEARCH_TIME, time + RESET_SEARCH_TIME
+        first, last = np.searchsorted(local.time, window)
+        near_jumps = range(max(0, first - 1), min(last, len(jumps)))
+        candidates = [k for k in near_jumps if k not in reset_indices]
+        if candidates and local.time[0] < time:
+            delays = np.abs(begins[candidates] - time)
+            weights = jumps[candidates] - WEIGHT_LOSS_PER_SECOND * delays
+            reset_indices.add(candidates[int(np.argmax(weights))])
+    return [float(begin) for begin in begins[sorted(reset_indices)]]
 
 
 def _displacements(poses: Poses) -> Poses:
@@ -109,7 +112,7 @@ def _frames(run: RunData) -> Poses:
 def _begins_of_frames(frames: Poses) -> np.ndarray:
     """Returns the time [s] at which each of the `frames` after the first comes into force."""
     last, first = frames.time[:-1], frames.time[1:]
-    return np.maximum((last + first) / 2.0, first - MAX_TIME_BEFORE)
+    return np.maximum((last + first) / 2.0, first - MAX_FIRST_MESSAGE_DELAY)
 
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
@@ -117,11 +120,12 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
     local_pose in the interval is assumed to be exact."""
     if not len(run.ground_truth):
         return None
-    known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
-                                   min(end, run.ground_truth.time[-1]))
-    if not len(known):
+    local_T_robot = run.local_pose.between(max(begin, run.ground_truth.time[0]),
+                                           min(end, run.ground_truth.time[-1]))
+    if not len(local_T_robot):
         return None
-    return known.pose(0) @ run.ground_truth.pose_at(known.time[0]).inverse()
+    world_T_robot = run.ground_truth.pose_at(local_T_robot.time[0])
+    return local_T_robot.pose(0) @ world_T_robot.inverse()
 
 
 @lru_cache(maxsize=1)
@@ -129,7 +133,7 @@ def recorded_states(run: RunData) -> List[RecordedState]:
     """Returns the RecordedStates in order. A state begins when its message arrives."""
     begins = run.states.arrival.tolist()
     ends = begins[1:] + [run.duration]
-    goals = last_until(run.goals.arrival, run.states.arrival + SAME_MOMENT).tolist()
+    goals = last_until(run.goals.arrival, run.states.arrival + MAX_GOAL_DELAY).tolist()
     return [RecordedState(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
             for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 

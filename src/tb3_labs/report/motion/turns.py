@@ -3,7 +3,7 @@
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
 rests before and after a turn. Topic `turn` gives the requested angle. Without a message on `turn`,
 the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
-a message on `turn`, and with an angle below `MIN_TURN`, is not a turn.
+a message on `turn`, and with an angle below `MIN_TURN_ANGLE`, is not a turn.
 
 Units: radians (positive to the left), seconds. The IMU's yaw is unwrapped, so that an angle may be
 larger than half a turn. Edge case: without ground truth, the true values are NaN.
@@ -11,29 +11,29 @@ larger than half a turn. Edge case: without ground truth, the true values are Na
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Callable, List, Optional, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.recording.run_data import ImuSamples, RunData
-from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, movements
+from tb3_labs.report.motion.movements import MIN_MOVING_SPEED, Movement, MovementKind, movements
 from tb3_labs.report.motion.resets_and_goals import recorded_states
 from tb3_labs.robot.samples import MAX_REST_TURN_RATE
 
 #: A robot rests if its mean rate of turn over this time [s] is below MAX_REST_TURN_RATE.
-REST_WINDOW = 0.15
+RATE_MEAN_TIME = 0.15
 #: The robot has come to rest within this time [s] after the last command.
-REST_WAIT = 2.0
-#: After REST_WINDOW at rest, the heading is averaged over this time [s].
-REST_MEAN = 0.3
+MAX_STOPPING_TIME = 2.0
+#: After RATE_MEAN_TIME at rest, the heading is averaged over this time [s].
+HEADING_MEAN_TIME = 0.3
 #: A turn may begin up to this time [s] before its first recorded command, since the recorder may
 #: miss the first commands of a new node.
-MAX_MISSED = 1.0
+MAX_MISSED_TIME = 1.0
 #: Without a message on `turn`, a movement by a smaller angle [rad] is not a turn.
-MIN_TURN = math.radians(45.0)
+MIN_TURN_ANGLE = math.radians(45.0)
 #: A longer pause [s] between turning commands separates two turns.
-TURN_PAUSE = 0.5
+TURN_PAUSE_TIME = 0.5
 #: The request of a turn comes at most this time [s] before the turn begins.
 MAX_REQUEST_LEAD = 2.0
 
@@ -43,100 +43,99 @@ class TurnReport:
     """The report of a turn, from rest to rest."""
 
     begin: float
-    end: float                        # from then on the robot rests again
+    end: float                        # the robot is at rest again
     requested: float
     turned: float                     # by the IMU
-    error: float                      # turned beyond the requested angle; negative if too short
+    error: float                      # positive if the robot turned too far
     true_error: float                 # the error by the ground truth
 
 
 @lru_cache(maxsize=1)
 def turn_reports(run: RunData) -> List[TurnReport]:
     """Returns a TurnReport for each turn, in order."""
-    driven = [interval for interval in recorded_states(run) if interval.state in DRIVING]
+    driving_states = [state for state in recorded_states(run) if state.state in DRIVING]
     all_movements = movements(run)
     next_begins = [movement.begin for movement in all_movements[1:]] + [run.duration]
     reports: List[TurnReport] = []
-    since = 0.0
+    previous_end = 0.0
     for movement, next_begin in zip(all_movements, next_begins):
-        is_driven = any(
-            interval.begin < movement.end and movement.begin < interval.end for interval in driven)
-        if movement.kind is not MovementKind.TURN or is_driven:
+        is_part_of_drive = any(state.begin < movement.end and movement.begin < state.end
+                               for state in driving_states)
+        if movement.kind is not MovementKind.TURN or is_part_of_drive:
             continue
-        for begin, end, until in _separate_turns(run, movement, next_begin):
-            report = _turn(run, begin, end, next_command=until, since=since)
+        for begin, end, next_command in _separate_turns(run, movement, next_begin):
+            report = _turn_report(
+                run, begin, end, next_command=next_command, previous_end=previous_end)
             if report is not None:
                 reports.append(report)
-                since = report.end
+                previous_end = report.end
     return reports
 
 
 def _separate_turns(run: RunData, movement: Movement,
-                    until: float) -> List[Tuple[float, float, float]]:
-    """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
-    the time of the first command after the movement. Only a pause of TURN_PAUSE separates two
-    turns, so a turn includes its quick corrections."""
+                    next_begin: float) -> List[Tuple[float, float, float]]:
+    """Returns (begin, end, time of the next command) of each turn within one movement. Only a pause
+    of TURN_PAUSE_TIME separates two turns, so a turn includes its quick corrections."""
     commands = run.commands.between(movement.begin, movement.end)
-    times = commands.time[np.abs(commands.angular) > NO_SPEED]
-    first_after_pause = np.flatnonzero(np.diff(times) > TURN_PAUSE) + 1
+    times = commands.time[np.abs(commands.angular) > MIN_MOVING_SPEED]
+    first_after_pause = np.flatnonzero(np.diff(times) > TURN_PAUSE_TIME) + 1
     begins = [movement.begin, *times[first_after_pause].tolist()]
-    next_begins = [*begins[1:], until]
+    next_begins = [*begins[1:], next_begin]
     ends = [*times[first_after_pause - 1].tolist(), movement.end]
     return list(zip(begins, ends, next_begins))
 
 
-def _turn(run: RunData, begin: float, end: float, next_command: float,
-          since: float) -> Optional[TurnReport]:
+def _turn_report(run: RunData, begin: float, end: float, next_command: float,
+                 previous_end: float) -> Optional[TurnReport]:
     """Returns the report of the turn that the commands from `begin` to `end` make; None if these
-    commands are not a turn. The next command comes at `next_command`. A request before `since`
-    belongs to an earlier turn."""
-    times_before = begin - np.arange(0.0, MAX_MISSED, REST_WINDOW / 3.0)
-    rest_before = _first_time(
-        times_before, lambda time: _rests(run.imu, time - REST_WINDOW, time))
-    latest = min(end + REST_WAIT, next_command)
-    rest_after = _first_time(run.imu.between(end, latest).time,
-                             lambda time: _rests(run.imu, time, min(time + REST_WINDOW, latest)))
-    if rest_before is None or rest_after is None:
+    commands are not a turn."""
+    times_before = begin - np.arange(0.0, MAX_MISSED_TIME, RATE_MEAN_TIME / 3.0)
+    before = _first_rest(run.imu, times_before - RATE_MEAN_TIME, times_before)
+    latest = min(end + MAX_STOPPING_TIME, next_command)
+    times_after = run.imu.between(end, latest).time
+    after = _first_rest(run.imu, times_after, np.minimum(times_after + RATE_MEAN_TIME, latest))
+    if before is None or after is None:
         return None
-    last = min(rest_after + REST_WINDOW + REST_MEAN, next_command)
-    imu = run.imu.between(rest_before - REST_WINDOW, last)
+    rest_before, rest_after = float(times_before[before]), float(times_after[after])
+    last = min(rest_after + RATE_MEAN_TIME + HEADING_MEAN_TIME, next_command)
+    imu = run.imu.between(rest_before - RATE_MEAN_TIME, last)
     yaw = np.unwrap(imu.yaw)
     yaw -= yaw[imu.time <= rest_before].mean()
-    is_at_rest = imu.time >= rest_after + REST_WINDOW
-    if not is_at_rest.any():
-        is_at_rest = imu.time >= rest_after
-    turned = float(yaw[is_at_rest].mean())
-    requested = _requested(run, max(rest_before - MAX_REQUEST_LEAD, since), end, turned)
+    is_resting = imu.time >= rest_after + RATE_MEAN_TIME
+    if not is_resting.any():
+        is_resting = imu.time >= rest_after
+    turned = float(yaw[is_resting].mean())
+    first_request = max(rest_before - MAX_REQUEST_LEAD, previous_end)
+    requested = _requested_angle(run, first_request, end, turned)
     if not requested:
         return None
     sign = math.copysign(1.0, requested)
     return TurnReport(rest_before, rest_after, requested, turned,
                       error=sign * turned - abs(requested),
-                      true_error=sign * _true_turn(run, rest_before, last) - abs(requested))
+                      true_error=sign * _true_angle(run, rest_before, last) - abs(requested))
 
 
-def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:
-    return next((time for time in times.tolist() if is_true(time)), None)
+def _first_rest(imu: ImuSamples, begins: np.ndarray, ends: np.ndarray) -> Optional[int]:
+    """Returns the index of the first interval in which the robot rests, or None."""
+    for index, (begin, end) in enumerate(zip(begins, ends)):
+        rates = imu.between(begin, end).yaw_rate
+        if len(rates) and abs(rates.mean()) < MAX_REST_TURN_RATE:
+            return index
+    return None
 
 
-def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
-    """Does the robot rest from `begin` to `end` [s]? Returns False without IMU samples."""
-    rates = imu.between(begin, end).yaw_rate
-    return len(rates) > 0 and bool(abs(rates.mean()) < MAX_REST_TURN_RATE)
-
-
-def _requested(run: RunData, since: float, end: float, turned: float) -> float:
+def _requested_angle(run: RunData, begin: float, end: float, turned: float) -> float:
     """Returns the requested angle [rad]; 0 if the movement was not a turn."""
-    sent = run.turn_requests.between(since, end)
-    if len(sent):
-        return float(sent.value.sum())
-    if abs(turned) < MIN_TURN:
+    requests = run.turn_requests.between(begin, end)
+    if len(requests):
+        return float(requests.value.sum())
+    if abs(turned) < MIN_TURN_ANGLE:
         return 0.0
     quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
     return math.copysign(quarters * math.pi / 2.0, turned)
 
 
-def _true_turn(run: RunData, begin: float, end: float) -> float:
+def _true_angle(run: RunData, begin: float, end: float) -> float:
     truth = run.ground_truth
     if not len(truth) or truth.time[0] > begin or truth.time[-1] < end:
         return math.nan

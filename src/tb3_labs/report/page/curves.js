@@ -25,17 +25,15 @@ export class Track {
     Object.assign(this, {time, columns, breaks: new Set(breaks)});
   }
 
-  before(time) { return lastBefore(this.time, time); }
-
   /** Returns the numbers at a time. In a break, returns the last numbers before the break.
    *  Before the first point, returns null. */
   at(time) {
-    const i = this.before(time);
+    const i = lastBefore(this.time, time);
     if (i < 0) return null;
     const j = i + 1;
     if (j >= this.time.length || this.breaks.has(j)) return this.columns.map((c) => c[i]);
-    const part = (time - this.time[i]) / (this.time[j] - this.time[i] || 1);
-    return this.columns.map((c) => c[i] + part * (c[j] - c[i]));
+    const share = (time - this.time[i]) / (this.time[j] - this.time[i] || 1);
+    return this.columns.map((c) => c[i] + share * (c[j] - c[i]));
   }
 
   pose(time) {
@@ -53,7 +51,7 @@ export class Track {
 
   /** Returns the points [x, y] of the way until a time, with a null for each break. */
   way(time) {
-    const points = [], last = this.before(time);
+    const points = [], last = lastBefore(this.time, time);
     for (let i = 0; i <= last; i += 1) {
       if (this.breaks.has(i)) points.push(null);
       points.push([this.columns[0][i], this.columns[1][i]]);

@@ -8,7 +8,7 @@ from typing import Optional, Sequence, Tuple
 from tb3_labs.watch.broken_link import BrokenLink
 from tb3_labs.watch.lab_links import Link
 
-STYLE = Path(__file__).with_name('document.css')
+STYLE_FILE = Path(__file__).with_name('document.css')
 PAGE = '''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{0}</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>
@@ -18,9 +18,8 @@ PAGE = '''<!DOCTYPE html>
 {2}
 </body></html>
 '''
-FOLDED = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
-#: This text stands for an unknown number.
-DASH = '\N{EN DASH}'
+FOLDED_HINT = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
+UNKNOWN_NUMBER = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
 #: Finds the places at which a spreadsheet would begin a formula. A spreadsheet may also begin a new
 #: cell at a semicolon.
@@ -31,72 +30,72 @@ class Markup(str):
     """A text in HTML, which is not escaped."""
 
 
-def formatted(value: float, form: str, unknown: str = DASH) -> str:
+def number_text(value: float, form: str, unknown: str = UNKNOWN_NUMBER) -> str:
     """Returns the value in the format `form`, or `unknown` if the value is not finite. A zero never
     has a minus sign."""
     if not math.isfinite(value):
         return unknown
     text = form.format(value)
-    return text if float(text) else form.format(0.0)
+    is_zero = float(text) == 0.0
+    return form.format(0.0) if is_zero else text
 
 
-def degrees(angle: float, form: str) -> str:
+def degrees_text(angle: float, form: str) -> str:
     """Returns the angle [rad] in degrees, in the format `form`; a dash if not finite."""
-    return formatted(math.degrees(angle), form)
+    return number_text(math.degrees(angle), form)
 
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:
     """Returns an HTML page with these `parts`, which are HTML. `style` is additional CSS."""
-    style = STYLE.read_text(encoding='utf-8') + style
+    style = STYLE_FILE.read_text(encoding='utf-8') + style
     return PAGE.format(escape(title), style, '\n'.join(parts))
 
 
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]], texts: Sequence[str] = (),
+def table(titles: Sequence[str], rows: Sequence[Sequence[str]], text_columns: Sequence[str] = (),
           is_plain: bool = False) -> str:
-    """Returns an HTML table. Texts are escaped. Markup is not escaped.
-
-    `texts` are the heads of the columns that are aligned left, in addition to the first column. On
-    a narrow screen each cell begins with the head of its column, unless `is_plain`.
-    """
-    attributes = [' class="words"' if head in texts else '' for head in heads]
-    headings = [TAG.sub('', _html(head)) for head in heads]
+    """Returns an HTML table whose columns have these `titles`. Texts are escaped. Markup is not
+    escaped. The first column, and the columns whose titles are `text_columns`, are aligned left. On
+    a narrow screen each cell begins with the title of its column, unless `is_plain`."""
+    classes = [' class="words"' if title in text_columns else '' for title in titles]
+    labels = [''] * len(titles)
+    if not is_plain:
+        labels = [' data-head="{}"'.format(TAG.sub('', _html(title))) for title in titles]
     lines = []
     for cells in rows:
-        line = ''
-        for attribute, heading, cell in zip(attributes, headings, cells):
-            label = '' if is_plain else f' data-head="{heading}"'
-            line += f'<td{attribute}{label}>{_html(cell)}</td>'
+        line = ''.join(f'<td{attributes}{label}>{_html(cell)}</td>'
+                       for attributes, label, cell in zip(classes, labels, cells))
         lines.append(f'<tr>{line}</tr>')
-    first = ''.join(f'<th{attribute}>{_html(head)}</th>'
-                    for attribute, head in zip(attributes, heads))
+    title_line = ''.join(f'<th{attributes}>{_html(title)}</th>'
+                         for attributes, title in zip(classes, titles))
     return '<table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}\n</tbody></table>'.format(
-        first, '\n'.join(lines))
+        title_line, '\n'.join(lines))
 
 
 def _html(text: str) -> str:
     return text if isinstance(text, Markup) else escape(text)
 
 
-def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
-          has_timeline: bool = True) -> str:
-    """Returns the HTML of three hints; '' if `found` is None. The hints are the link's question,
-    the place in a lab sheet that explains the link, and the sentence `mistake`. A hint is hidden
-    until the previous hint is open, so a student sees no more hints than needed."""
-    if found is None:
+def hints_section(first_broken_link: Optional[Tuple[Link, BrokenLink]], mistake: str,
+                  has_timeline: bool = True) -> str:
+    """Returns the HTML of three hints; '' if `first_broken_link` is None. The hints are the link's
+    question, the place in a lab sheet that explains the link, and the sentence `mistake`. A hint is
+    hidden until the previous hint is open, so a student sees no more hints than needed."""
+    if first_broken_link is None:
         return ''
-    link, broken = found
-    watch = f' <a href="#t={broken.moment:.1f}">Watch it</a>' if has_timeline else ''
-    last = FOLDED.format('The mistake', escape(mistake) + watch, '')
-    second = FOLDED.format('Hint 2: where it is explained', escape(f'See {link.place}.'), last)
+    link, broken = first_broken_link
+    anchor = f' <a href="#t={broken.moment:.1f}">Watch it</a>' if has_timeline else ''
+    third = FOLDED_HINT.format('The mistake', escape(mistake) + anchor, '')
+    place = escape(f'See {link.place}.')
+    second = FOLDED_HINT.format('Hint 2: where it is explained', place, third)
+    first = FOLDED_HINT.format('Hint 1: what to look at', escape(link.question), second)
     return '<section id="hints"><h2>What went wrong</h2>\n<p>Open one hint, then try again ' \
-        'before you open the next.</p>\n{}</section>'.format(FOLDED.format(
-            'Hint 1: what to look at', escape(link.question), second))
+        f'before you open the next.</p>\n{first}</section>'
 
 
-def safe(text: str) -> str:
+def safe_cell(text: str) -> str:
     """Returns the text for a cell of a spreadsheet. A "'" is added at each place where the
     spreadsheet would begin a formula.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """
-    return FORMULA.sub(lambda found: found.group() + "'", text)
+    return FORMULA.sub(lambda match: match.group() + "'", text)

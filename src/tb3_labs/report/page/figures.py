@@ -27,7 +27,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Poses, RunData
 from tb3_labs.report.motion.drives import DriveReport, frame_interval_of
 from tb3_labs.report.motion.resets_and_goals import FrameInterval, frame_intervals, local_in_odom
-from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
+from tb3_labs.report.motion.turns import HEADING_MEAN_TIME, turn_reports
 
 DOTS_PER_INCH = 150
 #: The width [inch] of an A4 page between its margins.
@@ -38,7 +38,7 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 # the renderer Agg in Noetic fails on a longer line, so matplotlib draws the line in parts
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn also shows these times [s] before and after the turn.
-SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
+SHOWN_TIME_BEFORE, SHOWN_TIME_AFTER = 0.2, 2.0 * HEADING_MEAN_TIME
 
 
 def png(figure: Figure) -> bytes:
@@ -69,9 +69,9 @@ def turns_figure(run: RunData) -> Figure:
     angle_axes, rate_axes = figure.subplots(2, 1, sharex=True)
     next_begins = [turn.begin for turn in reports[1:]] + [math.inf]
     for number, (turn, next_begin) in enumerate(zip(reports, next_begins)):
-        until = min(turn.end + SHOWN_AFTER, next_begin)
+        begin, end = turn.begin - SHOWN_TIME_BEFORE, min(turn.end + SHOWN_TIME_AFTER, next_begin)
         sign = math.copysign(1.0, turn.requested)
-        imu = run.imu.between(turn.begin - SHOWN_BEFORE, until)
+        imu = run.imu.between(begin, end)
         yaw = np.unwrap(imu.yaw)
         remaining = abs(turn.requested) - sign * (yaw - np.interp(turn.begin, imu.time, yaw))
         colour, style = STYLES[number % len(STYLES)]
@@ -79,7 +79,7 @@ def turns_figure(run: RunData) -> Figure:
         name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
         angle_axes.plot(imu.time - turn.begin, np.degrees(remaining), label=name, **line_style)
         rate_axes.plot(imu.time - turn.begin, sign * imu.yaw_rate, **line_style)
-        commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
+        commands = run.commands.between(begin, end)
         rate_axes.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
                        markersize=2.5, label=None if number else 'commanded')
     angle_axes.axhline(0.0, color=GREY, linewidth=0.8)
@@ -93,7 +93,7 @@ def turns_figure(run: RunData) -> Figure:
     return figure
 
 
-def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
+def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
     """Returns a figure with two panels: the path in odom, and the path in local. Both panels show
     the axes of both frames, and the goals of the drives. The axes of a panel's own frame are black.
     The path after a reset and the axes of the other frame have one colour."""
@@ -101,10 +101,9 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     in_odom, in_local = figure.subplots(1, 2)
     frames = frame_intervals(run)
     for number, interval in enumerate(frames):
-        colour, _ = STYLES[number % len(STYLES)]
         # after the last colour the first colour follows again, with another line style
-        shift = number // len(STYLES)
-        _, style = STYLES[(number + shift) % len(STYLES)]
+        colour, _ = STYLES[number % len(STYLES)]
+        _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
         path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
         draw_path(in_odom, run.odometry.between(interval.begin, interval.end), **path_style)
@@ -118,8 +117,9 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
                                label=None if number else 'ground truth')
             draw_path(in_local, truth, **truth_style)
             draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **truth_style)
-    goals = [(drive, drive.goal) for drive in driven if drive.goal]
-    _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
+    goals = [(drive, drive.goal) for drive in drives if drive.goal]
+    goals_in_odom = [_in_odom(run, frames, drive, goal) for drive, goal in goals]
+    _draw_ends(in_odom, run.odometry, goals_in_odom)
     _draw_ends(in_local, run.local_pose, [goal for _, goal in goals])
     for panel, title in ((in_odom, 'global frame odom (black axes)'),
                          (in_local, 'local frame (black axes)')):
@@ -133,7 +133,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
 
 def draw_path(panel: Axes, poses: Poses, **style: Any) -> None:
     """Draw a line through the poses. The line has a gap where the poses leap."""
-    x, y = (np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y))
+    x, y = (np.insert(column, poses.leap_indices, np.nan) for column in (poses.x, poses.y))
     panel.plot(x, y, **style)
 
 
@@ -144,8 +144,7 @@ def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
 
 
 def _draw_axes(panel: Axes, frame: Pose2, colour: str) -> None:
-    """Draw the axes of a frame as arrows. The x axis is longer than the y axis."""
-    for tip in ((0.2, 0.0), (0.0, 0.13)):       # [m]
+    for tip in ((0.2, 0.0), (0.0, 0.13)):       # of the x axis and the y axis [m]
         begin, end = frame.act([(0.0, 0.0), tip])
         panel.annotate('', end, begin, arrowprops=dict(
             arrowstyle='-|>', color=colour, shrinkA=0, shrinkB=0, linewidth=1.4))

@@ -1,7 +1,7 @@
 """Writes the files of a report: report.html with all figures and tables, PNG files, and CSV files.
 
-The head or the name of each column contains its unit: metres, degrees or seconds. The cell of an
-unknown value is empty.
+Each column has its unit (metres, degrees or seconds) in its title on the page, and in its name in a
+CSV file. The cell of an unknown value is empty.
 """
 import base64
 import csv
@@ -18,12 +18,12 @@ from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import RunData
-from tb3_labs.report.motion.drives import STRAIGHT_AFTER, drives
+from tb3_labs.report.motion.drives import TURN_OVERLAP_TIME, drive_reports
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import figures, timeline
-from tb3_labs.report.page.document import document, formatted, safe, table
-from tb3_labs.report.page.moments import broken_links, moments, printed_faults
+from tb3_labs.report.page.document import document, number_text, safe_cell, table
+from tb3_labs.report.page.moments import broken_links, printed_faults, timeline_events
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A path shorter than this [m] is not drawn.
@@ -34,8 +34,7 @@ CAPTIONS = {
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
 NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
-#: A page has this paragraph if a topic was not recorded and its values were computed.
-COMPUTED = (
+COMPUTED_NOTE = (
     'Some topics were not recorded, so their values are computed: drives and turns by the commands '
     'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
     'of resets, the odometry and the IMU, and goals by the lab or the option --goal.')
@@ -46,14 +45,14 @@ class Column(NamedTuple):
     """A column of a table that has a row for each report."""
 
     name: str                       # in a CSV file
-    head: str                       # on a page
+    title: str                      # on a page
     value: Callable[[Any], Any]     # of a report
     form: str                       # the value's format; '' for a text
 
     def text(self, report: Any) -> str:
         """Returns the text of the cell for one report."""
         value = self.value(report)
-        return formatted(value, self.form, '') if self.form else safe(value)
+        return number_text(value, self.form, unknown='') if self.form else safe_cell(value)
 
 
 TURN_COLUMNS = (
@@ -81,37 +80,37 @@ DRIVE_COLUMNS = (
            lambda drive: math.degrees(drive.true_error[1]), '{:+.2f}'),
     Column('drift_deg', 'heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'))
 DRIFT_NOTE = (f'Drift: the heading by the IMU at the end of MOVE_FORWARD, minus the heading '
-              f'{STRAIGHT_AFTER} s after its start.')
+              f'{TURN_OVERLAP_TIME} s after its start.')
 
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> List[Path]:
     """Write the report of a run into a folder. A missing folder is made. Returns the paths of the
-    files, first the path of report.html. Raises OSError if a file cannot be written."""
+    files. The path of report.html is first. Raises OSError if a file cannot be written."""
     folder = output_folder(folder)
     name = Path(run.name).name
-    turned, driven = turn_reports(run), drives(run)
-    turn_rows, drive_rows = _rows(TURN_COLUMNS, turned), _rows(DRIVE_COLUMNS, driven)
+    turns, drives = turn_reports(run), drive_reports(run)
+    turn_rows, drive_rows = _rows(TURN_COLUMNS, turns), _rows(DRIVE_COLUMNS, drives)
     files: Dict[str, Any] = {
         'run.csv': samples_csv(run), 'turns.csv': _csv(name, 'turn', TURN_COLUMNS, turn_rows),
         'drives.csv': _csv(name, 'drive', DRIVE_COLUMNS, drive_rows)}
     notes = [note[:1].upper() + note[1:] + '.' for note in run.notes]
     parts = [f'<p>{escape(text)}</p>' for text in [*notes, _summary(run, model)]]
-    shown = timeline.timeline(run, model, moments(run, turned, driven))
-    parts += [printed_faults(run), timeline.section(shown), *broken_links(run)]
-    if turned:
+    timeline_data = timeline.timeline(run, model, timeline_events(run, turns, drives))
+    parts += [printed_faults(run), timeline.section(timeline_data), *broken_links(run)]
+    if turns:
         files['turns.png'] = figures.png(figures.turns_figure(run))
         parts += ['<h2>Turns</h2>', _table('turn', TURN_COLUMNS, turn_rows),
                   _figure('turns', files['turns.png'])]
-    if driven:
+    if drives:
         parts += ['<h2>Drives</h2>', _table('drive', DRIVE_COLUMNS, drive_rows),
                   f'<p>{DRIFT_NOTE}</p>']
-    elif not turned:
+    elif not turns:
         parts.append(f'<p>{NO_DRIVE}</p>')
     if run.odometry.length >= MIN_PATH_LENGTH:
-        files['paths.png'] = figures.png(figures.paths_figure(run, driven))
+        files['paths.png'] = figures.png(figures.paths_figure(run, drives))
         parts.append(_figure('paths', files['paths.png']))
-    if run.derived or (turned and not len(run.turn_requests)):
-        parts.append(f'<p>{escape(COMPUTED)}</p>')
+    if run.derived or (turns and not len(run.turn_requests)):
+        parts.append(f'<p>{escape(COMPUTED_NOTE)}</p>')
     parts.append(f"<p>Beside this page: {', '.join(files)}.</p>")
     files = {'report.html': document('Run report: ' + name, parts), **files}
     for file, content in files.items():
@@ -119,8 +118,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     return [folder / file for file in files]
 
 
-def _figure(name: str, png: bytes) -> str:
-    return FIGURE.format(name, base64.b64encode(png).decode('ascii'), CAPTIONS[name])
+def _figure(name: str, image: bytes) -> str:
+    return FIGURE.format(name, base64.b64encode(image).decode('ascii'), CAPTIONS[name])
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
@@ -131,16 +130,16 @@ def _summary(run: RunData, model: RobotModel) -> str:
 
 def samples_csv(run: RunData) -> str:
     """Returns a CSV file with a row for each odometry message."""
-    at = run.odometry.time
+    times = run.odometry.time
     commands = run.commands.in_force()
-    newest = last_until(commands.time, at)        # -1 before the first command, so a NaN is read
+    newest = last_until(commands.time, times)     # -1 before the first command: the appended NaN
     columns = {
-        'time_s': at, 'odom_x_m': run.odometry.x, 'odom_y_m': run.odometry.y,
+        'time_s': times, 'odom_x_m': run.odometry.x, 'odom_y_m': run.odometry.y,
         'odom_yaw_deg': np.degrees(run.odometry.yaw),
-        'imu_yaw_deg': np.degrees(wrap_all(run.imu.yaw_at(at))),
+        'imu_yaw_deg': np.degrees(wrap_all(run.imu.yaw_at(times))),
         'linear_m_s': run.odometry.linear,
         'linear_commanded_m_s': np.append(commands.linear, np.nan)[newest],
-        'angular_rad_s': np.interp(at, run.imu.time, run.imu.yaw_rate),
+        'angular_rad_s': np.interp(times, run.imu.time, run.imu.yaw_rate),
         'angular_commanded_rad_s': np.append(commands.angular, np.nan)[newest]}
     text = StringIO()
     np.savetxt(text, np.column_stack([*columns.values()]), fmt='%.4f', delimiter=',',
@@ -149,13 +148,13 @@ def samples_csv(run: RunData) -> str:
 
 
 def _rows(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
-    return [[str(count), *(column.text(report) for column in columns)]
-            for count, report in enumerate(reports, 1)]
+    return [[str(number), *(column.text(report) for column in columns)]
+            for number, report in enumerate(reports, 1)]
 
 
 def _table(word: str, columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> str:
-    """Returns an HTML table. `word` is the head of the first column, 'turn' or 'drive'."""
-    return table([word] + [column.head for column in columns], rows, texts=('outcome',))
+    """Returns an HTML table. `word` is the title of the first column, 'turn' or 'drive'."""
+    return table([word] + [column.title for column in columns], rows, text_columns=('outcome',))
 
 
 def _csv(run_name: str, word: str, columns: Sequence[Column],
@@ -165,5 +164,5 @@ def _csv(run_name: str, word: str, columns: Sequence[Column],
     text = StringIO(newline='')
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(['run', word] + [column.name for column in columns])
-    writer.writerows([safe(run_name), *row] for row in rows)
+    writer.writerows([safe_cell(run_name), *row] for row in rows)
     return text.getvalue()

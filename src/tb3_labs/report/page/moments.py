@@ -14,40 +14,39 @@ from tb3_labs.report.motion.drives import DriveReport
 from tb3_labs.report.motion.movements import movements
 from tb3_labs.report.motion.resets_and_goals import frame_intervals, recorded_states
 from tb3_labs.report.motion.turns import TurnReport
-from tb3_labs.report.page.document import degrees, formatted, hints
+from tb3_labs.report.page.document import degrees_text, hints_section, number_text
 from tb3_labs.report.page.timeline import TimelineEvent, changed_rows, timeline_event
 from tb3_labs.watch.broken_link import sentence
 from tb3_labs.watch.lab_links import broken_links_of_nodes
 
 #: rospy prints these words before a traceback of a callback.
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
-#: Finds the line numbers in a traceback.
-LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
+TRACEBACK_LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
 #: A node of the skeletons prints this text when it reaches an open TODO.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
+CONTROL_EVENTS = {True: ('start', 'control given to the node'),
+                  False: ('stop', 'control taken from the node')}
 FAULT_LINE = '<p><b>{}</b> ({}) <a href="#t={:.1f}">Watch it</a></p>'
 
 
-def moments(run: RunData, turned: Sequence[TurnReport],
-            driven: Sequence[DriveReport]) -> List[TimelineEvent]:
+def timeline_events(run: RunData, turns: Sequence[TurnReport],
+                    drives: Sequence[DriveReport]) -> List[TimelineEvent]:
     """Returns the TimelineEvents of a run with these turns and drives."""
-    events = [_turn_event(k, turn) for k, turn in enumerate(turned, 1)]
-    events += [_drive_event(k, drive) for k, drive in enumerate(driven, 1)]
+    events = [_turn_event(k, turn) for k, turn in enumerate(turns, 1)]
+    events += [_drive_event(k, drive) for k, drive in enumerate(drives, 1)]
     turns_and_drives = list(events)
     for movement in movements(run):
-        is_known = any(movement.begin < known['end'] and known['begin'] < movement.end
-                       for known in turns_and_drives)
-        if not is_known:
+        is_by_hand = not any(movement.begin < event['end'] and event['begin'] < movement.end
+                             for event in turns_and_drives)
+        if is_by_hand:
             events.append(_by_hand(run, movement.begin, movement.end))
     events += [timeline_event('reset', interval.begin, f'reset {k} of local')
                for k, interval in enumerate(frame_intervals(run)[1:], 1)]
     events += [timeline_event('stop', interval.begin, interval.state)
                for interval in recorded_states(run) if ':' in interval.state]
     for k in np.flatnonzero(changed_rows(run.control.value[:, np.newaxis])):
-        kind, words = 'stop', 'control taken from the node'
-        if run.control.value[k]:
-            kind, words = 'start', 'control given to the node'
-        events.append(timeline_event(kind, run.control.time[k], words))
+        kind, text = CONTROL_EVENTS[bool(run.control.value[k])]
+        events.append(timeline_event(kind, run.control.time[k], text))
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
         for k in np.flatnonzero(np.diff(samples.time) > MIN_GAP):
             begin, end = samples.time[k:k + 2]
@@ -57,21 +56,21 @@ def moments(run: RunData, turned: Sequence[TurnReport],
 
 
 def _turn_event(k: int, turn: TurnReport) -> TimelineEvent:
-    requested, turned = degrees(turn.requested, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')
-    text = f'turn {k}: asked {requested}, turned {turned} deg'
+    requested = degrees_text(turn.requested, '{:+.0f}')
+    text = f"turn {k}: asked {requested}, turned {degrees_text(turn.turned, '{:+.1f}')} deg"
     return timeline_event('turn', turn.begin, text, turn.end)
 
 
 def _drive_event(k: int, drive: DriveReport) -> TimelineEvent:
     distance, angle = drive.error
-    off = f"{formatted(distance, '{:.3f}')} m and {degrees(angle, '{:.1f}')} deg off"
-    return timeline_event('drive', drive.begin, f'drive {k}: {drive.outcome}, {off}', drive.end)
+    error = f"{number_text(distance, '{:.3f}')} m and {degrees_text(angle, '{:.1f}')} deg off"
+    return timeline_event('drive', drive.begin, f'drive {k}: {drive.outcome}, {error}', drive.end)
 
 
 def _by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:
     before, after = run.imu.yaw_at((begin, end))
     length = run.odometry.between(begin, end).length
-    turned = degrees(after - before, '{:+.1f}')
+    turned = degrees_text(after - before, '{:+.1f}')
     return timeline_event('hand', begin, f'by hand: {length:.2f} m, turned {turned} deg', end)
 
 
@@ -84,18 +83,18 @@ def printed_faults(run: RunData) -> str:
             faults.setdefault(f'The node said: {todo.group()}.', []).append(time)
         if any(words in text for words in EXCEPTION_WORDS):
             error = text.strip().splitlines()[-1]
-            numbers = LINE_NUMBER.findall(text)
+            numbers = TRACEBACK_LINE_NUMBER.findall(text)
             if numbers:
                 error += f', line {numbers[-1]}'
             faults.setdefault(f'An exception was raised: {error}.', []).append(time)
     lines = []
-    for sentence_of_fault, times in faults.items():
+    for text, times in faults.items():
         count = 'once' if len(times) == 1 else f'{len(times)} times'
-        lines.append(FAULT_LINE.format(escape(sentence_of_fault), count, times[0]))
+        lines.append(FAULT_LINE.format(escape(text), count, times[0]))
     return '\n'.join(lines)
 
 
 def broken_links(run: RunData) -> List[str]:
     """Returns the HTML of the hints on the first broken link of each node."""
-    return [hints((link, broken), f'{node}: {sentence(broken)}')
+    return [hints_section((link, broken), f'{node}: {sentence(broken)}')
             for node, link, broken in broken_links_of_nodes(run)]

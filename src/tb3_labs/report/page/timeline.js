@@ -184,7 +184,6 @@ class Timeline {
     this.go(next ?? (way > 0 ? this.run.duration : 0));
   }
 
-  /** Returns the stretch of time that the curves show. */
   _stretch() {
     const {duration} = this.run, span = Number($('span').value) || duration;
     const begin = Math.max(0, Math.min(this.now - span / 2, duration - span));
@@ -208,7 +207,6 @@ class Timeline {
     this._showLog();
   }
 
-  /** Show the curves of the stretch, the times below, and this moment in the curves and marks. */
   _showCurves() {
     const [begin, end] = this._stretch(), step = nice((end - begin) / 6), times = [];
     for (let i = Math.ceil(begin / step); i * step <= end; i += 1) {

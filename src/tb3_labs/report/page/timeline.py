@@ -1,7 +1,7 @@
 """Makes the data of a run's timeline, and the HTML that contains these data.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
-the recording. The difference between the track and each recorded value is at most a bound. A track
+the recording. The track differs from each recorded value by at most the bound of the track. A track
 has a gap while there are no samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The tracks
@@ -24,14 +24,12 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.watch.variables import Series, variables_by_node
 
 #: The HTML of the timeline. The program and the style are in timeline.js and timeline.css.
-TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
-#: The bounds [m], [deg], [m/s], [rad/s] of tracks, without the error of rounding.
+TIMELINE_FILE = Path(__file__).with_name('timeline.html')
+#: The bounds [m], [deg], [m/s], [rad/s] of tracks. The errors of rounding are added.
 PLACE_BOUND, ANGLE_BOUND, SPEED_BOUND, RATE_BOUND = 0.002, 0.2, 0.005, 0.03
-#: A longer text is cut to this number of characters.
 MAX_TEXT_LENGTH = 1000
 #: The name of rosbag's node. The log lines of this node are not shown.
-RECORDER = 'record'
-#: A page shows at most this number of variables.
+RECORDER_NODE = 'record'
 MAX_SHOWN_VARIABLES = 40
 #: A page shows these variables of the handouts first, in this order.
 HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
@@ -77,12 +75,12 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[floa
         return {'time': [], 'columns': [[] for _ in bounds], 'breaks': []}
     values = np.column_stack(columns)
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > MIN_GAP) + 1)})
-    shown = kept_samples(time, values, np.array(bounds), begins)
+    kept = kept_samples(time, values, np.array(bounds), begins)
     # numbers with a bound of 0.002 get four digits
     digits = [1 - math.floor(math.log10(bound)) for bound in bounds]
-    return {'time': np.round(time[shown], 3),
-            'columns': list(map(np.round, values[shown].T, digits)),
-            'breaks': np.unique(np.searchsorted(shown, begins))}
+    return {'time': np.round(time[kept], 3),
+            'columns': list(map(np.round, values[kept].T, digits)),
+            'breaks': np.unique(np.searchsorted(kept, begins))}
 
 
 def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -> Dict[str, Any]:
@@ -91,7 +89,7 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
     time, distance, angle = goal_errors(run)
     frames = frame_intervals(run)
     local_resets, goal_resets = _resets(frames, local.time), _resets(frames, time)
-    turned_over = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
+    wraps = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
     # at the beginning of each interval, local_pose is assumed to be exact
     truth = [run.ground_truth.between(interval.begin, interval.end).seen_from(
         interval.odom_T_local @ interval.local_T_world)
@@ -105,7 +103,7 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
         'rate': track(imu.time, [imu.yaw_rate], [RATE_BOUND]),
         'speed': track(odometry.time, [odometry.linear], [SPEED_BOUND]),
         'distance': track(time, [distance], [PLACE_BOUND], goal_resets),
-        'angle': track(time, [np.degrees(angle)], [ANGLE_BOUND], [*goal_resets, *turned_over]),
+        'angle': track(time, [np.degrees(angle)], [ANGLE_BOUND], [*goal_resets, *wraps]),
         'commands': _commands(run.commands),
         'goals': [[round(interval.begin, 3), interval.state, _rounded(interval.goal)]
                   for interval in recorded_states(run)],
@@ -116,17 +114,17 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
     return track(poses.time, [poses.x, poses.y, np.degrees(np.unwrap(poses.yaw))],
-                 [PLACE_BOUND, PLACE_BOUND, ANGLE_BOUND], [*breaks, *poses.leaps])
+                 [PLACE_BOUND, PLACE_BOUND, ANGLE_BOUND], [*breaks, *poses.leap_indices])
 
 
 def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
-    return None if goal is None else [round(part, 4) for part in (goal.x, goal.y, goal.yaw)]
+    return None if goal is None else [round(number, 4) for number in (goal.x, goal.y, goal.yaw)]
 
 
 def _resets(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
     """Returns the index of the first sample after each reset, by the samples' `time` [s]."""
-    found = np.searchsorted(time, [interval.begin for interval in frames[1:]])
-    return [int(index) for index in found if 0 < index < len(time)]
+    indices = np.searchsorted(time, [interval.begin for interval in frames[1:]])
+    return [int(index) for index in indices if 0 < index < len(time)]
 
 
 def _commands(commands: Commands) -> List[List[Optional[float]]]:
@@ -134,15 +132,16 @@ def _commands(commands: Commands) -> List[List[Optional[float]]]:
     the robot's timeout ends a command, both speeds become None."""
     sent = commands.in_force()
     rows = np.round(np.column_stack([sent.time, sent.linear, sent.angular]), 3)
-    kept = rows[changed_rows(rows[:, 1:])]
-    return [[None if math.isnan(number) else number for number in row] for row in kept.tolist()]
+    changes = rows[changed_rows(rows[:, 1:])]
+    return [[None if math.isnan(number) else number for number in row]
+            for row in changes.tolist()]
 
 
 def changed_rows(rows: np.ndarray) -> np.ndarray:
     """Returns a mask of the rows that differ from the previous row, and of the first row."""
-    is_first = np.ones(len(rows), dtype=bool)
-    is_first[1:] = (rows[1:] != rows[:-1]).any(axis=1)
-    return is_first
+    is_changed = np.ones(len(rows), dtype=bool)
+    is_changed[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    return is_changed
 
 
 def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> TimelineEvent:
@@ -154,7 +153,7 @@ def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> Time
 def _lines(log: LogLines) -> List[List[Any]]:
     return [[round(float(at), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
             for at, level, node, text in zip(log.time, log.level, log.node, log.text)
-            if node.rpartition('/')[2] != RECORDER]
+            if node.rpartition('/')[2] != RECORDER_NODE]
 
 
 def variables(run: RunData) -> List[List[Any]]:
@@ -164,9 +163,7 @@ def variables(run: RunData) -> List[List[Any]]:
     rows: List[List[Any]] = []
     nodes = variables_by_node(run.variables)
     for node, series_of in nodes.items():
-        prefix = ''
-        if len(nodes) > 1:
-            prefix = node.strip('/') + ': '
+        prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
         rows += [[prefix + name, *_changes(series)] for name, series in series_of.items()]
     order = {name: number for number, name in enumerate(HANDOUT_NAMES)}
     return sorted(rows, key=lambda row: order.get(row[0], len(order)))[:MAX_SHOWN_VARIABLES]
@@ -199,9 +196,9 @@ def _shown_text(text: str, number: float) -> str:
 def section(data: Dict[str, Any]) -> str:
     """Returns the HTML of a timeline with these data. A page with this HTML needs no other file."""
     text = json.dumps(data, default=np.ndarray.tolist, separators=(',', ':'), allow_nan=False)
-    styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
+    styles = drawing.FOLDER / 'colours.css', TIMELINE_FILE.with_suffix('.css')
     style = ''.join(path.read_text(encoding='utf-8') for path in styles)
-    page = TIMELINE_PAGE.read_text(encoding='utf-8').format(
+    page = TIMELINE_FILE.read_text(encoding='utf-8').format(
         data=text.replace('<', '\\u003c'),      # a </script> in a text must not end the data
-        script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
+        script=drawing.one_script(TIMELINE_FILE.with_suffix('.js')))
     return f'<style>\n{style}</style>\n{page}'

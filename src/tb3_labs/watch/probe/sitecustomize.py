@@ -26,10 +26,7 @@ from types import FunctionType, ModuleType
 READ_PAUSE, SEARCH_PAUSE = 0.05, 0.25
 #: The searches for objects take at most this share of the time.
 SEARCH_SHARE = 0.003
-#: The probe shows at most MAX_SHOWN variables, of at most MAX_OBJECTS objects. At most
-#: MAX_OF_A_CLASS of the objects have the same class.
-MAX_SHOWN, MAX_OBJECTS, MAX_OF_A_CLASS = 40, 20, 3
-#: A text is shown up to this number of characters.
+MAX_SHOWN_VARIABLES, MAX_OBJECTS, MAX_OBJECTS_OF_A_CLASS = 40, 20, 3
 MAX_VALUE_LENGTH = 200
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
@@ -109,7 +106,7 @@ class WatchedNode:
             type(value), (type, Enum, tuple, BaseException))
 
     def variables(self, frames):
-        """Returns {name: text of the value} of at most MAX_SHOWN variables."""
+        """Returns {name: text of the value} of at most MAX_SHOWN_VARIABLES variables."""
         if time.monotonic() > self._next_search:
             self._search()
         objects = [reference() for reference in self._objects]
@@ -141,7 +138,8 @@ class WatchedNode:
         for each in gc.get_objects():
             if self.is_object(each):
                 counts[type(each)] += 1
-                if counts[type(each)] <= MAX_OF_A_CLASS and len(self._objects) < MAX_OBJECTS:
+                is_wanted = counts[type(each)] <= MAX_OBJECTS_OF_A_CLASS
+                if is_wanted and len(self._objects) < MAX_OBJECTS:
                     with suppress(TypeError):   # a class with __slots__ has no weak references
                         self._objects.append(weakref.ref(each))
         duration = time.thread_time() - begin
@@ -149,7 +147,7 @@ class WatchedNode:
 
     def _add(self, shown, variables, owner, shown_ids):
         for name, value in variables.items():
-            if len(shown) >= MAX_SHOWN:
+            if len(shown) >= MAX_SHOWN_VARIABLES:
                 return
             with suppress(Exception):       # a value that cannot be read is left out
                 if type(value) in HIDDEN_TYPES or name.startswith('__'):
@@ -159,7 +157,7 @@ class WatchedNode:
                 for path, text in self._texts(name, value, shown_ids):
                     if path in shown:
                         path = f'{owner}.{path}'
-                    if len(shown) < MAX_SHOWN:
+                    if len(shown) < MAX_SHOWN_VARIABLES:
                         shown.setdefault(sendable(path), text)
 
     def _texts(self, name, value, shown_ids, depth=0):
