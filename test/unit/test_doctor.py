@@ -44,7 +44,7 @@ def test_the_last_line_has_the_numbers_of_faults_and_warnings(verdicts, words):
 # ----- judgements
 
 CORE, HERE, AFAR = '/turtlebot3_core', 'http://localhost:40001/', 'http://robot3:40001/'
-LAN = dict(own=('192.168.0.5', '10.8.0.2'), outgoing_address='192.168.0.5', master_here=False)
+LAN = dict(own=('192.168.0.5', '10.8.0.2'), outgoing_address='192.168.0.5', is_master_here=False)
 GOOD = Address(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
 NAMED = Address(ros_hostname='ann', resolved='192.168.0.5', **LAN)
 WRONG = Address(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
@@ -250,7 +250,7 @@ def test_the_nodes_around_a_robot():
     graph = RobotGraph('/robot3/', [
         [['/robot3/odom', [CORE]], ['/robot9/odom', ['/other']], ['/robot3/cmd_vel', ['/pad']],
          ['/rosout', ['/robot3/panel']]], [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
-    assert (graph.other_robots, graph.listeners, graph.drivers) == (['/robot9/'], [CORE], ['/pad'])
+    assert (graph.other_robots, graph.listeners, graph.cmd_vel_publishers) == (['/robot9/'], [CORE], ['/pad'])
     assert graph.robot_nodes == [CORE]
 
 

@@ -31,7 +31,7 @@ SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 #: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
 #: A topic's name is probably a mistake if difflib finds this similarity to a right name.
-LIKENESS_OF_MISTAKES = 0.65
+MIN_NAME_SIMILARITY = 0.65
 
 
 @dataclass
@@ -56,10 +56,11 @@ class Peer:
             self.problem = 'unresolved' if self.name else 'malformed'
             return None
         try:
-            link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWER_TIMEOUT)
-            link.request('POST', '/', xmlrpc.client.dumps((CALLER_ID, *arguments), method),
-                         {'Content-Type': 'text/xml'})
-            with link.getresponse() as answer:
+            connection = http.client.HTTPConnection(
+                self.address, self.port, timeout=ANSWER_TIMEOUT)
+            call = xmlrpc.client.dumps((CALLER_ID, *arguments), method)
+            connection.request('POST', '/', call, {'Content-Type': 'text/xml'})
+            with connection.getresponse() as answer:
                 parameters, _ = xmlrpc.client.loads(answer.read())
             code, reason, value = parameters[0]
             if code != 1:
@@ -104,14 +105,14 @@ class RobotGraph:
         #: {topic of a sensor: nodes that publish the topic}
         self.sensors = {name: self.publishers.get(namespace + name, []) for name in SENSORS}
         #: The nodes that publish cmd_vel.
-        self.drivers = self.publishers.get(namespace + 'cmd_vel', [])
+        self.cmd_vel_publishers = self.publishers.get(namespace + 'cmd_vel', [])
         # A recorder, the panel, and drivers that look for other drivers also listen to cmd_vel. If
         # a node of the robot listens, all other listeners are left out.
         listeners = self.subscribers.get(namespace + 'cmd_vel', [])
         sensor_nodes = self.sensors['imu'] + self.sensors['odom']
         self.listeners = [node for node in listeners if node in sensor_nodes]
         if not self.listeners:
-            self.listeners = [node for node in listeners if node not in self.drivers]
+            self.listeners = [node for node in listeners if node not in self.cmd_vel_publishers]
         self.robot_nodes = sorted(set(sensor_nodes + self.listeners))
         #: The namespaces of other robots.
         self.other_robots = sorted({topic[:-len('odom')] for topic in self.publishers
@@ -128,7 +129,7 @@ class RobotGraph:
         meant = [name for name in names    # imu/data and raw_imu mean imu, but simulator does not
                  if name in SENSORS and re.search('(?<![a-z])' + name, path)]
         _, _, word = path.rpartition('/')
-        meant += difflib.get_close_matches(word, names, 1, LIKENESS_OF_MISTAKES)
+        meant += difflib.get_close_matches(word, names, 1, MIN_NAME_SIMILARITY)
         return self.namespace + meant[0] if meant else ''
 
     def _is_of_another_robot(self, topic, node):
@@ -219,20 +220,20 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
 
 # The connections to this computer ---------------------------------------------------------------
 
-def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
-                      here: Address, robot_elsewhere: bool) -> Finding:
-    """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `drivers` is
-    {node of this computer that publishes cmd_vel: URI}. `received` has the URIs of the nodes from
-    which `robot` receives messages. `here.outgoing_address` is the address from which this computer
-    sends to the robot."""
-    for node, uri in sorted(drivers.items()):
-        if uri.rstrip('/') not in received:
+def judge_return_path(publishers: Mapping[str, str], connected: Collection[str], robot: str,
+                      here: Address, is_robot_elsewhere: bool) -> Finding:
+    """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `publishers`
+    is {node of this computer that publishes cmd_vel: URI}. `connected` has the URIs of the nodes
+    from which `robot` receives messages. `here.outgoing_address` is the address from which this
+    computer sends to the robot."""
+    for node, uri in sorted(publishers.items()):
+        if uri.rstrip('/') not in connected:
             return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
                 robot, node, uri.rstrip('/')), 'if sudo ufw status says active: sudo ufw allow '
                 'from ROBOTS_ADDRESS; else ' + here.advice)
-    if drivers:
-        return ok('Way back', f"{robot} is connected to {', '.join(sorted(drivers))}")
-    if not robot_elsewhere:
+    if publishers:
+        return ok('Way back', f"{robot} is connected to {', '.join(sorted(publishers))}")
+    if not is_robot_elsewhere:
         return ok('Way back', 'the robot is on this computer')
     if here.resolved != here.outgoing_address:
         return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(

@@ -18,14 +18,15 @@ CLOCK_FAULT_OFFSET = 1.0
 #: A heading that drifts by more than this number [deg/min] disturbs a lab.
 MAX_DRIFT = 2.0
 #: A wheel stands still if it turns by less than this angle [rad] while the doctor listens.
-STANDING_TURN = 0.005
+MAX_STANDING_ANGLE = 0.005
 
 
-def judge_drivers(sent: Mapping[str, int]) -> Finding:
-    """Does at most one node drive? `sent` is {node: number of its commands in LISTENING_TIME}."""
+def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
+    """Does at most one node drive? `command_counts` is {node: number of the node's commands in
+    LISTENING_TIME}."""
     drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
-                           for node, count in sorted(sent.items()))
-    if len(sent) > 1:
+                           for node, count in sorted(command_counts.items()))
+    if len(command_counts) > 1:
         return fault('Drivers', drivers + ' send commands at the same time: the robot obeys both '
                      'in turn', 'stop all but one of them')
     # the labs' own nodes may all publish cmd_vel, since only one of them drives at a time
@@ -109,7 +110,7 @@ def drift_of(imu: Sequence[Tuple[float, float]],
         return None
     left_angles, right_angles = [left for left, _ in wheels], [right for _, right in wheels]
     for angles in (left_angles, right_angles):
-        if max(angles) - min(angles) > STANDING_TURN:
+        if max(angles) - min(angles) > MAX_STANDING_ANGLE:
             return None
     middle = mean(stamp for stamp, _ in imu)
     _, first_yaw = imu[0]

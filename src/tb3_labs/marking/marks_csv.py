@@ -59,7 +59,7 @@ class MarksTable:
                 self.decisions.setdefault(
                     row[STUDENT], (_decided_points(decided, row[STUDENT]), reason))
 
-    def changes(self, all_marks: Sequence[Marks]) -> List[str]:
+    def change_sentences(self, all_marks: Sequence[Marks]) -> List[str]:
         """Returns a list with one sentence for the instructor, or [] if no points have changed.
         Criteria may have changed, or a person may have typed over the marker's points."""
         before = {row[STUDENT]: row[POINTS] for row in self._rows}
@@ -73,7 +73,7 @@ class MarksTable:
         return [f"With other points than before: {', '.join(changed)}. A person's points belong "
                 f'into the column "{DECIDED}".']
 
-    def renew(self, all_marks: Sequence[Marks]) -> str:
+    def renewed_text(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added are kept.
         Rows without new marks are kept too, even if several rows have the same name."""
         heads = list(cells_of(all_marks[0]))
@@ -95,9 +95,9 @@ class MarksTable:
 
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the cells that mark.py writes into a student's row: {column: text}."""
-    points = f'{marks.points:g}' if marks.is_known else ''
+    points = f'{marks.points:g}' if marks.has_known_points else ''
     cells = {STUDENT: safe(marks.student), POINTS: points, FULL_POINTS: f'{marks.full_points:g}'}
-    for verdict in marks.graded + marks.extra:
+    for verdict in marks.graded_verdicts + marks.extra_verdicts:
         text = f'{verdict.points:g}'
         if marks.unjudged:
             text = ''

@@ -47,13 +47,13 @@ def student_page(marks: Marks, lab: str) -> str:
     observation = marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
-        parts.append(_verdicts(marks.graded, has_timeline))
-        if marks.extra:
-            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, has_timeline)]
+        parts.append(_verdicts(marks.graded_verdicts, has_timeline))
+        if marks.extra_verdicts:
+            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra_verdicts, has_timeline)]
     if observation is not None:
         if has_timeline:
             parts += [section(timeline_of(recording_for_timeline(observation), marks)),
-                      hints(marks.first_broken_link, marks.mistake)]
+                      hints(marks.first_broken_link, marks.mistake_sentence)]
         parts += _last_lines(observation)
     return document(f'{lab}: {marks.student}', parts, PAGE_STYLE)
 
@@ -142,12 +142,12 @@ def results(marks: Marks) -> Dict[str, Any]:
     """Returns the content of results.json. The content has a test for each criterion. The field
     `output` has the page without the criteria and the timeline."""
     parts = [*_points_and_remarks(marks),
-             hints(marks.first_broken_link, marks.mistake, has_timeline=False)]
+             hints(marks.first_broken_link, marks.mistake_sentence, has_timeline=False)]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)
-    verdicts = marks.graded + marks.extra if marks.is_known else []
+    verdicts = marks.graded_verdicts + marks.extra_verdicts if marks.has_known_points else []
     return {
-        'score': round(float(marks.points), 2) if marks.is_known else 0.0,
+        'score': round(float(marks.points), 2) if marks.has_known_points else 0.0,
         'execution_time': int(round(marks.seconds)),
         'output': '\n'.join(parts),
         'output_format': 'html',

@@ -124,10 +124,10 @@ class RobotView:
             return 'move_to_goal does not answer'
         if odom is None or self._arrivals['odom'] <= since:
             return 'the robot does not answer'
-        stands = abs(odom.linear) < STANDSTILL_SPEED and abs(odom.angular) < STANDSTILL_SPEED
-        return None if stands else 'the robot still moves'
+        is_standing = abs(odom.linear) < STANDSTILL_SPEED and abs(odom.angular) < STANDSTILL_SPEED
+        return None if is_standing else 'the robot still moves'
 
-    def driver(self, now: float) -> str:
+    def driving_node(self, now: float) -> str:
         """Returns the node whose commands move the robot; '' if no node moves the robot."""
         moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
@@ -136,7 +136,7 @@ class RobotView:
 
     def picture(self, now: float) -> Dict[str, Any]:
         """Returns the picture without "page", "stops" and "pad"."""
-        driver = self.driver(now)
+        driver = self.driving_node(now)
         command = None
         if driver:
             _, linear, angular = self._commands[driver]
@@ -175,8 +175,9 @@ class RobotView:
         pose, stamp = truth
         odom = self.latest('odom')
         if odom is not None and abs(stamp - odom.stamp) < MAX_TIME_APART:
-            ahead = stamp - odom.stamp
-            pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()
+            time_apart = stamp - odom.stamp
+            motion = Pose2(time_apart * odom.linear, 0.0, time_apart * odom.angular)
+            pose = pose @ motion.inverse()
         return origin.inverse() @ pose
 
 

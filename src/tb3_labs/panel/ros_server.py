@@ -167,14 +167,14 @@ def _bind(port, address):
         try:
             sockets = netutil.bind_sockets(number, address)
         except OSError as problem:
-            last = problem
+            last_problem = problem
             if problem.errno != errno.EADDRINUSE:
                 break
         else:
             if number != port:
                 rospy.logwarn('port %d is in use: the panel takes %d', port, number)
             return sockets, number
-    raise ValueError(f'the panel cannot be offered at {address}, port {port}: {last}')
+    raise ValueError(f'the panel cannot be offered at {address}, port {port}: {last_problem}')
 
 
 def _names_of_this_computer(address):

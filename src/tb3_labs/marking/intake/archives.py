@@ -15,9 +15,9 @@ from typing import IO, Dict, Iterable, List, Sequence, Tuple
 
 from tb3_labs.command_line import printable
 
-ZIP = '.zip'
+ZIP_SUFFIX = '.zip'
 #: The folder of an unpacked zip file has the zip file's name and this ending.
-UNPACKED = '.unpacked'
+UNPACKED_SUFFIX = '.unpacked'
 #: The copy of a submission has at most MAX_FILES files and MAX_SUBMISSION_BYTES bytes.
 MAX_FILES, MAX_SUBMISSION_BYTES = 5000, 200000000
 #: A file is copied if it has at most this many bytes.
@@ -41,7 +41,7 @@ class NotJudged(Exception):
 
 def is_zip(name: str) -> bool:
     """Does a file's name have the ending of a zip file?"""
-    return name.lower().endswith(ZIP)
+    return name.lower().endswith(ZIP_SUFFIX)
 
 
 def files_in(folder: Path) -> List[Path]:
@@ -71,7 +71,7 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path) -> List[str]:
     files, remarks = _files_to_copy(handed_in)
     for path, source in files.items():
         if is_zip(path.name):
-            copy.unpack(source, path.with_name(path.stem + UNPACKED))
+            copy.unpack(source, path.with_name(path.stem + UNPACKED_SUFFIX))
             continue
         with open(str(source), 'rb') as opened:
             copy.add(opened, path, source.stat().st_size, os.access(str(source), os.X_OK))

@@ -13,7 +13,7 @@ import shlex
 from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
-from tb3_labs.marking.intake.archives import UNPACKED, NotJudged, files_in, shortened
+from tb3_labs.marking.intake.archives import UNPACKED_SUFFIX, NotJudged, files_in, shortened
 from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
 from tb3_labs.marking.intake.packages import (
     NODE_FOLDERS, is_old_or_copy, node_package, package_folder, package_name)
@@ -26,11 +26,11 @@ COMPARED_FIELDS = 4
 #: The places of a package's usual name, the best first. They are the values of `package_rank`.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
 #: The instructor reads this text if no file can be the node.
-WHAT_IS_READ = 'Only zip files are unpacked, and none in others. Folders such as build, devel, ' \
-    'install, logs and venv are left out.'
+UNPACKING_RULES = 'Only zip files are unpacked, and none in others. Folders such as build, ' \
+    'devel, install, logs and venv are left out.'
 
 
-class Choice(NamedTuple):
+class ChosenNode(NamedTuple):
     """The file that is chosen as the node."""
 
     path: str
@@ -65,59 +65,63 @@ class _PackageNames(NamedTuple):
     depth: int              # the number of folders from the submission's folder to the package
 
 
-def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
-    """Returns the Choice of a lab's node among the files below `folder`.
+def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_file: str = ''
+              ) -> ChosenNode:
+    """Returns the ChosenNode of a lab's node among the files below `folder`.
 
     A file can be the node if its name is usual, or if its class and its ROS node have the names of
     the handout. A file that listens to the lab's topic can also be the node, unless another lab's
-    node usually has the file's name. If `package` or `name` is given, the file must have this
-    package or name. `name` may also be a file's path, as in the list that the instructor sees.
+    node usually has the file's name. If `chosen_package` or `chosen_file` is given, the
+    file must have this package or name. `chosen_file` may also be a path in `folder`.
 
     Raises ``NotJudged`` if no file can be the node.
     """
-    packages = (package,) if package else lab.packages
-    usual_files = (os.path.basename(name),) if name else lab.files
-    handed_in = files_in(folder)
-    package_of = {path: package_folder(path, folder) for path in handed_in if _is_program(path)}
+    packages = (chosen_package,) if chosen_package else lab.packages
+    usual_files = (os.path.basename(chosen_file),) if chosen_file else lab.files
+    files = files_in(folder)
+    package_of = {path: package_folder(path, folder) for path in files if _is_program(path)}
     names_of = {above: _package_names(above, folder) for above in set(package_of.values())}
     programs = sorted(
         _candidate(lab, str(path.relative_to(folder)), path.read_bytes().decode(errors='replace'),
                    names_of[above], usual_packages=packages, usual_files=usual_files)
         for path, above in package_of.items())
-    candidates = [program for program in programs if _can_be_the_node(program, usual_files, name)]
-    if package:
+    candidates = [program for program in programs
+                  if _can_be_the_node(program, usual_files, chosen_file)]
+    if chosen_package:
         candidates = [program for program in candidates if program.package_rank == SAME_NAME]
-    if '/' in name:
-        candidates = [program for program in candidates if program.path == os.path.normpath(name)]
+    if '/' in chosen_file:
+        path = os.path.normpath(chosen_file)
+        candidates = [program for program in candidates if program.path == path]
     if not candidates:
-        wanted = name if name else ' or '.join(usual_files)
-        if package:
-            wanted += f' in a package {package}'
-        paths = dict.fromkeys([*package_of, *handed_in])    # the programs first
+        missing = chosen_file if chosen_file else ' or '.join(usual_files)
+        if chosen_package:
+            missing += f' in a package {chosen_package}'
+        paths = dict.fromkeys([*package_of, *files])    # the programs first
         listing = shortened([str(path.relative_to(folder)) for path in paths]) or 'nothing'
-        raise NotJudged(f'There is no {wanted}, and no other file does what it should. Handed in '
-                        f'(--type chooses a file): {listing}. {WHAT_IS_READ}')
-    start = None if name else _starting_program(candidates[0], programs, folder)
+        raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in '
+                        f'(--type chooses a file): {listing}. {UNPACKING_RULES}')
+    start = None if chosen_file else _starting_program(candidates[0], programs, folder)
     if start is None:
-        return Choice(candidates[0].path, *_remarks_and_findings(candidates, usual_files))
+        return ChosenNode(candidates[0].path, *_remarks_and_findings(candidates, usual_files))
     candidates = [program for program in candidates if program.path != start.path]
     _, findings = _remarks_and_findings(candidates, usual_files)
     remark = f'Judged was {start.path}, which starts {candidates[0].path}.'
-    return Choice(start.path, [remark], findings)
+    return ChosenNode(start.path, [remark], findings)
 
 
 def _starting_program(module, programs, folder):
     """Returns the first program that imports and starts `module`, and is in the same package.
     Returns None if there is no such program, or if `module` itself does more than define names."""
     path = folder / module.path
-    if read_program(path).acts:
+    if read_program(path).runs_code_on_import:
         return None
     package = node_package(path, folder)
     for program in programs:
         script = folder / program.path
-        is_in_package = package in script.parents and (module.is_old or not program.is_old)
-        if is_in_package and read_program(script).acts and path in programs_of(script, package):
-            return program
+        may_start_it = package in script.parents and (module.is_old or not program.is_old)
+        if may_start_it and read_program(script).runs_code_on_import:
+            if path in programs_of(script, package):
+                return program
     return None
 
 
@@ -174,7 +178,7 @@ def _candidate(lab, path, text, package, usual_packages, usual_files):
         package_rank=min(_package_rank(usual, own_names, outer_names) for usual in usual_packages),
         missing_signs=found_signs.count(False),
         name_rank=_rank(name, [usual.lower() for usual in usual_files]),
-        is_outside_zip=UNPACKED + '/' not in path,
+        is_outside_zip=UNPACKED_SUFFIX + '/' not in path,
         folder_rank=_rank(''.join(folders[-1:]), NODE_FOLDERS),
         depth=len(folders), path=path, found_signs=found_signs, text=text)
 
@@ -220,10 +224,10 @@ def _signs(lab, text):
     return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in patterns)
 
 
-def _can_be_the_node(candidate, usual_files, chosen_name):
+def _can_be_the_node(candidate, usual_files, chosen_file):
     if candidate.name_rank < len(usual_files):
         return True
-    if chosen_name:
+    if chosen_file:
         return False
     listens, has_class, has_node_name, *_ = candidate.found_signs
     # a node of another lab may listen to the same topic

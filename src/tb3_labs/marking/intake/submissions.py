@@ -19,7 +19,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tu
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    IGNORED_PATHS, ZIP, NotJudged, copy_submission, digest, is_zip, shortened)
+    IGNORED_PATHS, ZIP_SUFFIX, NotJudged, copy_submission, digest, is_zip, shortened)
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import find_missing
 from tb3_labs.marking.intake.packages import node_package, package_name, packages_in
@@ -75,10 +75,10 @@ def read_name(name: str, is_folder: bool) -> PlatformName:
     if canvas:
         return PlatformName(canvas['student'].strip(), canvas['number'],
                             CANVAS_REPETITION.sub('', canvas['file']), bool(canvas['late']))
-    return PlatformName(name[:-len(ZIP)] if is_zip(name) else name, '', name)
+    return PlatformName(name[:-len(ZIP_SUFFIX)] if is_zip(name) else name, '', name)
 
 
-def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
+def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     """Returns {student: names of the student's files and folders}. `names` is {name of a file or a
     folder: parts of the name}.
 
@@ -134,7 +134,7 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
     if not names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
     submissions = []
-    for student, together in sorted(by_student(names).items()):
+    for student, together in sorted(grouped_by_student(names).items()):
         files = {folder / name: names[name].file or name
                  for name in sorted(together, key=_upload_order)}
         submissions.append(Submission(student, files, names[together[0]].number,
@@ -165,19 +165,19 @@ class ParsedSubmission(NamedTuple):
     """The result of reading a submission. Paths are relative to the folder of the copy."""
 
     digest: str                     # a hash of all files of the copy
-    remarks: List[str]              # sentences for the student; prepare() adds sentences
-    findings: List[str]             # sentences for the instructor; prepare() adds sentences
+    remarks: List[str]              # for the student; prepare_workspace() adds sentences
+    findings: List[str]             # for the instructor; prepare_workspace() adds sentences
     node: str                       # the node's file
-    package: str                    # the folder of the node's package
-    name: str                       # the name in the package's package.xml; '' if it is not valid
+    package_folder: str             # the folder of the node's package
+    package_name: str               # the name in this package's package.xml; '' if it is invalid
     packages: Dict[str, str]        # {name: folder}; the package nearest to the node is last
-    unused: List[str]               # missing modules that the node imports and does not use
+    unused_modules: List[str]           # missing modules that the node imports and does not use
 
 
-def read(submission: Submission, folder: Path, lab: NodeNames, package: str = '',
-         name: str = '') -> ParsedSubmission:
-    """Make `folder`, copy a submission into it, and read the copy. If `package` or `name` is given,
-    the node must have this package or name.
+def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen_package: str = '',
+                    chosen_file: str = '') -> ParsedSubmission:
+    """Make `folder`, copy a submission into it, and read the copy. If `chosen_package` or
+    `chosen_file` is given, the node must have this package or file name.
 
     Raises ``NotJudged`` if no file can be the node, if the node uses a missing module, or if a
     limit ends the reading process.
@@ -185,7 +185,7 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
     files = {str(path): own_name for path, own_name in submission.files.items()}
     done = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', READ_PROGRAM],
-        input=json.dumps([files, str(folder), lab, package, name]),
+        input=json.dumps([files, str(folder), lab, chosen_package, chosen_file]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
         cwd='/',                    # python -c imports from this folder
         start_new_session=True)     # Ctrl+C must not end this process
@@ -199,28 +199,30 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
     return ParsedSubmission(*result)
 
 
-def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
-                         name: str) -> ParsedSubmission:
-    """Read a submission; see `read`. `files` is {path: the file's name on the student's
-    computer}."""
+def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any],
+                         chosen_package: str, chosen_file: str) -> ParsedSubmission:
+    """Read a submission as `read_submission` does. `files` is {path: the file's name on the
+    student's computer}."""
     copy = Path(folder)
     remarks = copy_submission({Path(path): own_name for path, own_name in files.items()}, copy)
-    path, why, findings = find_node(copy, NodeNames(*lab), package, name)
+    path, node_remarks, findings = find_node(
+        copy, NodeNames(*lab), chosen_package, chosen_file)
     node = copy / path
-    source = node_package(node, copy)
+    package = node_package(node, copy)
     packages = packages_in(copy, node)
-    missing = find_missing(node, source, copy, packages)
-    if missing.used:
+    missing = find_missing(node, package, copy, packages)
+    if missing.used_modules:
         raise NotJudged(f'{path} needs modules that do not work on the marking machine: '
-                        f"{', '.join(missing.used)}.")
-    remarks += why
+                        f"{', '.join(missing.used_modules)}.")
+    remarks += node_remarks
     if missing.placeholders:
         names = ', '.join(missing.placeholders)
         remarks.append('Messages and services of the submission and of the skeleton stand in for '
                        f'these packages, which were not handed in: {names}.')
-    own_name = package_name(source)
-    if not own_name:
+    name = package_name(package)
+    if not name:
         remarks.append('Its package has no package.xml with a valid name.')
     return ParsedSubmission(
-        digest(copy), remarks, findings, path, str(source.relative_to(copy)), own_name,
-        {name: str(place.relative_to(copy)) for name, place in packages.items()}, missing.unused)
+        digest(copy), remarks, findings, path, str(package.relative_to(copy)), name,
+        {each: str(place.relative_to(copy)) for each, place in packages.items()},
+        missing.unused_modules)

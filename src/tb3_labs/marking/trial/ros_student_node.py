@@ -16,7 +16,7 @@ import rosservice
 
 from tb3_labs.handout import CTRL_RELINQ_TOPIC, JOY_TOPIC, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs.stimuli import START_TIME
-from tb3_labs.marking.student_nodes import OWN_FOLDERS, NodeStart
+from tb3_labs.marking.student_nodes import WRITABLE_FOLDERS, NodeStart
 from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import NodeOutput, ResourceWatch, RunningProgram
 from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES
@@ -61,7 +61,7 @@ class StudentNode:
         """The exit status of the process; None while the process runs, -N if signal N ended the
         process."""
         status = self._process.status
-        if self._prepared.isolated and status is not None:
+        if self._prepared.is_sandboxed and status is not None:
             return status if status <= BY_SIGNAL else BY_SIGNAL - status
         return status
 
@@ -85,7 +85,7 @@ class StudentNode:
         command = [*self._prepared.prefix, *self._command, *arguments]
         self._process = RunningProgram(command, environment, self._output.add)
         if self._prepared.program:        # mark.py has prepared a submission
-            own_folders = OWN_FOLDERS if self._prepared.isolated else ()
+            own_folders = WRITABLE_FOLDERS if self._prepared.is_sandboxed else ()
             self._watch = ResourceWatch(self._process.pid, own_folders, os.getppid())
         is_ready = self._is_ready_in_time(known)
         self._was_ready = self._was_ready or is_ready
