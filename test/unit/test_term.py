@@ -69,7 +69,7 @@ def written(tmp_path_factory):
     write(folder, '<xx>=Bobby', bobby, findings=['It did <that>.'], seconds=41.4)
     write(folder, 'Cy', crash)
     write(folder, 'Di', None, unjudged='It lacks cv2.')
-    return path, folder.write_overview(has_no_sandboxes=True)[1]
+    return path, folder.write_overview(is_unprotected=True)[1]
 
 
 def test_a_students_page_has_what_the_student_may_see_as_text(written):

@@ -9,9 +9,6 @@ from tb3_labs.doctor.graph import (
     Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot)
 from tb3_labs.doctor.ros_listening import examine_messages
 
-#: The robot connects to a new publisher within this time [s].
-CONNECTION_TIME = 1.0
-
 
 def examine(namespace):
     """Yields the findings on this computer and on the robot in `namespace`, such as '/robot3/'."""
@@ -62,7 +59,7 @@ def _check_return_path(here, graph, alive, publishers):
         if may_be_here and node not in graph.robot_nodes:
             own_publishers[node] = peer.uri
     if own_publishers:
-        time.sleep(CONNECTION_TIME)
+        time.sleep(1.0)    # the robot needs this time to connect to a new publisher
     connections = alive[robot_node].ask('getBusInfo')
     if connections is not None:
         address = alive[robot_node].address

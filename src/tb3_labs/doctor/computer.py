@@ -74,9 +74,9 @@ class Address:
         """The commands that make this computer's nodes advertise the right address. If the master
         is on this computer, the right address is the first address in `own`."""
         unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
-        usable = [address for address in (self.outgoing_address, *self.own)
-                  if address and not is_loopback(address)]
-        address = (usable or ['ADDRESS_OF_THIS_COMPUTER'])[0]
+        usable = (address for address in (self.outgoing_address, *self.own)
+                  if address and not is_loopback(address))
+        address = next(usable, 'ADDRESS_OF_THIS_COMPUTER')
         return f'{unset}export ROS_IP={address}, then start the nodes here again'
 
 

@@ -30,7 +30,7 @@ SENSORS = 'imu', 'odom', 'joint_states'
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 #: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A topic's name is probably a mistake if difflib finds this similarity to a right name.
+#: A topic's name is probably a mistake if difflib finds at least this similarity to a right name.
 MIN_NAME_SIMILARITY = 0.65
 
 
@@ -73,8 +73,6 @@ class Peer:
         return value
 
 
-# The master -------------------------------------------------------------------------------------
-
 def judge_master(master: Peer) -> Finding:
     """Does a master answer?"""
     where = repr(master.uri)
@@ -92,8 +90,6 @@ def judge_master(master: Peer) -> Finding:
         remedy = 'export ROS_MASTER_URI=http://ADDRESS:11311'
     return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', remedy)
 
-
-# Publishers and subscribers ---------------------------------------------------------------------
 
 class RobotGraph:
     """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state` is the master's answer
@@ -129,7 +125,7 @@ class RobotGraph:
         meant = [name for name in names    # imu/data and raw_imu mean imu, but simulator does not
                  if name in SENSORS and re.search('(?<![a-z])' + name, path)]
         _, _, word = path.rpartition('/')
-        meant += difflib.get_close_matches(word, names, 1, MIN_NAME_SIMILARITY)
+        meant += difflib.get_close_matches(word, names, n=1, cutoff=MIN_NAME_SIMILARITY)
         return self.namespace + meant[0] if meant else ''
 
     def _is_of_another_robot(self, topic, node):
@@ -193,13 +189,11 @@ def _mistakes(text, graph, names, users, partners):
             # a node that also uses the right topic makes no mistake
             if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
                 # a recorder is named only if no node of the robot uses the topic
-                of_robot = [each for each in partners[right] if each in graph.robot_nodes]
-                partner = (of_robot or partners[right])[0]
+                own = (each for each in partners[right] if each in graph.robot_nodes)
+                partner = next(own, partners[right][0])
                 texts.append(text.format(node, topic, right, partner))
     return texts
 
-
-# The connections from this computer -------------------------------------------------------------
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
     """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
@@ -217,8 +211,6 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
         return fault('Nodes', text, remedy)
     return ok('Nodes', ', '.join(sorted(peers)) + ' answer')
 
-
-# The connections to this computer ---------------------------------------------------------------
 
 def judge_return_path(publishers: Mapping[str, str], connected: Collection[str], robot: str,
                       here: Address, is_robot_elsewhere: bool) -> Finding:

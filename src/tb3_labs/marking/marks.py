@@ -53,9 +53,10 @@ class Lab(NamedTuple):
         """Returns the parts of the lab in `text`, which has commas between the parts. Raises
         ``ValueError`` if a part is unknown."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
-        if not set(parts) <= set(self.parts):
+        unknown = sorted(set(parts) - set(self.parts))
+        if unknown:
             raise ValueError(f"{self.title} has these parts: {', '.join(self.parts)}; not: "
-                             f"{', '.join(sorted(set(parts) - set(self.parts)))}")
+                             f"{', '.join(unknown)}")
         return parts
 
 
@@ -218,8 +219,8 @@ def _broken_link(observation: Observation,
                         or tracebacks_before_the_end(observation))
     if observation.recording is NO_RECORDING or is_mistake_known:
         return None
-    missed = {verdict.criterion.part for verdict in verdicts
-              if verdict.outcome is not Outcome.MET}
+    missed_parts = {verdict.criterion.part for verdict in verdicts
+                    if verdict.outcome is not Outcome.MET}
     parts_of_handout = {verdict.criterion.part for verdict in verdicts}
     variables = observation.recording.variables
     for part, begin, end in observation.part_intervals():
@@ -227,12 +228,12 @@ def _broken_link(observation: Observation,
             is_in_part = (variables.arrival >= begin) & (variables.arrival < end)
             variables = variables.take(~is_in_part)
     run = NodeRun(replace(observation.recording, variables=variables))
-    return first_broken(run, lab_links.LINKS.get(observation.lab, ()), missed)
+    return first_broken(run, lab_links.LINKS.get(observation.lab, ()), missed_parts)
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
     """Returns the first sentences as printable text, since a sentence may quote a submission."""
-    return [printable(sentence[:MAX_SENTENCE_LENGTH]) for sentence in sentences[:MAX_SENTENCES]]
+    return [printable(text[:MAX_SENTENCE_LENGTH]) for text in sentences[:MAX_SENTENCES]]
 
 
 # -- points

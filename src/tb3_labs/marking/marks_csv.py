@@ -25,8 +25,8 @@ from tb3_labs.report.page.document import Markup, document, safe, table
 STUDENT, POINTS, FULL_POINTS = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, FULL_POINTS]
-#: A spreadsheet's cell has at most this many characters.
-MAX_CELL_LENGTH = 32767
+#: A spreadsheet's cell has at most 32767 characters, of which safe() may add some.
+MAX_REMARKS_LENGTH = 32757
 csv.field_size_limit(2 ** 31 - 1)
 
 
@@ -48,7 +48,8 @@ class MarksTable:
         if not set(FIRST_COLUMNS) <= set(self._heads):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
         are_headings_unique = len(set(self._heads)) == len(self._heads)
-        has_extra_cells = any(None in row for row in self._rows)    # DictReader has them at None
+        # DictReader stores the cells that have no heading under the key None
+        has_extra_cells = any(None in row for row in self._rows)
         if has_extra_cells or not are_headings_unique:
             raise ValueError('each column needs a heading of its own in the first row')
         #: A person's decisions: {student: (points or None, reason)}.
@@ -107,7 +108,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
     late = 'late' if marks.late else ''
     decided = '' if marks.decided_points is None else f'{marks.decided_points:g}'
     cells.update({
-        'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:MAX_CELL_LENGTH - 10]),
+        'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:MAX_REMARKS_LENGTH]),
         'id': safe(marks.number), 'late': late, DECIDED: decided,
         REASON: safe(marks.decision_reason)})
     return cells

@@ -66,8 +66,8 @@ class MarksFolder:
                      'version': hashlib.sha256(files).hexdigest()}
         #: {student: the content of STUDENT.marks.json}
         self._records: Dict[str, Dict[str, Any]] = {}
-        #: {student: the Marks whose page this run has written}
-        self._written: Dict[str, Marks] = {}
+        #: {student: Marks}, if this run has written the student's page
+        self._new_marks: Dict[str, Marks] = {}
         for file in sorted(self.logs.glob('*' + RECORD_SUFFIX)):
             self._read_record(file)
         self._table = self._read_table()
@@ -92,7 +92,7 @@ class MarksFolder:
             options = options._replace(name=chosen)
         if record['key'] != dict(self._key, submission=submission, options=options._asdict()):
             return None
-        marks = self._written.get(student) or self._write_page(record)
+        marks = self._new_marks.get(student) or self._write_page(record)
         return None if marks.unjudged else marks    # the bag is gone, or cannot be read
 
     def write(self, handed_in: Marks, submission: str) -> Marks:
@@ -109,16 +109,15 @@ class MarksFolder:
         write_output(self.logs / (marks.student + RECORD_SUFFIX), json.dumps(record))
         return marks
 
-    def write_overview(self, has_no_sandboxes: bool = False
-                       ) -> Tuple[Optional[Path], List[str]]:
+    def write_overview(self, is_unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
         """Write the table and the page of all students. Returns (path of the page, lines for the
-        instructor), or (None, []) if there are no marks. `has_no_sandboxes` is True if the programs
+        instructor), or (None, []) if there are no marks. `is_unprotected` is True if the programs
         of the submissions ran without sandboxes."""
         if not self._records:
             return None, []
-        all_marks = [self._written.get(student) or self._write_page(record)
+        all_marks = [self._new_marks.get(student) or self._write_page(record)
                      for student, record in sorted(self._records.items())]
-        notes = [NO_SANDBOX_WARNING] if has_no_sandboxes else []
+        notes = [NO_SANDBOX_WARNING] if is_unprotected else []
         notes += self._table.change_sentences(all_marks)
         write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
         notes += [f'To look at: {marks.student}: {finding}'
@@ -173,7 +172,7 @@ class MarksFolder:
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
         write_output(folder / RESULTS_FILE, json.dumps(results(marks), indent=1))
         # the observations of a whole class would need hundreds of MB
-        self._written[marks.student] = replace(marks, observation=None)
+        self._new_marks[marks.student] = replace(marks, observation=None)
         return marks
 
     def _marks_and_page(self, handed_in, observation):
@@ -201,8 +200,6 @@ def locked(path: Path) -> Iterator[None]:
                 f'another mark.py writes into {path}: wait until it has ended') from None
         yield
 
-
-# -- the trials
 
 def trial_files(lab: str) -> List[Path]:
     """Returns the files that influence the node in a trial of a lab. Criteria, points and sentences

@@ -22,7 +22,7 @@ class NodeNames(NamedTuple):
     class_name: str             # the name of the node's class in the handout
     node_name: str              # the node's ROS name in the handout
     needed_topics: Tuple[str, ...]      # a node is ready when it listens to the first topic
-    other_signs: Tuple[str, ...]    # of a complete node: topics, and a call for the reset
+    other_signs: Tuple[str, ...]    # topics that a complete node uses, and its call for the reset
 
 
 LAB_NODES = {
@@ -75,7 +75,7 @@ class NodeStart(NamedTuple):
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     is_sandboxed: bool = False      # is the node in a Sandbox?
     program: str = ''           # the node's path; if '', rosrun finds the node
-    name: str = ''              # package/file, for the pages
+    name: str = ''              # package/file, shown on the pages
     submission_folder: str = ''     # the folder of the submission
 
     @classmethod

@@ -22,7 +22,7 @@ from tb3_labs.report.page.document import Markup, document, hints, table
 from tb3_labs.report.page.timeline import section, timeline, timeline_event
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows at most this many of the last lines that a process printed.
+#: A page shows at most this many lines of a process, which are the lines that it printed last.
 SHOWN_LINES = 15
 #: A page shows at most this many characters of a line.
 SHOWN_LINE_LENGTH = 300
@@ -69,33 +69,33 @@ def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
     """Returns the timeline of a recording. The timeline also shows the stimuli, and the moments at
     which criteria were not met."""
     observation = marks.observation or Observation('', '')
-    moments = []
+    events = []
     for stimulus in observation.stimuli:
         kind = 'drive' if GOAL_POSE in stimulus.facts else 'hand'
-        moments.append(timeline_event(kind, stimulus.begin, stimulus.name, stimulus.end))
-    moments += [timeline_event('hand', begin, "the check's own movement of the robot", end)
-                for begin, end in observation.own_moves]
-    moments += [timeline_event('start', process.begin, 'the node is started')
-                for process in observation.processes]
-    moments += [timeline_event('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
-                for verdict in marks.verdicts
-                if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
-    return timeline(recording, MODELS[DEFAULT_MODEL], moments)
+        events.append(timeline_event(kind, stimulus.begin, stimulus.name, stimulus.end))
+    events += [timeline_event('hand', begin, "the check's own movement of the robot", end)
+               for begin, end in observation.own_moves]
+    events += [timeline_event('start', process.begin, 'the node is started')
+               for process in observation.processes]
+    events += [timeline_event('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
+               for verdict in marks.verdicts
+               if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
+    return timeline(recording, MODELS[DEFAULT_MODEL], events)
 
 
 def recording_for_timeline(observation: Observation) -> RunData:
     """Returns the recording of a trial for the timeline. The poses in the frame ``local`` are
     computed from the true poses. Each drive begins with a reset."""
     recording = observation.recording
-    true = recording.ground_truth
+    true_poses = recording.ground_truth
     drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
     frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
     ends = [drive.begin for drive in drives[1:]] + [math.inf]
-    resets = [(drive.begin, frame @ true.pose_at(drive.begin))
+    resets = [(drive.begin, frame @ true_poses.pose_at(drive.begin))
               for drive, frame in zip(drives, frames)]
-    local_pose = true
+    local_pose = true_poses
     if drives:
-        local_pose = Poses.joined([true.between(drive.begin, end).seen_from(frame)
+        local_pose = Poses.joined([true_poses.between(drive.begin, end).seen_from(frame)
                                    for drive, end, frame in zip(drives, ends, frames)])
     return replace(
         recording, name=observation.node, local_pose=local_pose,

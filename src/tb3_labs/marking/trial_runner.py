@@ -194,7 +194,7 @@ def kill_processes(identity: str) -> None:
 def _stop_more(variable, stopped):
     """Stop the processes that have `variable` in their environment, and their process groups. Add
     the processes to `stopped`. Returns False if the search found no further process."""
-    before = len(stopped)
+    old_count = len(stopped)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first
         if pid not in stopped and _has_in_environment(pid, variable):
@@ -204,7 +204,7 @@ def _stop_more(variable, stopped):
                 if group != os.getpgrp():
                     os.killpg(group, signal.SIGSTOP)
             stopped.add(pid)
-    return len(stopped) > before
+    return len(stopped) > old_count
 
 
 def _has_in_environment(pid, variable):
@@ -235,8 +235,8 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     """Returns an environment with two install prefixes, which are the new folder `prefix` and the
     prefix of ROS. The folder `prefix` gets links to the files of this package.
 
-    The `caller` is the instructor's environment. The instructor's workspaces are left out, since
-    the nodes and messages in them must not replace a submission's nodes and messages.
+    `caller` is the environment of the instructor's terminal. The instructor's workspaces are left
+    out, since their nodes and messages must not replace a submission's nodes and messages.
     """
     prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
     modules = caller.get(PYTHONPATH, '').split(':')
@@ -247,11 +247,12 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     site = Path(sys.prefix).parent / 'devel' / PYTHON_FOLDER / 'sitecustomize.py'
     if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
-    ros = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')][-1:]
+    ros_prefix = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')][-1:]
+    roots = [str(prefix), *ros_prefix]
     variables = {name: value for name, value in caller.items()
                  if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():
-        variables[name] = ':'.join(f'{root}/{folder}'.rstrip('/') for root in [str(prefix), *ros])
+        variables[name] = ':'.join(f'{root}/{folder}'.rstrip('/') for root in roots)
     variables['PATH'] = ':'.join([os.path.dirname(sys.executable), variables['PATH'], SYSTEM_PATH])
     return variables
 

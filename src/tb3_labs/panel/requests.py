@@ -16,11 +16,12 @@ from -1 (lower edge) to 1 (upper edge). The entry "first" is true in the first m
 person gripped pad or mouse.
 
 Each request may have an "id", a whole number, which the answer repeats. The entry "stops" repeats
-the "stops" of the picture that the person saw; see :mod:`tb3_labs.supervision.dead_man`. The entry
-"t" is the time [s] of sending on the panel's clock. The page computes "t" as the "now" of the
-latest picture plus the time since this picture arrived. A picture needs time to arrive, so the
-panel may overestimate the delay of a message. The panel underestimates the delay only if the
-browser's clock jumps.
+the "stops" of the picture that the person saw; see :mod:`tb3_labs.supervision.dead_man`.
+
+The entry "t" is the time [s] at which the page sent the request, on the panel's clock. The page
+computes "t" as the "now" of the latest picture plus the time since this picture arrived. A picture
+needs time to arrive, so the panel may overestimate the delay of a message. The panel underestimates
+the delay only if the browser's clock jumps.
 """
 import json
 from contextlib import suppress
@@ -42,8 +43,9 @@ MAX_TURN_DEG = 360.0
 
 
 class BrowserPad(NamedTuple):
-    """The pad of a page. The sticks are from -1 to 1, forward and left positive. A button is True
-    while a person presses it. If a person presses B, the page sends a "stop", and `b` is False."""
+    """The gamepad that a page shows. The sticks are from -1 to 1, forward and left positive. A
+    button is True while a person presses it. If a person presses B, the page sends a "stop", and
+    `b` is False."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -82,8 +84,8 @@ class PageRequest(NamedTuple):
     kind: str
     value: Any = None              # see READERS
     id: Optional[int] = None
-    known_stops: Optional[int] = None    # number of stops that the page knew; None if missing
-    sent_at: float = 0.0           # time [s] of sending on the panel's clock; 0 if missing
+    known_stops: Optional[int] = None    # the entry "stops"; None if missing
+    sent_at: float = 0.0           # the entry "t"; 0 if missing
 
     def lateness(self, now: float) -> float:
         """The delay [s] of the message. Raises ``ValueError`` if `sent_at` is in the future."""

@@ -38,7 +38,7 @@ from tb3_labs.watch.printed_pose import declared_pose
 #: If the odometry's position [m] or yaw [rad] jumps by more than this, the odometry was reset.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
-#: The true pose is extrapolated to the odometry's stamp over less than this time [s].
+#: Longest time [s] over which the true pose is extrapolated to the odometry's stamp.
 MAX_TIME_APART = 0.3
 #: A robot stands still if its speed [m/s] and its rate of turn [rad/s] are below this number.
 STANDSTILL_SPEED = 0.02
@@ -58,8 +58,6 @@ class RobotView:
         self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}
         # odom_T_local; used if no node publishes `local`
         self._computed_frame: Optional[Pose2] = None
-
-    # -- input
 
     def on_message(self, kind: str, value: Any, now: float) -> None:
         """Store `value` as the latest value of a `kind`. A kind is an entry of the picture, or
@@ -91,8 +89,6 @@ class RobotView:
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         """Store the variables (name, text) of a node."""
         self._variables[node] = now, [[name, text] for name, text in values]
-
-    # -- output
 
     def latest(self, kind: str) -> Any:
         """Returns the latest value of a kind; None before the first value."""

@@ -37,7 +37,7 @@ class PanelRobot:
         self._server = server
         self.dead_man = DeadMan()
         self._pad_config = PadConfig()
-        self._mouse_active = False
+        self._is_mouse_active = False
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20)
         self._joy = rospy.Publisher('joy', Joy, queue_size=20, tcp_nodelay=True)
         self._mouse = rospy.Publisher('mouse_info', MouseController, queue_size=20,
@@ -47,7 +47,7 @@ class PanelRobot:
         self._cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self.subscriptions = RobotSubscriptions(lambda: server.call_soon(self._on_stop))
 
-    # -- what a page sees
+    # -- pictures
 
     def picture(self, now):
         """Returns the picture of :mod:`tb3_labs.panel.robot_view`, without "page"."""
@@ -66,7 +66,7 @@ class PanelRobot:
             return 'move_to_goal has control: B takes it'
         return 'ready' if holder == 'gamepad' else 'connecting: hold still'
 
-    # -- what a page asks for
+    # -- requests
 
     def carry_out(self, page, request):
         """Carry out a request of `page`. Returns the answer as text, or None if another thread or a
@@ -120,11 +120,11 @@ class PanelRobot:
         typed = request.value
 
         def call():
-            is_fulfilled = True
+            is_fulfilled = False
             try:
                 text = call_reset(typed.x, typed.y, typed.yaw_deg)
+                is_fulfilled = True
             except Exception as problem:    # no exception may end the panel, which must stop robots
-                is_fulfilled = False
                 text = str(problem)
             self._server.call_soon(lambda: page.answer(request, is_fulfilled, text))
         run_in_thread(call)
@@ -197,8 +197,6 @@ class PanelRobot:
             self._server.call_later(
                 CONFIRM_PERIOD, lambda: self._confirm_stop(page, request, since))
 
-    # -- messages
-
     def _release(self):
         self._send_pad(BrowserPad())
         self._send_mouse(None)
@@ -216,9 +214,9 @@ class PanelRobot:
         """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
         mouse_client.py, an inactive message is sent before the first active message and after the
         last active message."""
-        if self._mouse_active != bool(position):
+        if self._is_mouse_active != bool(position):
             self._publish_mouse(active=False)
-        self._mouse_active = bool(position)
+        self._is_mouse_active = bool(position)
         if position:
             self._publish_mouse(True, *position)
 

@@ -2,6 +2,7 @@
 import threading
 import time
 from collections import deque
+from functools import partial
 
 import rospy
 from rosgraph_msgs.msg import Log
@@ -57,8 +58,6 @@ class Pages:
         self._server.call_soon(release)
         released.wait(RELEASE_TIMEOUT)
 
-    # -- pages come and go
-
     def _open_page(self, send):
         page = OpenPage(send)
         if not self._pages:
@@ -68,7 +67,7 @@ class Pages:
         self._pages.append(page)
         page.send('hello', **self._greeting)
         page.lines = list(self._lines)
-        return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
+        return partial(self._on_text, page), partial(self._on_end, page)
 
     def _on_end(self, page):
         self._pages.remove(page)

@@ -69,11 +69,11 @@ class RobotSubscriptions:
         subscribe_some('/tf', *transforms)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: FAST_TOPIC_PERIOD)
 
-    def use_view(self, question):
-        """Returns ``question(view)``, which may change the view. Any thread may call
+    def use_view(self, function):
+        """Returns ``function(view)``, which may change the view. Any thread may call
         use_view()."""
         with self._lock:
-            return question(self._view)
+            return function(self._view)
 
     @property
     def has_another_pad(self):
@@ -83,7 +83,10 @@ class RobotSubscriptions:
 
     def _callback(self, store):
         """Returns a callback that calls ``store(view, value, now)``."""
-        return lambda value: self.use_view(lambda view: store(view, value, steady_time()))
+        def callback(value):
+            with self._lock:
+                store(self._view, value, steady_time())
+        return callback
 
     def _store_as(self, kind):
         return self._callback(lambda view, value, now: view.on_message(kind, value, now))
@@ -108,9 +111,6 @@ class RobotSubscriptions:
         self._store_as('has_control')(granted)
         if had_control and not granted:
             self._on_stop()
-
-
-# -- functions that write a message into a view
 
 
 def _store_command(view, message, now):

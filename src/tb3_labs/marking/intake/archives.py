@@ -133,7 +133,7 @@ class SubmissionCopy:
         self._links: List[PurePath] = []
 
     def add(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
-        """Write a file of `size` [bytes] to `path` in the copy, where it replaces an older file. A
+        """Write a file of `size` [bytes] to `path` in the copy. An older file there is replaced. A
         file with more than MAX_COPIED_BYTES is left out."""
         if size > MAX_COPIED_BYTES:
             self._large.append(path)

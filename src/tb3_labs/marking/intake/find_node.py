@@ -23,7 +23,7 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: Two candidates are alike if their first COMPARED_FIELDS fields are equal.
 COMPARED_FIELDS = 4
-#: The places of a package's usual name, the best first. They are the values of `package_rank`.
+#: The values of `package_rank` are these places of a package's usual name, the best first.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
 #: The instructor reads this text if no file can be the node.
 UNPACKING_RULES = 'Only zip files are unpacked, and none in others. Folders such as build, ' \
@@ -59,7 +59,7 @@ class _Candidate(NamedTuple):
 
 
 class _PackageNames(NamedTuple):
-    """The names of a package in a submission. Without a package, the value is ([], 0)."""
+    """The names of a package in a submission. A file outside of packages has the value ([], 0)."""
 
     names: List[str]        # the name in package.xml, and the name of the folder
     depth: int              # the number of folders from the submission's folder to the package
@@ -70,8 +70,8 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
     """Returns the ChosenNode of a lab's node among the files below `folder`.
 
     A file can be the node if its name is usual, or if its class and its ROS node have the names of
-    the handout. A file that listens to the lab's topic can also be the node, unless another lab's
-    node usually has the file's name. If `chosen_package` or `chosen_file` is given, the
+    the handout. A file that listens to the lab's topic can also be the node, unless the file
+    has the usual name of another lab's node. If `chosen_package` or `chosen_file` is given, the
     file must have this package or name. `chosen_file` may also be a path in `folder`.
 
     Raises ``NotJudged`` if no file can be the node.
@@ -162,7 +162,6 @@ def _is_program(path):
 
 
 def _package_names(package, folder):
-    """`package` is a folder below `folder`, or None."""
     if package is None:
         return _PackageNames([], 0)
     places = package.relative_to(folder).parts
@@ -210,17 +209,15 @@ def _normalized(name):
 def _signs(lab, text):
     """Returns a bool for each sign of the lab's node: does the program have the sign? The signs are
     the subscription to the lab's topic, the handout's class, the handout's name of the node, and
-    each of the lab's `uses`."""
+    the lab's `other_signs`."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
     patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.needed_topics[0]),
                 rf'^[ \t]*class\s+{lab.class_name}\b',
                 r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name)]
-    for use in lab.other_signs:
-        if use.endswith('('):
-            patterns.append(RESET_CALL.format(use[:-1]))
-        else:
-            patterns.append(topic.format(use))
+    for sign in lab.other_signs:
+        is_call = sign.endswith('(')
+        patterns.append(RESET_CALL.format(sign[:-1]) if is_call else topic.format(sign))
     return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in patterns)
 
 

@@ -14,7 +14,7 @@ import rospkg
 
 from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
-    DEFINITION_KINDS, MAX_MANIFEST_BYTES, definition_files, definition_files_below, distance,
+    DEFINITION_KINDS, MAX_MANIFEST_BYTES, definition_files, definition_files_below, distance_key,
     is_old_or_copy)
 from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_valid_name, syntax_nodes_of
 
@@ -26,7 +26,7 @@ PATH_METHODS = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath'
 MAX_PROGRAM_BYTES = 1000000
 #: These modules may be installed, but they cannot be imported without a screen.
 SCREEN_MODULES = 'pynput', 'pyautogui'
-#: The folder for packages that were not handed in. The marking makes these packages.
+#: The marking makes the packages that were not handed in. They are in this folder.
 PLACEHOLDERS = 'placeholders'
 
 
@@ -183,17 +183,17 @@ def _can_be_placeholder(item, program, types):
 def _definitions(node, folder):
     """Returns the message and service files of tb3_labs, and after them the submission's files. The
     file nearest to the node is last."""
-    course = definition_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
-    own = [path for path in definition_files_below(folder)
-           if is_valid_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
-           and not is_old_or_copy(str(path.relative_to(folder)))]
-    own.sort(key=lambda path: distance(path, node, folder), reverse=True)
-    return course + own
+    of_course = definition_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
+    of_submission = [path for path in definition_files_below(folder)
+                     if is_valid_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
+                     and not is_old_or_copy(str(path.relative_to(folder)))]
+    of_submission.sort(key=lambda path: distance_key(path, node, folder), reverse=True)
+    return of_course + of_submission
 
 
 def _copy_definitions(definitions, package):
     """Copy files into a package. If files have the same name, the last of them is kept."""
     for path in definitions:
-        place = package / path.suffix[1:]
-        place.mkdir(parents=True, exist_ok=True)
-        shutil.copy(str(path), str(place))
+        folder = package / path.suffix[1:]
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copy(str(path), str(folder))

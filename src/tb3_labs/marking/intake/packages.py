@@ -64,7 +64,7 @@ def is_old_or_copy(path: str) -> bool:
     return any(map(OLD_OR_COPY.search, Path(path).parts))
 
 
-def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
+def distance_key(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
     """Returns a key that sorts paths in `folder`, the nearest to `node` first. If paths are equally
     near, old or copied files come last."""
     common = set(path.parents) & set(node.parents)
@@ -82,7 +82,7 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
                 if path.parent.name == path.suffix[1:]}
     packages = {}
     # the nearest package comes last, and replaces packages with the same name
-    for package in sorted(folders, key=lambda path: distance(path, node, folder), reverse=True):
+    for package in sorted(folders, key=lambda path: distance_key(path, node, folder), reverse=True):
         name = package_name(package) or re.sub(r'\W|^(?=\d)', '_', package.name)
         if is_valid_name(name):
             packages[name] = package
@@ -90,12 +90,12 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
 
 
 def definition_files_below(folder: Path) -> List[Path]:
-    """Returns the files of messages and services below `folder`. Names of files may be invalid."""
+    """Returns the files of messages and services below `folder`. Some names may be invalid."""
     return [path for path in files_in(folder) if path.suffix[1:] in DEFINITION_KINDS]
 
 
 def definition_files(package: Path) -> List[Path]:
-    """Returns the files of a package's messages and services. Names of files may be invalid."""
+    """Returns the files of a package's messages and services. Some names may be invalid."""
     files = []
     for kind in DEFINITION_KINDS:
         files += sorted(path for path in (package / kind).glob('*.' + kind) if path.is_file())

@@ -2,7 +2,8 @@
 
 The rostest, master, robot, check and node of a submission share a network that has only a loopback
 interface. All processes of a submission end together with mark.py. The node runs in a sandbox
-inside the shared network. The sandbox has its own processes, its own /tmp and its own home folder.
+of its own, and uses the network of the submission. The sandbox has its own processes, its own /tmp
+and its own home folder.
 The node sees only the parts of the system that a node needs, and cannot write these parts. An
 ordinary user makes the sandbox with a user namespace. If root runs mark.py, the node runs as a user
 that owns nothing, since Linux does not limit the number of root's processes.
@@ -21,10 +22,8 @@ import rospkg
 from tb3_labs.marking.limits import LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_THREADS_AND_PROCESSES
 from tb3_labs.marking.student_nodes import HOME, IDENTITY_VARIABLE, WRITABLE_FOLDERS, OWN_PACKAGE
 
-#: The environment variable that lists the folders of workspaces.
-CMAKE_PREFIX_PATH = 'CMAKE_PREFIX_PATH'
-#: The environment variable that lists the folders of Python's modules.
-PYTHONPATH = 'PYTHONPATH'
+#: The environment variables that list the folders of workspaces and of Python's modules.
+CMAKE_PREFIX_PATH, PYTHONPATH = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
 #: A sandbox gets only environment variables with names that begin with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH',
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY_VARIABLE)
@@ -76,7 +75,7 @@ NO_SANDBOX_WARNING = "No sandboxes: a submission's program can read and delete y
 
 class Protection:
     """Adds limits to the commands that start a submission's check and a submission's programs.
-    `words` has the words of a command without limits.
+    `words` is a command without limits, as a list of words.
 
     This class has the weakest limits, for an ordinary user who cannot make sandboxes. A program
     cannot write a large file. The check ends together with its parent process.
@@ -97,7 +96,7 @@ class Protection:
         return dict(base)
 
     def hand_over(self, folder: Path) -> None:
-        """Make the user that runs the program own `folder`, which must have only copies."""
+        """Give `folder`, which must have only copies, to the user that runs the program."""
 
 
 class OtherUser(Protection):
@@ -193,7 +192,6 @@ def _change_owner(folder, user):
 
 
 def _counts_processes_per_sandbox():
-    """Does Linux count the processes of each sandbox separately?"""
     version = tuple(int(number) for number in re.findall(r'\d+', platform.release())[:2])
     return version >= MIN_LINUX_VERSION
 

@@ -75,12 +75,13 @@ def read_name(name: str, is_folder: bool) -> PlatformName:
     if canvas:
         return PlatformName(canvas['student'].strip(), canvas['number'],
                             CANVAS_REPETITION.sub('', canvas['file']), bool(canvas['late']))
-    return PlatformName(name[:-len(ZIP_SUFFIX)] if is_zip(name) else name, '', name)
+    student = name[:-len(ZIP_SUFFIX)] if is_zip(name) else name
+    return PlatformName(student, '', name)
 
 
 def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     """Returns {student: names of the student's files and folders}. `names` is {name of a file or a
-    folder: parts of the name}.
+    folder: its PlatformName}.
 
     Files belong to one student if the student's name and the number are the same. A file without a
     number belongs to a separate student. If several students have the same name, the number or the
@@ -88,22 +89,22 @@ def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, parts in names.items():
-        single = '' if parts.number else name
-        groups.setdefault((file_name(parts.student), parts.number, single), []).append(name)
-    times = Counter(student for student, _, _ in groups)
+        lone_file = '' if parts.number else name
+        groups.setdefault((file_name(parts.student), parts.number, lone_file), []).append(name)
+    group_counts = Counter(student for student, _, _ in groups)
     students: Dict[str, List[str]] = {}
-    for (student, number, single), together in groups.items():
-        if times[student] > 1:
-            student = file_name(f'{student} ({number or single})')
+    for (student, number, lone_file), names_of_student in groups.items():
+        if group_counts[student] > 1:
+            student = file_name(f'{student} ({number or lone_file})')
         while student in students:      # file_name() may make two names equal
             student += '_'
-        students[student] = together
+        students[student] = names_of_student
     return students
 
 
-def check_names(wanted: Iterable[str], students: Sequence[str]) -> None:
-    """Raises ``ValueError`` if a `wanted` name is not a student's name."""
-    for name in wanted:
+def check_names(names: Iterable[str], students: Sequence[str]) -> None:
+    """Raises ``ValueError`` if one of `names` is not a student's name."""
+    for name in names:
         if name not in students:
             raise ValueError(f'no submission is called {name}; these are: '
                              + shortened(students, 100))
@@ -134,11 +135,11 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
     if not names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
     submissions = []
-    for student, together in sorted(grouped_by_student(names).items()):
+    for student, own_names in sorted(grouped_by_student(names).items()):
         files = {folder / name: names[name].file or name
-                 for name in sorted(together, key=_upload_order)}
-        submissions.append(Submission(student, files, names[together[0]].number,
-                                      any(names[name].late for name in together)))
+                 for name in sorted(own_names, key=_upload_key)}
+        number, is_late = names[own_names[0]].number, any(names[name].late for name in own_names)
+        submissions.append(Submission(student, files, number, is_late))
     return submissions
 
 
@@ -152,14 +153,13 @@ def _refusal(path):
     return '' if is_submission else 'neither a folder nor a zip file'
 
 
-def _upload_order(name):
+def _upload_key(name):
     """Returns a sort key. Canvas numbers the uploads of a student. The latest upload comes last."""
     canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
-    return (int(repetition.group(1)) if repetition else 0,
-            int(canvas['upload']) if canvas else 0, name)
+    repetitions = int(repetition.group(1)) if repetition else 0
+    upload = int(canvas['upload']) if canvas else 0
+    return repetitions, upload, name
 
-
-# -- reading
 
 class ParsedSubmission(NamedTuple):
     """The result of reading a submission. Paths are relative to the folder of the copy."""

@@ -124,17 +124,15 @@ def _repair(node, remarks, findings):
     node.chmod(0o755)
 
 
-# -- messages and services
-
 def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
                 remarks: List[str], protection: Protection) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
     or None if the packages define no type. `packages` is a dict {name: folder}.
 
     Python looks for a package's modules and messages in one folder. Therefore, if a package has
-    modules, its messages are made in the folder of these modules. A program that runs with
-    `protection` and `environment` reads the messages. Problems of a package are added to `remarks`
-    if the code of `node` names the package.
+    modules, its messages are made in the folder of these modules. The program
+    message_examples.py runs with `protection` and `environment`. Problems of a package are added to
+    `remarks` if the code of `node` names the package.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in module_folders(package, name)}
@@ -199,6 +197,6 @@ def _built_types(definitions, environment, protection):
 def system_messages() -> Dict[str, List[str]]:
     """Returns {name: [folder of messages]} of all ROS packages of this machine. The result is
     cached. A folder of messages need not exist."""
-    # A RosPack changes during a query, so two threads must not share it.
+    # a RosPack changes during a query, so two threads must not share one
     ros = rospkg.RosPack()
     return {name: [os.path.join(ros.get_path(name), MESSAGES)] for name in ros.list()}
