@@ -9,7 +9,7 @@ from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.computer import Address, judge_address, outgoing_address, own_addresses
 from tb3_labs.doctor.graph import (
-    PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
+    PROBLEM_TEXTS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot)
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
@@ -94,7 +94,7 @@ JUDGEMENTS = [
     (judge_master(Peer('http://robot3:11311', '', '192.168.0.9')), OK,
      "robot3:11311' (192.168.0.9) answers"),
     *[(judge_master(Peer('http://robot3:11311', problem, '192.168.0.9')), FAULT, 'robot3',
-       PROBLEMS[problem]) for problem in PROBLEMS],
+       PROBLEM_TEXTS[problem]) for problem in PROBLEM_TEXTS],
     (judge_master(Peer('http://localhost:11311', 'refused')), FAULT, 'start roscore'),
     (judge_master(Peer('localhost:12311', 'malformed')), FAULT,
      "'localhost:12311' is not an address", 'Do: export ROS_MASTER_URI=http://ADDRESS:11311'),

@@ -15,7 +15,7 @@ from tb3_labs.marking import trial_runner
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, Protection, Sandbox, protection_problem
 from tb3_labs.marking.limits import MAX_ADDRESS_SPACE_BYTES, MAX_FILE_BYTES, MAX_THREADS_AND_PROCESSES
-from tb3_labs.marking.student_nodes import HOME, IDENTITY_VARIABLE, WRITABLE_FOLDERS
+from tb3_labs.marking.student_nodes import IDENTITY_VARIABLE, SANDBOX_HOME, WRITABLE_FOLDERS
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.trial.processes import ResourceWatch
 from tb3_labs.marking.trial_runner import kill_processes, trial_environment
@@ -190,14 +190,14 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
             'python3', '-c', LOOKS, str(own), str(other), program, '/boot', '/etc/shadow'])),
         env=box.program_environment(given), timeout=600.0))
     variables = seen.pop('variables')
-    assert variables['HOME'] == HOME and variables['PATH'] == given['PATH']
+    assert variables['HOME'] == SANDBOX_HOME and variables['PATH'] == given['PATH']
     assert not {'TOKEN', IDENTITY_VARIABLE} & set(variables)
     assert seen.pop('processes') < 5 and [name for _, name in seen.pop('network')] == ['lo']
     assert (seen.pop('user') in UNUSED_USER_IDS) is (os.geteuid() == 0)
     limits = seen.pop('limits')
     assert limits[:3] == [MAX_FILE_BYTES, MAX_ADDRESS_SPACE_BYTES, 0]
     assert limits[3] == MAX_THREADS_AND_PROCESSES or os.geteuid() != 0      # for others only a new Linux counts
-    assert seen == {'ctrl_c': True, 'folder': HOME, 'read': 'mine', 'there': [False] * 4,
+    assert seen == {'ctrl_c': True, 'folder': SANDBOX_HOME, 'read': 'mine', 'there': [False] * 4,
                     'writable': list(WRITABLE_FOLDERS), 'modules': [True, True, False, False]}
 
 

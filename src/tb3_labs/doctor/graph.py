@@ -19,7 +19,7 @@ CALLER_ID = f'/doctor_{os.getpid()}'
 #: Longest wait [s] for an answer.
 ANSWER_TIMEOUT = 1.0
 #: {problem of a Peer: words for the user}
-PROBLEMS = {
+PROBLEM_TEXTS = {
     'malformed': 'is not an address such as http://192.168.0.5:11311',
     'unresolved': 'has a name that this computer cannot resolve',
     'refused': 'refuses: the computer is on, but nothing listens there',
@@ -39,7 +39,7 @@ class Peer:
     """A master or a node that the doctor calls, and the outcome of the latest call."""
 
     uri: str
-    problem: str = 'silent'    # a key of PROBLEMS; '' if the peer has answered
+    problem: str = 'silent'    # a key of PROBLEM_TEXTS; '' if the peer has answered
     address: str = ''          # the IP address of the name in `uri`
 
     def __post_init__(self):
@@ -88,7 +88,7 @@ def judge_master(master: Peer) -> Finding:
                   'ping ' + master.address)
     else:
         remedy = 'export ROS_MASTER_URI=http://ADDRESS:11311'
-    return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', remedy)
+    return fault('Master', f'ROS_MASTER_URI {where} {PROBLEM_TEXTS[master.problem]}', remedy)
 
 
 class RobotGraph:
@@ -201,7 +201,7 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
         if not peer.problem:
             continue
         text = '{} says it is at {}, which {}'.format(
-            node, peer.uri.rstrip('/') or '(nothing)', PROBLEMS[peer.problem])
+            node, peer.uri.rstrip('/') or '(nothing)', PROBLEM_TEXTS[peer.problem])
         remedy = ('if it has ended: rosnode cleanup; else on the robot: export ROS_IP=ITS_ADDRESS, '
                   'then start it again')
         if is_loopback(peer.address):

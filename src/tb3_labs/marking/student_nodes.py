@@ -59,8 +59,8 @@ IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'
 #: This environment variable has the path of a file with a NodeStart.
 NODE_START_FILE = 'TB3_LABS_NODE_START'
 #: A program in a sandbox can write only into these folders.
-HOME = '/home/student'
-WRITABLE_FOLDERS = '/tmp', HOME, '/dev/shm'
+SANDBOX_HOME = '/home/student'
+WRITABLE_FOLDERS = '/tmp', SANDBOX_HOME, '/dev/shm'
 #: This command starts a node. The node dies with the process that starts it. On a busy processor,
 #: the robot has priority over the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']

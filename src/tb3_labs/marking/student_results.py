@@ -23,9 +23,9 @@ from tb3_labs.report.page.timeline import section, timeline, timeline_event
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 #: A page shows at most this many lines of a process, which are the lines that it printed last.
-SHOWN_LINES = 15
+MAX_SHOWN_LINES = 15
 #: A page shows at most this many characters of a line.
-SHOWN_LINE_LENGTH = 300
+MAX_SHOWN_LINE_LENGTH = 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
@@ -128,7 +128,7 @@ def _last_lines(observation):
     parts = ['<h2>What the node printed last</h2>']
     for number, process in enumerate(observation.processes, 1):
         lines = [line for line in process.printed.splitlines() if line.strip()]
-        text = escape('\n'.join(line[:SHOWN_LINE_LENGTH] for line in lines[-SHOWN_LINES:]))
+        text = escape('\n'.join(line[:MAX_SHOWN_LINE_LENGTH] for line in lines[-MAX_SHOWN_LINES:]))
         start = f'Start {number} of {len(observation.processes)}'
         if process.ready is None:
             start += ', never ready'

@@ -76,15 +76,15 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
 
     Raises ``NotJudged`` if no file can be the node.
     """
-    packages = (chosen_package,) if chosen_package else lab.packages
+    usual_packages = (chosen_package,) if chosen_package else lab.packages
     usual_files = (os.path.basename(chosen_file),) if chosen_file else lab.files
     files = files_in(folder)
     package_of = {path: package_folder(path, folder) for path in files if _is_program(path)}
-    names_of = {above: _package_names(above, folder) for above in set(package_of.values())}
+    names_of = {package: _package_names(package, folder) for package in set(package_of.values())}
     programs = sorted(
         _candidate(lab, str(path.relative_to(folder)), path.read_bytes().decode(errors='replace'),
-                   names_of[above], usual_packages=packages, usual_files=usual_files)
-        for path, above in package_of.items())
+                   names_of[package], usual_packages=usual_packages, usual_files=usual_files)
+        for path, package in package_of.items())
     candidates = [program for program in programs
                   if _can_be_the_node(program, usual_files, chosen_file)]
     if chosen_package:
@@ -100,13 +100,13 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
         listing = shortened([str(path.relative_to(folder)) for path in paths]) or 'nothing'
         raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in '
                         f'(--type chooses a file): {listing}. {UNPACKING_RULES}')
-    start = None if chosen_file else _starting_program(candidates[0], programs, folder)
-    if start is None:
+    starter = None if chosen_file else _starting_program(candidates[0], programs, folder)
+    if starter is None:
         return ChosenNode(candidates[0].path, *_remarks_and_findings(candidates, usual_files))
-    candidates = [program for program in candidates if program.path != start.path]
+    candidates = [program for program in candidates if program.path != starter.path]
     _, findings = _remarks_and_findings(candidates, usual_files)
-    remark = f'Judged was {start.path}, which starts {candidates[0].path}.'
-    return ChosenNode(start.path, [remark], findings)
+    remark = f'Judged was {starter.path}, which starts {candidates[0].path}.'
+    return ChosenNode(starter.path, [remark], findings)
 
 
 def _starting_program(module, programs, folder):
@@ -118,8 +118,8 @@ def _starting_program(module, programs, folder):
     package = node_package(path, folder)
     for program in programs:
         script = folder / program.path
-        may_start_it = package in script.parents and (module.is_old or not program.is_old)
-        if may_start_it and read_program(script).runs_code_on_import:
+        may_start_module = package in script.parents and (module.is_old or not program.is_old)
+        if may_start_module and read_program(script).runs_code_on_import:
             if path in programs_of(script, package):
                 return program
     return None
@@ -228,6 +228,7 @@ def _can_be_the_node(candidate, usual_files, chosen_file):
         return False
     listens, has_class, has_node_name, *_ = candidate.found_signs
     # a node of another lab may listen to the same topic
-    is_other = any(os.path.basename(candidate.path) in other.files for other in LAB_NODES.values())
-    has_two_signs = listens + has_class + has_node_name >= 2
-    return has_two_signs or (listens and not is_other)
+    file = os.path.basename(candidate.path)
+    has_name_of_a_lab = any(file in lab.files for lab in LAB_NODES.values())
+    has_two_signs = [listens, has_class, has_node_name].count(True) >= 2
+    return has_two_signs or (listens and not has_name_of_a_lab)

@@ -62,9 +62,9 @@ class ParsedProgram(NamedTuple):
 class MissingModules(NamedTuple):
     """The modules that a node imports, and that are not on the marking machine."""
 
-    placeholders: List[str]        # packages of messages and services that were not handed in
-    unused_modules: List[str]           # modules that no program uses
-    used_modules: List[str]             # modules that a program uses
+    placeholders: List[str]     # packages of messages and services that were not handed in
+    unused_modules: List[str]   # modules that no program uses
+    used_modules: List[str]     # modules that a program uses
 
 
 def read_program(path: Path) -> ParsedProgram:

@@ -20,7 +20,8 @@ from typing import Dict, Iterable, List, Mapping
 import rospkg
 
 from tb3_labs.marking.limits import LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_THREADS_AND_PROCESSES
-from tb3_labs.marking.student_nodes import HOME, IDENTITY_VARIABLE, WRITABLE_FOLDERS, OWN_PACKAGE
+from tb3_labs.marking.student_nodes import (
+    IDENTITY_VARIABLE, OWN_PACKAGE, SANDBOX_HOME, WRITABLE_FOLDERS)
 
 #: The environment variables that list the folders of workspaces and of Python's modules.
 CMAKE_PREFIX_PATH, PYTHONPATH = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
@@ -28,7 +29,7 @@ CMAKE_PREFIX_PATH, PYTHONPATH = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
 INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH',
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY_VARIABLE)
 #: The folder of rospy's log files in a sandbox.
-LOG_FOLDER = HOME + '/.ros/log'
+LOG_FOLDER = SANDBOX_HOME + '/.ros/log'
 #: If root runs mark.py, programs run as users with these numbers. systemd gives these numbers to
 #: temporary users, which own nothing.
 UNUSED_USER_IDS = range(61184, 65519)
@@ -37,10 +38,10 @@ MIN_LINUX_VERSION = 5, 14
 #: A sandbox that has not started within this time [s] does not work.
 SANDBOX_START_TIMEOUT = 20.0
 #: Host names, time zone, libraries, fonts and ROS need these parts of /etc in a sandbox.
-ETC_PARTS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
+ETC_PATHS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
              'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: A student's program sees only these parts of tb3_labs.
-SHARED_PARTS = ('package.xml', 'cmake', 'msg', 'srv')
+SHARED_PATHS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 #: In a sandbox, python3 -c first runs this program. The first argument is the number of a user, or
 #: ''. The further arguments are a command. The program makes the user's folders writable, and
@@ -146,7 +147,7 @@ class Sandbox(Protection):
             options.append('--unshare-user')
         else:
             options += ['--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
-        options += [*_mount_options(self._readable), '--chdir', HOME]
+        options += [*_mount_options(self._readable), '--chdir', SANDBOX_HOME]
         limit_command = LIMIT_COMMAND + ['--core=0']
         if self.user is not None or _counts_processes_per_sandbox():
             limit_command.append(f'--nproc={MAX_THREADS_AND_PROCESSES}')
@@ -157,9 +158,9 @@ class Sandbox(Protection):
 
     def program_environment(self, base: Mapping[str, str]) -> Dict[str, str]:
         kept = {name: value for name, value in base.items() if name.startswith(INHERITED_PREFIXES)}
-        user = os.path.basename(HOME)
-        return dict(kept, HOME=HOME, USER=user, LOGNAME=user,
-                    ROS_HOME=HOME + '/.ros', ROS_LOG_DIR=LOG_FOLDER)
+        user = os.path.basename(SANDBOX_HOME)
+        return dict(kept, HOME=SANDBOX_HOME, USER=user, LOGNAME=user,
+                    ROS_HOME=SANDBOX_HOME + '/.ros', ROS_LOG_DIR=LOG_FOLDER)
 
     def hand_over(self, folder: Path) -> None:
         if self.user is not None:
@@ -221,7 +222,7 @@ def _system_mounts():
             mounts.append(('--symlink', os.readlink('/' + name), '/' + name))
         else:
             mounts.append((READ_ONLY_IF_EXISTS, '/' + name, '/' + name))
-    mounts += [(READ_ONLY_IF_EXISTS, '/etc/' + name, '/etc/' + name) for name in ETC_PARTS]
+    mounts += [(READ_ONLY_IF_EXISTS, '/etc/' + name, '/etc/' + name) for name in ETC_PATHS]
     return mounts + [(EMPTY, folder) for folder in WRITABLE_FOLDERS]
 
 
@@ -239,13 +240,13 @@ def _ros_mounts():
 
 
 def _own_package():
-    """Returns (the hidden folders of this package, the mounts of their SHARED_PARTS)."""
+    """Returns (the hidden folders of this package, the mounts of their SHARED_PATHS)."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
     folders += [os.path.join(folder, OWN_PACKAGE) for folder in _folders_in(PYTHONPATH)]
     folders += [os.path.join(prefix, 'lib', OWN_PACKAGE)
                 for prefix in _folders_in(CMAKE_PREFIX_PATH)]
     hidden = list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
-    paths = [os.path.join(folder, name) for folder in hidden for name in SHARED_PARTS]
+    paths = [os.path.join(folder, name) for folder in hidden for name in SHARED_PATHS]
     shared = [(READ_ONLY, os.path.realpath(path), path) for path in paths if os.path.exists(path)]
     return hidden, shared
 

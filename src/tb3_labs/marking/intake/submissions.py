@@ -26,8 +26,8 @@ from tb3_labs.marking.intake.packages import node_package, package_name, package
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
 from tb3_labs.marking.student_nodes import NodeNames
 
-MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
-CANVAS = re.compile(
+MOODLE_NAME = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
+CANVAS_NAME = re.compile(
     r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_(?P<upload>\d+)_(?P<file>.+)',
     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that is handed in again.
@@ -67,7 +67,7 @@ class PlatformName(NamedTuple):
 
 def read_name(name: str, is_folder: bool) -> PlatformName:
     """Splits the name of a file or a folder into its parts."""
-    moodle, canvas = MOODLE.fullmatch(name), CANVAS.fullmatch(name)
+    moodle, canvas = MOODLE_NAME.fullmatch(name), CANVAS_NAME.fullmatch(name)
     if moodle:
         return PlatformName(moodle['student'].strip(), moodle['number'], moodle['file'])
     if is_folder:
@@ -155,7 +155,7 @@ def _refusal(path):
 
 def _upload_key(name):
     """Returns a sort key. Canvas numbers the uploads of a student. The latest upload comes last."""
-    canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
+    canvas, repetition = CANVAS_NAME.fullmatch(name), CANVAS_REPETITION.search(name)
     repetitions = int(repetition.group(1)) if repetition else 0
     upload = int(canvas['upload']) if canvas else 0
     return repetitions, upload, name
@@ -171,7 +171,7 @@ class ParsedSubmission(NamedTuple):
     package_folder: str             # the folder of the node's package
     package_name: str               # the name in this package's package.xml; '' if it is invalid
     packages: Dict[str, str]        # {name: folder}; the package nearest to the node is last
-    unused_modules: List[str]           # missing modules that the node imports and does not use
+    unused_modules: List[str]       # missing modules that the node imports and does not use
 
 
 def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen_package: str = '',

@@ -32,7 +32,7 @@ from tb3_labs.marking.student_nodes import (
 from tb3_labs.watch import PROBE, with_probe
 
 #: Matches a first line such as #!/usr/bin/env python3. The group is the interpreter's name.
-PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
+PYTHON_SHEBANG = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
 #: The text of an empty module. Each name that a program imports from an empty module is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
@@ -43,7 +43,7 @@ MAX_PACKAGES = 20
 #: The text of the program that makes the modules of messages and services.
 MAKE_MODULES_PROGRAM = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
 #: A regular expression for the names of the files that MAKE_MODULES_PROGRAM makes.
-MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
+MODULE_FILE_NAME = re.compile(r'_[A-Za-z0-9_]+\.py')
 #: The program MAKE_MODULES_PROGRAM is ended after this time [s].
 BUILD_TIMEOUT = 30.0
 #: The folder in a workspace into which the submission is copied.
@@ -109,7 +109,7 @@ def _repair(node, remarks, findings):
         code = code.replace(b'\r\n', b'\n')
         repairs.append('has Windows line endings: changed')
     first = code.partition(b'\n')[0]
-    python = PYTHON_LINE.match(first)
+    python = PYTHON_SHEBANG.match(first)
     if not code.startswith(b'#!'):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
         findings.append('It does not begin with #!/usr/bin/env python3: if its CMakeLists.txt has '
@@ -152,7 +152,7 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
         built = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
     for package_name, kind, name, text in built['modules']:
         is_expected = package_name in packages and kind in DEFINITION_KINDS
-        if not is_expected or not MODULE_FILE.fullmatch(name):
+        if not is_expected or not MODULE_FILE_NAME.fullmatch(name):
             raise ValueError(f'a module is called {[package_name, kind, name]!r}')
         module_folder = folder / package_name / kind
         module_folder.mkdir(parents=True, exist_ok=True)
