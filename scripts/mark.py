@@ -20,13 +20,14 @@ from pathlib import Path
 
 from tb3_labs.command_line import Parser, failure_text, printable
 from tb3_labs.marking.intake.archives import NotJudged
-from tb3_labs.marking.intake.sandbox import UNPROTECTED, OtherUser, Sandbox, protection_problem
+from tb3_labs.marking.intake.sandbox import (
+    NO_SANDBOX_WARNING, OtherUser, Sandbox, protection_problem)
 from tb3_labs.marking.intake.submissions import check_names, submissions_in
 from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
-from tb3_labs.marking.marks_folder import MarksFolder, Options, failure, locked
+from tb3_labs.marking.marks_folder import MarksFolder, Options, failure_sentence, locked
 from tb3_labs.marking.trial_runner import (
-    POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, new_marks)
+    POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, marks_before_trial)
 from tb3_labs.terminal import run_tool
 
 #: These signals come from Ctrl+C, the command kill, and a closed terminal.
@@ -131,7 +132,7 @@ def _choose_protection(arguments, work):
     if not arguments.unprotected:
         raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
                          f'sandboxes here ({problem}); --unprotected marks without them: '
-                         f'{UNPROTECTED}')
+                         f'{NO_SANDBOX_WARNING}')
     print_line(f'{problem}: the marking goes on without sandboxes.')
     work.chmod(0o711)       # OtherUser must be able to enter this folder
     if os.geteuid() == 0:
@@ -205,10 +206,10 @@ class ClassMarker:
             pass
         except NotJudged as problem:
             print_line(f'{name}: {NOT_JUDGED}')
-            self._write(new_marks(submission, unjudged=str(problem)), '')
+            self._write(marks_before_trial(submission, unjudged=str(problem)), '')
         except Exception as problem:    # an error with one submission must not end the marking
-            print_problem(f'{name}: {NOT_JUDGED}: {failure(problem)}')
-            self._write(new_marks(submission, unjudged=failure(problem)), '')
+            print_problem(f'{name}: {NOT_JUDGED}: {failure_sentence(problem)}')
+            self._write(marks_before_trial(submission, unjudged=failure_sentence(problem)), '')
 
     def _try_out(self, submission, name, is_second=False):
         """Try a submission that is new or has changed. If the machine delayed the robot, the
@@ -238,7 +239,7 @@ class ClassMarker:
         points."""
         with self._lock:
             marks = self._runner.folder.write(tried, digest)
-            self._has_failed = self._has_failed or not marks.is_known
+            self._has_failed = self._has_failed or not marks.has_known_points
         return marks
 
 

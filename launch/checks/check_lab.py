@@ -128,7 +128,7 @@ def checks_of(marks, strict):
         if is_met or not is_optional:
             failure = '' if is_met else verdict.line.strip()
             checks.append(Check('test_' + verdict.criterion.label, failure))
-    failure = '' if marks.is_full else marks.points_text
+    failure = '' if marks.meets_handout else marks.points_text
     return [*checks, Check('test_total', failure)]
 
 
@@ -154,10 +154,10 @@ def main():
         return report([Check('test_runs', f'nothing was judged: {problem}')])
     if marks is None:
         return report([])
-    lines = [verdict.line for verdict in marks.graded]
+    lines = [verdict.line for verdict in marks.graded_verdicts]
     lines += filter(None, [*marks.remarks, marks.hint, marks.points_text])
-    if marks.extra:
-        lines += ['Beyond the handout:', *(verdict.line for verdict in marks.extra)]
+    if marks.extra_verdicts:
+        lines += ['Beyond the handout:', *(verdict.line for verdict in marks.extra_verdicts)]
     for line in lines:
         print_line(line)
     return report(checks_of(marks, rospy.get_param('~strict')))

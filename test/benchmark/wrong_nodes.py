@@ -74,7 +74,7 @@ def sentences_of(seen, lab):
     from tb3_labs.marking.labs.criteria import Outcome
     from tb3_labs.marking.marks import Marks, marks_after_trial, points_of, read_points
     marks = marks_after_trial(Marks(''), seen, lab, points_of(lab, read_points(None)))
-    missed = [verdict.sentence for verdict in marks.graded if verdict.outcome is not Outcome.MET]
+    missed = [verdict.sentence for verdict in marks.graded_verdicts if verdict.outcome is not Outcome.MET]
     lost = marks.full_points - marks.points
     said = missed[:1] + [marks.hint] if lost else marks.remarks
     return lost, ' '.join(filter(None, said)), reported(seen)

@@ -9,7 +9,7 @@ from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.computer import Address, judge_address, outgoing_address, own_addresses
 from tb3_labs.doctor.graph import (
-    PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
+    PROBLEM_TEXTS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot)
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
@@ -44,7 +44,7 @@ def test_the_last_line_has_the_numbers_of_faults_and_warnings(verdicts, words):
 # ----- judgements
 
 CORE, HERE, AFAR = '/turtlebot3_core', 'http://localhost:40001/', 'http://robot3:40001/'
-LAN = dict(own=('192.168.0.5', '10.8.0.2'), outgoing_address='192.168.0.5', master_here=False)
+LAN = dict(own=('192.168.0.5', '10.8.0.2'), outgoing_address='192.168.0.5', is_master_here=False)
 GOOD = Address(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
 NAMED = Address(ros_hostname='ann', resolved='192.168.0.5', **LAN)
 WRONG = Address(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
@@ -94,7 +94,7 @@ JUDGEMENTS = [
     (judge_master(Peer('http://robot3:11311', '', '192.168.0.9')), OK,
      "robot3:11311' (192.168.0.9) answers"),
     *[(judge_master(Peer('http://robot3:11311', problem, '192.168.0.9')), FAULT, 'robot3',
-       PROBLEMS[problem]) for problem in PROBLEMS],
+       PROBLEM_TEXTS[problem]) for problem in PROBLEM_TEXTS],
     (judge_master(Peer('http://localhost:11311', 'refused')), FAULT, 'start roscore'),
     (judge_master(Peer('localhost:12311', 'malformed')), FAULT,
      "'localhost:12311' is not an address", 'Do: export ROS_MASTER_URI=http://ADDRESS:11311'),
@@ -250,7 +250,7 @@ def test_the_nodes_around_a_robot():
     graph = RobotGraph('/robot3/', [
         [['/robot3/odom', [CORE]], ['/robot9/odom', ['/other']], ['/robot3/cmd_vel', ['/pad']],
          ['/rosout', ['/robot3/panel']]], [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
-    assert (graph.other_robots, graph.listeners, graph.drivers) == (['/robot9/'], [CORE], ['/pad'])
+    assert (graph.other_robots, graph.listeners, graph.cmd_vel_publishers) == (['/robot9/'], [CORE], ['/pad'])
     assert graph.robot_nodes == [CORE]
 
 

@@ -258,7 +258,7 @@ def test_the_table_of_marks():
         return Verdict(Criterion(name, '', name, place, lambda seen: '', extra=extra), outcome, '', worth)
     verdicts = [verdict('one', Outcome.MET, 1.5, False), verdict('two', Outcome.NOT_OFFERED, 2, False),
                 verdict('more', Outcome.MET, 0.5), verdict('free', Outcome.MET, 0), verdict('freer', Outcome.MISSED, 0)]
-    text = MarksTable().renew([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
+    text = MarksTable().renewed_text([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
     row, = csv.DictReader(io.StringIO(text))
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
                    'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no',

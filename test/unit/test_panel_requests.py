@@ -64,7 +64,7 @@ def test_a_button_is_true_or_false(button):
 
 def test_a_message_may_have_an_id_a_time_and_a_number_of_stops():
     assert read_request(text_of('stop', id=7, t=86400.5, stops=3)) == PageRequest(
-        'stop', id=7, sent_at=86400.5, stops=3)
+        'stop', id=7, sent_at=86400.5, known_stops=3)
 
 
 @pytest.mark.parametrize('sent_at, lateness', [(99.5, 0.5), (100.1, 0.0), (0.0, 100.0), (-4e9, 4e9 + 100.0)])

@@ -66,7 +66,7 @@ def test_each_submission_has_results_with_the_sentences_of_its_page(tmp_path, ha
     assert [word for word in words if word not in text] == []
     assert found['output_format'] == 'html' and '<script' not in found['output'] and '#t=' not in found['output']
     assert found['score'] == (marks.points if score is None else score)
-    assert bool(found['tests']) is marks.is_known
+    assert bool(found['tests']) is marks.has_known_points
 
 
 # -- Gradescope
@@ -170,7 +170,7 @@ def test_a_package_that_the_other_user_cannot_read_is_no_reason_for_no_points(tm
 def test_only_a_person_switches_the_sandbox_off(
         tmp_path, monkeypatch, capsys, unprotected, problem, said):
     given = SimpleNamespace(unprotected=unprotected)
-    monkeypatch.setattr(mark, 'protection_problem', lambda tried: problem if tried.isolates else '')
+    monkeypatch.setattr(mark, 'protection_problem', lambda tried: problem if tried.is_sandbox else '')
     if said is None:
         with pytest.raises(ValueError, match='nothing was started, .*bwrap fails.*--unprotected'):
             mark._choose_protection(given, tmp_path)

@@ -15,7 +15,7 @@ from tb3_labs.marking import trial_runner
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, Protection, Sandbox, protection_problem
 from tb3_labs.marking.limits import MAX_ADDRESS_SPACE_BYTES, MAX_FILE_BYTES, MAX_THREADS_AND_PROCESSES
-from tb3_labs.marking.student_nodes import HOME, IDENTITY, OWN_FOLDERS
+from tb3_labs.marking.student_nodes import IDENTITY_VARIABLE, SANDBOX_HOME, WRITABLE_FOLDERS
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.trial.processes import ResourceWatch
 from tb3_labs.marking.trial_runner import kill_processes, trial_environment
@@ -36,7 +36,7 @@ print(json.dumps({
     'processes': len([name for name in os.listdir('/proc') if name.isdigit()]),
     'modules': [importlib.util.find_spec('tb3_labs.' + name) is not None
                 for name in ('msg', 'srv', 'marking', 'nodes')]}))
-''' % (OWN_FOLDERS,)
+''' % (WRITABLE_FOLDERS,)
 
 
 def test_a_ros_of_its_own_writes_below_its_folder_alone(tmp_path):
@@ -62,7 +62,7 @@ def test_a_protection_works_although_the_current_folder_was_removed(tmp_path, mo
 def family():
     """A process with two children and an identity. After the test all three are ended."""
     started = subprocess.Popen(['sh', '-c', 'sleep 60 & sleep 60 & wait'], start_new_session=True,
-                               env=dict(os.environ, **{IDENTITY: 'of a test'}))
+                               env=dict(os.environ, **{IDENTITY_VARIABLE: 'of a test'}))
     deadline = time.monotonic() + 100.0
     while len(processes._descendants(started.pid)) < 2 and time.monotonic() < deadline:
         time.sleep(0.01)
@@ -184,21 +184,21 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     (own / 'n.txt').chmod(0o600)
     box = Sandbox([own])
     box.hand_over(own)
-    given = dict(os.environ, TOKEN='secret', **{IDENTITY: 'of a test'})
+    given = dict(os.environ, TOKEN='secret', **{IDENTITY_VARIABLE: 'of a test'})
     seen = json.loads(subprocess.check_output(
         box.check_command(box.program_command([
             'python3', '-c', LOOKS, str(own), str(other), program, '/boot', '/etc/shadow'])),
         env=box.program_environment(given), timeout=600.0))
     variables = seen.pop('variables')
-    assert variables['HOME'] == HOME and variables['PATH'] == given['PATH']
-    assert not {'TOKEN', IDENTITY} & set(variables)
+    assert variables['HOME'] == SANDBOX_HOME and variables['PATH'] == given['PATH']
+    assert not {'TOKEN', IDENTITY_VARIABLE} & set(variables)
     assert seen.pop('processes') < 5 and [name for _, name in seen.pop('network')] == ['lo']
     assert (seen.pop('user') in UNUSED_USER_IDS) is (os.geteuid() == 0)
     limits = seen.pop('limits')
     assert limits[:3] == [MAX_FILE_BYTES, MAX_ADDRESS_SPACE_BYTES, 0]
     assert limits[3] == MAX_THREADS_AND_PROCESSES or os.geteuid() != 0      # for others only a new Linux counts
-    assert seen == {'ctrl_c': True, 'folder': HOME, 'read': 'mine', 'there': [False] * 4,
-                    'writable': list(OWN_FOLDERS), 'modules': [True, True, False, False]}
+    assert seen == {'ctrl_c': True, 'folder': SANDBOX_HOME, 'read': 'mine', 'there': [False] * 4,
+                    'writable': list(WRITABLE_FOLDERS), 'modules': [True, True, False, False]}
 
 
 def test_without_a_sandbox_a_program_keeps_all_but_large_files():

@@ -11,7 +11,7 @@ import pytest
 from sandboxes import hand_in, ros_alone  # noqa: F401
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.intake.sandbox import Protection
-from tb3_labs.marking.intake.workspace import build
+from tb3_labs.marking.intake.workspace import build_types
 from tb3_labs.marking.labs.ros_gamepad import has_covariance, is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking.trial.ros_types import Types
@@ -36,7 +36,7 @@ def built(tmp_path, texts, remarks):
     """Write these files of a package lab2. Returns the examples of its types."""
     folder = hand_in(tmp_path / 'lab2', texts)
     node = hand_in(tmp_path / 'scripts', {'node.py': 'import lab2.msg'}) / 'node.py'
-    return build({'lab2': folder}, node, tmp_path / 'python', dict(os.environ), remarks, Protection())
+    return build_types({'lab2': folder}, node, tmp_path / 'python', dict(os.environ), remarks, Protection())
 
 
 @pytest.fixture(scope='module')

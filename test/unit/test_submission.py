@@ -19,11 +19,11 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import trial_runner
 from tb3_labs.marking.intake import submissions, workspace
 from tb3_labs.marking.intake.archives import NotJudged
-from tb3_labs.marking.intake.find_node import WHAT_IS_READ, find_node
+from tb3_labs.marking.intake.find_node import UNPACKING_RULES, find_node
 from tb3_labs.marking.intake.packages import is_old_or_copy, module_folders, node_package
 from tb3_labs.marking.intake.sandbox import Protection
-from tb3_labs.marking.intake.submissions import Submission, read, read_in_this_process
-from tb3_labs.marking.intake.workspace import COPY, prepare
+from tb3_labs.marking.intake.submissions import Submission, read_in_this_process, read_submission
+from tb3_labs.marking.intake.workspace import COPY_FOLDER, prepare_workspace
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking.student_nodes import LAB_NODES
@@ -40,14 +40,14 @@ NODE = PYTHON + 'print("runs")\n'
 @pytest.fixture(scope='module')
 def built_once():
     """The modules of equal messages are made once: most tests have lab1's message."""
-    made, make = {}, workspace._examples_of
+    made, make = {}, workspace._built_types
 
     def examples_of(definitions, environment, sandbox):
         key = repr((definitions, type(sandbox)))
         if key not in made:
             made[key] = make(definitions, environment, sandbox)
         return made[key]
-    with mock.patch.object(workspace, '_examples_of', examples_of):
+    with mock.patch.object(workspace, '_built_types', examples_of):
         yield
 
 
@@ -58,8 +58,8 @@ def manifest(name):
 def prepared(tmp_path, files, lab=TURN):
     """Returns (the NodeStart, the ParsedSubmission with all remarks). May raise NotJudged."""
     folder = files if not isinstance(files, dict) else hand_in(tmp_path / 'bob', files)
-    reading = read_in_this_process({str(folder): ''}, str(tmp_path / 'ws' / COPY), lab, '', '')
-    return prepare(reading, tmp_path / 'ws', os.environ), reading
+    reading = read_in_this_process({str(folder): ''}, str(tmp_path / 'ws' / COPY_FOLDER), lab, '', '')
+    return prepare_workspace(reading, tmp_path / 'ws', os.environ), reading
 
 
 #: The node of lab2 in a course's repository.
@@ -217,9 +217,9 @@ FAILS = 'turtlebot_controller.py needs modules that do not work on the marking m
     (course(PYTHON + 'from rclpy.node import Node\nNode()'), FAILS.format('rclpy.node')),
     (course(PYTHON + 'from pynput import mouse\nmouse.Listener()'), FAILS.format('pynput')),
     ({'lab2/turtlebot_controller.py.txt': '', 'n.py': ''},
-     'Handed in (--type chooses a file): n.py, lab2/turtlebot_controller.py.txt. ' + WHAT_IS_READ),
+     'Handed in (--type chooses a file): n.py, lab2/turtlebot_controller.py.txt. ' + UNPACKING_RULES),
     ({'x/.keep': '', 'build/turtlebot_controller.py': ''},
-     'Handed in (--type chooses a file): x/.keep. ' + WHAT_IS_READ)])
+     'Handed in (--type chooses a file): x/.keep. ' + UNPACKING_RULES)])
 def test_what_cannot_be_judged_says_why(tmp_path, files, said):
     with pytest.raises(NotJudged) as problem:
         prepared(tmp_path, files)
@@ -288,7 +288,8 @@ def test_whatever_eats_the_memory_of_its_reader_ends_the_reader_alone(tmp_path, 
     folder = hand_in(tmp_path / 'eve', {'turtlebot_controller.py': 'import ' + 'a.' * 50000 + 'a\n'})
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss     # the most of all earlier tests
     try:
-        assert read(Submission('eve', {folder: ''}), tmp_path / 'copy', TURN).node == 'turtlebot_controller.py'
+        parsed = read_submission(Submission('eve', {folder: ''}), tmp_path / 'copy', TURN)
+        assert parsed.node == 'turtlebot_controller.py'
     except NotJudged as problem:
         assert 'its reading takes too much memory' in str(problem)
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < max(3.3e5, before + 1)
@@ -390,12 +391,13 @@ def test_a_path_chooses_one_of_two_files_that_are_alike_and_the_advice_is_true(t
     folder = repository(tmp_path, TURN, files)
     _, _, (advice,) = find_node(folder, TURN)
     other, = re.findall("--type (.*) chooses another one, with --only and the student's name.", advice)
-    assert find_node(folder, TURN, name=shlex.split(other)[0]).path == 'work.unpacked/lab2/src/turtlebot_controller.py'
+    assert find_node(folder, TURN, chosen_file=shlex.split(other)[0]).path == (
+        'work.unpacked/lab2/src/turtlebot_controller.py')
     for name in files:
         name = ('./' * (name == '*') + name).replace('*', 'turtlebot_controller.py')
-        assert find_node(folder, TURN, name=name).path == name.replace('./', '')
+        assert find_node(folder, TURN, chosen_file=name).path == name.replace('./', '')
     with pytest.raises(NotJudged, match='There is no lab1/x.py, .*--type chooses a file'):
-        find_node(folder, TURN, name='lab1/x.py')
+        find_node(folder, TURN, chosen_file='lab1/x.py')
 
 
 def test_a_folder_that_was_not_put_aside():
@@ -423,10 +425,10 @@ def test_package_and_name_overrule(tmp_path):
     """The package's name in package.xml is used, not only its folder's."""
     folder = repository(tmp_path, TURN, {
         'one/*': IMU_TOO, 'one/package.xml': manifest('lab1'), 'lab2/mine.py': ''})
-    assert find_node(folder, TURN, package='lab1').path == 'one/turtlebot_controller.py'
-    assert find_node(folder, TURN, name='mine.py').path == 'lab2/mine.py'
+    assert find_node(folder, TURN, chosen_package='lab1').path == 'one/turtlebot_controller.py'
+    assert find_node(folder, TURN, chosen_file='mine.py').path == 'lab2/mine.py'
     with pytest.raises(NotJudged, match='There is no mine.py in a package lab1, .*: lab2/mine.py, one/'):
-        find_node(folder, TURN, package='lab1', name='mine.py')
+        find_node(folder, TURN, chosen_package='lab1', chosen_file='mine.py')
 
 
 def test_the_package_of_a_node_has_the_package_xml_above_it(tmp_path):
@@ -446,7 +448,7 @@ def test_messages_that_cannot_be_read_are_told(tmp_path):
     remarks = []
     folder = hand_in(tmp_path / 'lab1', {'msg/M.msg': 'int32 x\n'})
     node = hand_in(tmp_path, {'n.py': ''}) / 'n.py'
-    built = workspace.build({'lab1': folder}, node, tmp_path / 'python', {}, remarks, Fails())
+    built = workspace.build_types({'lab1': folder}, node, tmp_path / 'python', {}, remarks, Fails())
     assert remarks == ['The messages and services could not be built.'] and built['msg'] == {}
 
 

@@ -21,7 +21,7 @@ from test_marking import TABLE, Strict, handed_in, marks_of, observation, turned
 from tb3_labs.marking import marks_folder
 from tb3_labs.marking import marks as marks_module
 from tb3_labs.marking.intake.archives import digest
-from tb3_labs.marking.intake.sandbox import UNPROTECTED
+from tb3_labs.marking.intake.sandbox import NO_SANDBOX_WARNING
 from tb3_labs.marking.intake.submissions import Submission, check_names, submissions_in
 from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.marks import points_of
@@ -69,7 +69,7 @@ def written(tmp_path_factory):
     write(folder, '<xx>=Bobby', bobby, findings=['It did <that>.'], seconds=41.4)
     write(folder, 'Cy', crash)
     write(folder, 'Di', None, unjudged='It lacks cv2.')
-    return path, folder.write_overview(unprotected=True)[1]
+    return path, folder.write_overview(is_unprotected=True)[1]
 
 
 def test_a_students_page_has_what_the_student_may_see_as_text(written):
@@ -89,7 +89,7 @@ def test_a_students_page_has_what_the_student_may_see_as_text(written):
 def test_the_overview_has_the_cells_of_the_table_and_lines_for_the_instructor(written):
     folder, lines = written
     page = (folder / 'overview.html').read_text(encoding='utf-8')
-    assert lines == [UNPROTECTED, 'To look at: <xx>=Bobby: It did <that>.',
+    assert lines == [NO_SANDBOX_WARNING, 'To look at: <xx>=Bobby: It did <that>.',
                      'To look at: Di: Not judged: It lacks cv2.']
     words = Strict(page).words
     assert all(line in words for line in ['Only for the instructor', *lines]) and '<td data-head="short_way">' in page
@@ -239,7 +239,7 @@ def test_a_decision_that_is_no_number_of_points_is_refused(tmp_path, cell):
 def test_columns_and_rows_of_a_person_stay_wherever_they_are():
     """A name that a spreadsheet would take for a formula is found again."""
     ann = marks_of('=Ann', turned(90.0))
-    head, row = csv.reader(io.StringIO(MarksTable().renew([ann])))
+    head, row = csv.reader(io.StringIO(MarksTable().renewed_text([ann])))
     note = 'ill in May ' * 20000        # longer than csv takes
     table = [head[:4] + ['note', ''] + head[4:], row[:4] + [note, 'c'] + row[4:], ['mean', '20'], ['mean', '21'],
              ['', 'late:']]
@@ -247,7 +247,7 @@ def test_columns_and_rows_of_a_person_stay_wherever_they_are():
     csv.writer(out).writerows(table)
     text = out.getvalue()
     for _ in range(2):      # a person's cells stay, too
-        text = MarksTable(text).renew([ann])
+        text = MarksTable(text).renewed_text([ann])
         heads, renewed, *others = csv.reader(io.StringIO(text))
         assert (heads, renewed) == (head + ['note', ''], row + [note, 'c'])
         assert [other[:2] for other in others] == [['mean', '20'], ['mean', '21'], ['', 'late:']]
@@ -317,7 +317,7 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
                  'launch/checks/check_imu.test', 'scripts/fake_turtlebot3.py'):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text('1')
-    monkeypatch.setattr(marks_folder, 'PACKAGE', tmp_path)
+    monkeypatch.setattr(marks_folder, 'PACKAGE_FOLDER', tmp_path)
     marked_once(tmp_path / 'marks')
     for name in ('launch/checks/points.yaml', 'launch/checks/check_imu.test'):
         (tmp_path / name).write_text('2')
@@ -509,7 +509,7 @@ def test_full_marks_are_never_unfair():
     marks = marks_of('Ann', held_up)
     assert marks.delay_sentence
     marks.verdicts = [replace(each, outcome=criteria.Outcome.MET) for each in marks.verdicts]
-    assert marks.is_full and not marks.delay_sentence
+    assert marks.meets_handout and not marks.delay_sentence
 
 
 def test_two_marks_of_one_folder_are_refused(tmp_path):

@@ -36,7 +36,7 @@ def as_text(finding: Finding) -> str:
     text = '{:<7} {:<8} {}'.format(finding.severity, finding.subject, finding.text)
     if finding.remedy:
         text += '. Do: ' + finding.remedy
-    return ''.join(sign if sign.isprintable() else ' ' for sign in text)
+    return ''.join(character if character.isprintable() else ' ' for character in text)
 
 
 def summary(findings: Sequence[Finding]) -> str:

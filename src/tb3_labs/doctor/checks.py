@@ -21,7 +21,7 @@ def examine(namespace):
     yield judge_address(here)
     graph = RobotGraph(namespace, state or ([], [], []))
     robot = _peers_of(master, graph.robot_nodes)
-    drivers = _peers_of(master, graph.drivers)
+    publishers = _peers_of(master, graph.cmd_vel_publishers)
     yield judge_master(master)
     if state is None:
         return
@@ -32,7 +32,7 @@ def examine(namespace):
     alive = {node: peer for node, peer in robot.items() if not peer.problem}
     if not alive:
         return
-    yield from _check_return_path(here, graph, alive, drivers)
+    yield from _check_return_path(here, graph, alive, publishers)
     is_wall_time = not Peer(master.uri).ask('getParam', '/use_sim_time')
     yield from examine_messages(graph, here.outgoing_address, is_wall_time)
 
@@ -46,25 +46,25 @@ def _peers_of(master, nodes):
     return peers
 
 
-def _check_return_path(here, graph, alive, drivers):
+def _check_return_path(here, graph, alive, publishers):
     """Yields the finding on the connection from the robot to this computer. `alive` is {node of the
-    robot that answers: Peer}. `drivers` is {node that publishes cmd_vel: Peer}."""
+    robot that answers: Peer}. `publishers` is {node that publishes cmd_vel: Peer}."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
     if robot_node is None:
         return
-    own_drivers = {}
-    for node, peer in drivers.items():
+    own_publishers = {}
+    for node, peer in publishers.items():
         is_here = is_own(peer.address) and not peer.problem
         may_be_here = is_here or peer.problem == 'unresolved'
         if may_be_here and node not in graph.robot_nodes:
-            own_drivers[node] = peer.uri
-    if own_drivers:
-        time.sleep(1.0)    # the robot needs this time to connect to a new driver
+            own_publishers[node] = peer.uri
+    if own_publishers:
+        time.sleep(1.0)    # the robot needs this time to connect to a new publisher
     connections = alive[robot_node].ask('getBusInfo')
     if connections is not None:
         address = alive[robot_node].address
         connected = {str(uri).rstrip('/') for _, uri, direction, *_ in connections
                      if direction == 'i'}    # 'i' means inbound; `uri` may be a node's name
-        yield judge_return_path(own_drivers, connected, robot_node,
+        yield judge_return_path(own_publishers, connected, robot_node,
                                 replace(here, outgoing_address=outgoing_address(address)),
-                                robot_elsewhere=not is_own(address))
+                                is_robot_elsewhere=not is_own(address))

@@ -62,7 +62,7 @@ class Address:
     resolved: str = ''             # the address of the advertised name
     own: Tuple[str, ...] = ()      # without the loopback addresses
     outgoing_address: str = ''     # the address from which this computer sends to the master
-    master_here: bool = True       # does the master run on this computer?
+    is_master_here: bool = True       # does the master run on this computer?
 
     @property
     def advertised(self) -> str:
@@ -74,9 +74,9 @@ class Address:
         """The commands that make this computer's nodes advertise the right address. If the master
         is on this computer, the right address is the first address in `own`."""
         unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
-        usable = [address for address in (self.outgoing_address, *self.own)
-                  if address and not is_loopback(address)]
-        address = (usable or ['ADDRESS_OF_THIS_COMPUTER'])[0]
+        usable = (address for address in (self.outgoing_address, *self.own)
+                  if address and not is_loopback(address))
+        address = next(usable, 'ADDRESS_OF_THIS_COMPUTER')
         return f'{unset}export ROS_IP={address}, then start the nodes here again'
 
 
@@ -85,9 +85,10 @@ def address_here(master: str) -> Address:
     here = Address(
         ros_ip=os.environ.get('ROS_IP', ''), ros_hostname=os.environ.get('ROS_HOSTNAME', ''),
         hostname=socket.gethostname(), own=own_addresses(),
-        master_here=not os.environ.get('ROS_MASTER_URI'))
+        is_master_here=not os.environ.get('ROS_MASTER_URI'))
     if master:
-        here = replace(here, outgoing_address=outgoing_address(master), master_here=is_own(master))
+        here = replace(here, outgoing_address=outgoing_address(master),
+                       is_master_here=is_own(master))
     return replace(here, resolved=address_of(here.advertised))
 
 
@@ -95,7 +96,7 @@ def judge_address(here: Address) -> Finding:
     """Can other computers reach this computer at the address that its nodes advertise?"""
     if not here.ros_ip and not here.ros_hostname:
         unset = 'neither ROS_IP nor ROS_HOSTNAME is set: '
-        if here.master_here:
+        if here.is_master_here:
             return ok('Address', unset + 'this is right for this computer alone')
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
@@ -108,7 +109,7 @@ def judge_address(here: Address) -> Finding:
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):
-        if here.master_here:
+        if here.is_master_here:
             return ok('Address', source + ' is right for this computer alone; for a real robot set '
                       'ROS_IP')
         return fault('Address', source + ': on the robot this address is the robot itself, so the '

@@ -19,7 +19,7 @@ CALLER_ID = f'/doctor_{os.getpid()}'
 #: Longest wait [s] for an answer.
 ANSWER_TIMEOUT = 1.0
 #: {problem of a Peer: words for the user}
-PROBLEMS = {
+PROBLEM_TEXTS = {
     'malformed': 'is not an address such as http://192.168.0.5:11311',
     'unresolved': 'has a name that this computer cannot resolve',
     'refused': 'refuses: the computer is on, but nothing listens there',
@@ -30,8 +30,8 @@ SENSORS = 'imu', 'odom', 'joint_states'
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 #: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A topic's name is probably a mistake if difflib finds this similarity to a right name.
-LIKENESS_OF_MISTAKES = 0.65
+#: A topic's name is probably a mistake if difflib finds at least this similarity to a right name.
+MIN_NAME_SIMILARITY = 0.65
 
 
 @dataclass
@@ -39,7 +39,7 @@ class Peer:
     """A master or a node that the doctor calls, and the outcome of the latest call."""
 
     uri: str
-    problem: str = 'silent'    # a key of PROBLEMS; '' if the peer has answered
+    problem: str = 'silent'    # a key of PROBLEM_TEXTS; '' if the peer has answered
     address: str = ''          # the IP address of the name in `uri`
 
     def __post_init__(self):
@@ -56,10 +56,11 @@ class Peer:
             self.problem = 'unresolved' if self.name else 'malformed'
             return None
         try:
-            link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWER_TIMEOUT)
-            link.request('POST', '/', xmlrpc.client.dumps((CALLER_ID, *arguments), method),
-                         {'Content-Type': 'text/xml'})
-            with link.getresponse() as answer:
+            connection = http.client.HTTPConnection(
+                self.address, self.port, timeout=ANSWER_TIMEOUT)
+            call = xmlrpc.client.dumps((CALLER_ID, *arguments), method)
+            connection.request('POST', '/', call, {'Content-Type': 'text/xml'})
+            with connection.getresponse() as answer:
                 parameters, _ = xmlrpc.client.loads(answer.read())
             code, reason, value = parameters[0]
             if code != 1:
@@ -71,8 +72,6 @@ class Peer:
         self.problem = ''
         return value
 
-
-# The master -------------------------------------------------------------------------------------
 
 def judge_master(master: Peer) -> Finding:
     """Does a master answer?"""
@@ -89,10 +88,8 @@ def judge_master(master: Peer) -> Finding:
                   'ping ' + master.address)
     else:
         remedy = 'export ROS_MASTER_URI=http://ADDRESS:11311'
-    return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', remedy)
+    return fault('Master', f'ROS_MASTER_URI {where} {PROBLEM_TEXTS[master.problem]}', remedy)
 
-
-# Publishers and subscribers ---------------------------------------------------------------------
 
 class RobotGraph:
     """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state` is the master's answer
@@ -104,14 +101,14 @@ class RobotGraph:
         #: {topic of a sensor: nodes that publish the topic}
         self.sensors = {name: self.publishers.get(namespace + name, []) for name in SENSORS}
         #: The nodes that publish cmd_vel.
-        self.drivers = self.publishers.get(namespace + 'cmd_vel', [])
+        self.cmd_vel_publishers = self.publishers.get(namespace + 'cmd_vel', [])
         # A recorder, the panel, and drivers that look for other drivers also listen to cmd_vel. If
         # a node of the robot listens, all other listeners are left out.
         listeners = self.subscribers.get(namespace + 'cmd_vel', [])
         sensor_nodes = self.sensors['imu'] + self.sensors['odom']
         self.listeners = [node for node in listeners if node in sensor_nodes]
         if not self.listeners:
-            self.listeners = [node for node in listeners if node not in self.drivers]
+            self.listeners = [node for node in listeners if node not in self.cmd_vel_publishers]
         self.robot_nodes = sorted(set(sensor_nodes + self.listeners))
         #: The namespaces of other robots.
         self.other_robots = sorted({topic[:-len('odom')] for topic in self.publishers
@@ -128,7 +125,7 @@ class RobotGraph:
         meant = [name for name in names    # imu/data and raw_imu mean imu, but simulator does not
                  if name in SENSORS and re.search('(?<![a-z])' + name, path)]
         _, _, word = path.rpartition('/')
-        meant += difflib.get_close_matches(word, names, 1, LIKENESS_OF_MISTAKES)
+        meant += difflib.get_close_matches(word, names, n=1, cutoff=MIN_NAME_SIMILARITY)
         return self.namespace + meant[0] if meant else ''
 
     def _is_of_another_robot(self, topic, node):
@@ -192,13 +189,11 @@ def _mistakes(text, graph, names, users, partners):
             # a node that also uses the right topic makes no mistake
             if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
                 # a recorder is named only if no node of the robot uses the topic
-                of_robot = [each for each in partners[right] if each in graph.robot_nodes]
-                partner = (of_robot or partners[right])[0]
+                own = (each for each in partners[right] if each in graph.robot_nodes)
+                partner = next(own, partners[right][0])
                 texts.append(text.format(node, topic, right, partner))
     return texts
 
-
-# The connections from this computer -------------------------------------------------------------
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
     """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
@@ -206,7 +201,7 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
         if not peer.problem:
             continue
         text = '{} says it is at {}, which {}'.format(
-            node, peer.uri.rstrip('/') or '(nothing)', PROBLEMS[peer.problem])
+            node, peer.uri.rstrip('/') or '(nothing)', PROBLEM_TEXTS[peer.problem])
         remedy = ('if it has ended: rosnode cleanup; else on the robot: export ROS_IP=ITS_ADDRESS, '
                   'then start it again')
         if is_loopback(peer.address):
@@ -217,22 +212,20 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
     return ok('Nodes', ', '.join(sorted(peers)) + ' answer')
 
 
-# The connections to this computer ---------------------------------------------------------------
-
-def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
-                      here: Address, robot_elsewhere: bool) -> Finding:
-    """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `drivers` is
-    {node of this computer that publishes cmd_vel: URI}. `received` has the URIs of the nodes from
-    which `robot` receives messages. `here.outgoing_address` is the address from which this computer
-    sends to the robot."""
-    for node, uri in sorted(drivers.items()):
-        if uri.rstrip('/') not in received:
+def judge_return_path(publishers: Mapping[str, str], connected: Collection[str], robot: str,
+                      here: Address, is_robot_elsewhere: bool) -> Finding:
+    """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `publishers`
+    is {node of this computer that publishes cmd_vel: URI}. `connected` has the URIs of the nodes
+    from which `robot` receives messages. `here.outgoing_address` is the address from which this
+    computer sends to the robot."""
+    for node, uri in sorted(publishers.items()):
+        if uri.rstrip('/') not in connected:
             return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
                 robot, node, uri.rstrip('/')), 'if sudo ufw status says active: sudo ufw allow '
                 'from ROBOTS_ADDRESS; else ' + here.advice)
-    if drivers:
-        return ok('Way back', f"{robot} is connected to {', '.join(sorted(drivers))}")
-    if not robot_elsewhere:
+    if publishers:
+        return ok('Way back', f"{robot} is connected to {', '.join(sorted(publishers))}")
+    if not is_robot_elsewhere:
         return ok('Way back', 'the robot is on this computer')
     if here.resolved != here.outgoing_address:
         return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(

@@ -39,10 +39,10 @@ class ReceivedMessage(NamedTuple):
 
 def examine_messages(graph, address, is_wall_time):
     """Yields the findings on the messages of the robot in `graph`, a RobotGraph. `is_wall_time` is
-    true if the stamps come from a real clock. For `address` see :func:`listen`."""
+    True if the stamps come from a real clock. For `address` see :func:`listen`."""
     received, ended = listen(graph.namespace, address)
-    drivers = [message.sender for message in received if message.topic == 'cmd_vel']
-    yield judge_drivers(Counter(drivers))
+    yield judge_drivers(Counter(
+        message.sender for message in received if message.topic == 'cmd_vel'))
     for name in SENSORS:
         arrivals = [message.arrived_at for message in received if message.topic == name]
         publisher = next(iter(graph.sensors[name]), '')
@@ -92,7 +92,7 @@ def read_samples(received):
     samples = []
     for topic, arrived_at, _, message in received:
         _, read = SAMPLE_READERS[topic]
-        with suppress(ValueError):    # for example, an arm's joint states have no wheels
+        with suppress(ValueError):    # an arm also publishes joint_states, but without wheels
             samples.append((arrived_at, read(message)))
     return samples
 

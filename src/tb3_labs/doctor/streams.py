@@ -17,15 +17,20 @@ CLOCK_WARNING_OFFSET = 0.1
 CLOCK_FAULT_OFFSET = 1.0
 #: A heading that drifts by more than this number [deg/min] disturbs a lab.
 MAX_DRIFT = 2.0
+#: A drift is measured with at least this many samples.
+MIN_IMU_SAMPLES, MIN_WHEEL_SAMPLES = 12, 2
+#: The variance [s^2] of times that are spread evenly over 2 s.
+MIN_TIME_VARIANCE = 2.0 ** 2 / 12.0
 #: A wheel stands still if it turns by less than this angle [rad] while the doctor listens.
-STANDING_TURN = 0.005
+MAX_STANDING_ANGLE = 0.005
 
 
-def judge_drivers(sent: Mapping[str, int]) -> Finding:
-    """Does at most one node drive? `sent` is {node: number of its commands in LISTENING_TIME}."""
+def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
+    """Does at most one node drive? `command_counts` is {node: number of the node's commands in
+    LISTENING_TIME}."""
     drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
-                           for node, count in sorted(sent.items()))
-    if len(sent) > 1:
+                           for node, count in sorted(command_counts.items()))
+    if len(command_counts) > 1:
         return fault('Drivers', drivers + ' send commands at the same time: the robot obeys both '
                      'in turn', 'stop all but one of them')
     # the labs' own nodes may all publish cmd_vel, since only one of them drives at a time
@@ -76,8 +81,6 @@ def judge_clock(least_delay: float) -> Finding:
                    'and on the robot, wait 5 s; if this line stays: ' + remedy)
 
 
-# Gyro -------------------------------------------------------------------------------------------
-
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Finding:
     """Does the gyro agree with the wheels? `problem` is the problem that a GyroMonitor found, or
     ''."""
@@ -105,17 +108,16 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     """Returns the slope of the yaw [deg/min]; None if the wheels turn, or if there are too few
     samples. `imu` has (stamp [s], yaw [rad]) of each sample. `wheels` has the angles (left [rad],
     right [rad]) of the wheels."""
-    if len(imu) < 12 or len(wheels) < 2:
+    if len(imu) < MIN_IMU_SAMPLES or len(wheels) < MIN_WHEEL_SAMPLES:
         return None
     left_angles, right_angles = [left for left, _ in wheels], [right for _, right in wheels]
     for angles in (left_angles, right_angles):
-        if max(angles) - min(angles) > STANDING_TURN:
+        if max(angles) - min(angles) > MAX_STANDING_ANGLE:
             return None
     middle = mean(stamp for stamp, _ in imu)
     _, first_yaw = imu[0]
     turns = [(stamp - middle, math.remainder(yaw - first_yaw, 2.0 * math.pi)) for stamp, yaw in imu]
-    # The slope of the least-squares line is sum(time * turn) / sum(time * time). The divisor is at
-    # least the divisor of a recording of 2 s, so that noise does not look like drift.
-    least_spread = len(turns) * 2.0 ** 2 / 12.0    # times that are spread evenly over 2 s
-    spread = max(sum(time * time for time, _ in turns), least_spread)
-    return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)
+    # The slope of the least-squares line is sum(time * turn) / sum(time * time). In a recording
+    # that is shorter than 2 s the divisor is increased, so that noise does not look like drift.
+    divisor = max(sum(time * time for time, _ in turns), MIN_TIME_VARIANCE * len(turns))
+    return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / divisor)

@@ -2,7 +2,7 @@
 #: All programs of a sandbox together may use at most this much memory. Linux limits only single
 #: processes, so ResourceWatch (trial/processes.py) adds up the memory of the programs.
 MAX_NODE_MEMORY_BYTES = 2 * 10 ** 9
-MAX_DISK_BYTES = 300 * 10 ** 6      # the size of all files in OWN_FOLDERS together
+MAX_DISK_BYTES = 300 * 10 ** 6      # the size of all files in WRITABLE_FOLDERS together
 MAX_PROCESSES = 100
 #: Master, robot and check together may use at most this much memory. Master, robot and check need
 #: about 180 MB, and more memory if a node publishes many messages.

@@ -53,9 +53,10 @@ class Lab(NamedTuple):
         """Returns the parts of the lab in `text`, which has commas between the parts. Raises
         ``ValueError`` if a part is unknown."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
-        if not set(parts) <= set(self.parts):
+        unknown = sorted(set(parts) - set(self.parts))
+        if unknown:
             raise ValueError(f"{self.title} has these parts: {', '.join(self.parts)}; not: "
-                             f"{', '.join(sorted(set(parts) - set(self.parts)))}")
+                             f"{', '.join(unknown)}")
         return parts
 
 
@@ -87,28 +88,28 @@ class Marks:
     first_broken_link: Optional[Tuple[Link, BrokenLink]] = None     # see _broken_link
 
     @property
-    def is_known(self) -> bool:
+    def has_known_points(self) -> bool:
         """Are the points known? A submission that was not judged has unknown points."""
         return not self.unjudged or self.decided_points is not None
 
     @property
-    def is_full(self) -> bool:
+    def meets_handout(self) -> bool:
         """Does the node meet all criteria of the handout?"""
         return not self.unjudged and all(
-            verdict.outcome is Outcome.MET for verdict in self.graded)
+            verdict.outcome is Outcome.MET for verdict in self.graded_verdicts)
 
     @property
     def delay_sentence(self) -> str:
         """A warning if the machine was too busy for a fair trial. The warning is '' if no point was
         lost, or if the trial was fair."""
         gap = self.observation.longest_gap if self.observation else 0.0
-        if gap <= MAX_FAIR_GAP or self.is_full:
+        if gap <= MAX_FAIR_GAP or self.meets_handout:
             return ''
         return (f'The machine held the robot up for {gap:.2f} s (up to {MAX_FAIR_GAP:g} s are '
                 'fair): the marks may be unfair.')
 
     @property
-    def mistake(self) -> str:
+    def mistake_sentence(self) -> str:
         """A sentence on the first broken link, with line numbers; '' if no link is broken."""
         if not (self.first_broken_link and self.observation):
             return ''
@@ -121,7 +122,7 @@ class Marks:
         if not self.first_broken_link:
             return ''
         link, _ = self.first_broken_link
-        return f'{self.mistake} See {link.place}.'
+        return f'{self.mistake_sentence} See {link.place}.'
 
     @property
     def sentences(self) -> List[str]:
@@ -133,7 +134,7 @@ class Marks:
         """The sentences on a person's decision; [] if no person decided."""
         sentences = []
         if self.decided_points is not None:
-            sentences.append(f'A person gave these points; the marker gave {self.earned:g}.')
+            sentences.append(f'A person gave these points; the marker gave {self.earned_points:g}.')
         if self.decision_reason:
             sentences.append(self.decision_reason)
         return sentences
@@ -141,30 +142,32 @@ class Marks:
     @property
     def points(self) -> float:
         """The points that a person gave, or else the marker's points."""
-        return self.earned if self.decided_points is None else self.decided_points
+        return self.earned_points if self.decided_points is None else self.decided_points
 
     @property
     def points_text(self) -> str:
         """The points in words; NOT_JUDGED for a submission that was not judged."""
-        return f'{self.points:g} of {self.full_points:g} points' if self.is_known else NOT_JUDGED
+        if not self.has_known_points:
+            return NOT_JUDGED
+        return f'{self.points:g} of {self.full_points:g} points'
 
     @property
-    def earned(self) -> float:
+    def earned_points(self) -> float:
         """The marker's points, including those of the extra criteria."""
         return sum(verdict.points for verdict in self.verdicts)
 
     @property
     def full_points(self) -> float:
         """Full marks: the sum of the points for the handout's criteria."""
-        return sum(verdict.worth for verdict in self.graded)
+        return sum(verdict.worth for verdict in self.graded_verdicts)
 
     @property
-    def graded(self) -> List[Verdict]:
+    def graded_verdicts(self) -> List[Verdict]:
         """The verdicts on the handout's criteria."""
         return [verdict for verdict in self.verdicts if not verdict.criterion.extra]
 
     @property
-    def extra(self) -> List[Verdict]:
+    def extra_verdicts(self) -> List[Verdict]:
         """The verdicts on criteria beyond the handout."""
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
 
@@ -187,10 +190,10 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
                      *LABS[lab].remarks(observation)]
     marks.findings = list(marks.findings)
     try:
-        if marks.is_full:
+        if marks.meets_handout:
             marks.remarks += lab_links.remarks(observation.recording, lab)
         else:
-            marks.first_broken_link = _broken_link(observation, marks.graded)
+            marks.first_broken_link = _broken_link(observation, marks.graded_verdicts)
     except Exception as problem:        # a node's variables may have any value
         marks.findings.append('The marker could not look inside the node '
                               f'({type(problem).__name__}: {problem}).')
@@ -216,8 +219,8 @@ def _broken_link(observation: Observation,
                         or tracebacks_before_the_end(observation))
     if observation.recording is NO_RECORDING or is_mistake_known:
         return None
-    missed = {verdict.criterion.part for verdict in verdicts
-              if verdict.outcome is not Outcome.MET}
+    missed_parts = {verdict.criterion.part for verdict in verdicts
+                    if verdict.outcome is not Outcome.MET}
     parts_of_handout = {verdict.criterion.part for verdict in verdicts}
     variables = observation.recording.variables
     for part, begin, end in observation.part_intervals():
@@ -225,12 +228,12 @@ def _broken_link(observation: Observation,
             is_in_part = (variables.arrival >= begin) & (variables.arrival < end)
             variables = variables.take(~is_in_part)
     run = NodeRun(replace(observation.recording, variables=variables))
-    return find_broken_link(run, lab_links.LINKS.get(observation.lab, ()), missed)
+    return find_broken_link(run, lab_links.LINKS.get(observation.lab, ()), missed_parts)
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
     """Returns the first sentences as printable text, since a sentence may quote a submission."""
-    return [printable(sentence[:MAX_SENTENCE_LENGTH]) for sentence in sentences[:MAX_SENTENCES]]
+    return [printable(text[:MAX_SENTENCE_LENGTH]) for text in sentences[:MAX_SENTENCES]]
 
 
 # -- points

@@ -25,8 +25,8 @@ from tb3_labs.report.page.document import Markup, document, safe_cell, table
 STUDENT, POINTS, FULL_POINTS = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, FULL_POINTS]
-#: A spreadsheet's cell has at most this many characters.
-MAX_CELL_LENGTH = 32767
+#: A spreadsheet's cell has at most 32767 characters, of which safe_cell() may add some.
+MAX_REMARKS_LENGTH = 32757
 csv.field_size_limit(2 ** 31 - 1)
 
 
@@ -48,7 +48,8 @@ class MarksTable:
         if not set(FIRST_COLUMNS) <= set(self._heads):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
         are_headings_unique = len(set(self._heads)) == len(self._heads)
-        has_extra_cells = any(None in row for row in self._rows)    # DictReader has them at None
+        # DictReader stores the cells that have no heading under the key None
+        has_extra_cells = any(None in row for row in self._rows)
         if has_extra_cells or not are_headings_unique:
             raise ValueError('each column needs a heading of its own in the first row')
         #: A person's decisions: {student: (points or None, reason)}.
@@ -59,7 +60,7 @@ class MarksTable:
                 self.decisions.setdefault(
                     row[STUDENT], (_decided_points(decided, row[STUDENT]), reason))
 
-    def changes(self, all_marks: Sequence[Marks]) -> List[str]:
+    def change_sentences(self, all_marks: Sequence[Marks]) -> List[str]:
         """Returns a list with one sentence for the instructor, or [] if no points have changed.
         Criteria may have changed, or a person may have typed over the marker's points."""
         before = {row[STUDENT]: row[POINTS] for row in self._rows}
@@ -73,7 +74,7 @@ class MarksTable:
         return [f"With other points than before: {', '.join(changed)}. A person's points belong "
                 f'into the column "{DECIDED}".']
 
-    def renew(self, all_marks: Sequence[Marks]) -> str:
+    def renewed_text(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added are kept.
         Rows without new marks are kept too, even if several rows have the same name."""
         heads = list(cells_of(all_marks[0]))
@@ -95,10 +96,10 @@ class MarksTable:
 
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the cells that mark.py writes into a student's row: {column: text}."""
-    points = f'{marks.points:g}' if marks.is_known else ''
+    points = f'{marks.points:g}' if marks.has_known_points else ''
     cells = {STUDENT: safe_cell(marks.student), POINTS: points,
              FULL_POINTS: f'{marks.full_points:g}'}
-    for verdict in marks.graded + marks.extra:
+    for verdict in marks.graded_verdicts + marks.extra_verdicts:
         text = f'{verdict.points:g}'
         if marks.unjudged:
             text = ''
@@ -107,7 +108,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
         cells[verdict.criterion.label] = text
     late = 'late' if marks.late else ''
     decided = '' if marks.decided_points is None else f'{marks.decided_points:g}'
-    remarks = ' '.join(marks.sentences)[:MAX_CELL_LENGTH - 10]
+    remarks = ' '.join(marks.sentences)[:MAX_REMARKS_LENGTH]
     cells.update({
         'node': safe_cell(marks.node), REMARKS: safe_cell(remarks), 'id': safe_cell(marks.number),
         'late': late, DECIDED: decided, REASON: safe_cell(marks.decision_reason)})

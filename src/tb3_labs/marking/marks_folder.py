@@ -19,7 +19,7 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 import rospkg
 
 from tb3_labs.command_line import failure_text, output_folder, printable, write_output
-from tb3_labs.marking.intake.sandbox import UNPROTECTED
+from tb3_labs.marking.intake.sandbox import NO_SANDBOX_WARNING
 from tb3_labs.marking.labs.gamepad import HANDOUT_PAD
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
 from tb3_labs.marking.marks_csv import MarksTable, overview
@@ -28,14 +28,14 @@ from tb3_labs.marking.student_results import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.report.page.document import safe_cell
 
-TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
-    'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
+TABLE_FILE, OVERVIEW_FILE, RESULTS_FILE = 'marks.csv', 'overview.html', 'results.json'
+RECORD_SUFFIX, BAG_SUFFIX = '.marks.json', '.bag'
 #: The fields of Marks that a record keeps, since the bag of the trial does not have them.
 RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
                    'seconds', 'path_prefixes')
-PACKAGE = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
+PACKAGE_FOLDER = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
 ROBOT_SCRIPT = 'fake_turtlebot3.py'
-MARKING = Path(__file__).resolve().parent
+MARKING_FOLDER = Path(__file__).resolve().parent
 #: The files of trial/ that only read a bag, and do not influence a node.
 READING_FILES = 'from_bag.py', 'remarks.py'
 
@@ -66,15 +66,15 @@ class MarksFolder:
                      'version': hashlib.sha256(files).hexdigest()}
         #: {student: the content of STUDENT.marks.json}
         self._records: Dict[str, Dict[str, Any]] = {}
-        #: {student: the Marks whose page this run has written}
-        self._written: Dict[str, Marks] = {}
-        for file in sorted(self.logs.glob('*' + RECORD)):
+        #: {student: Marks}, if this run has written the student's page
+        self._new_marks: Dict[str, Marks] = {}
+        for file in sorted(self.logs.glob('*' + RECORD_SUFFIX)):
             self._read_record(file)
         self._table = self._read_table()
 
     def bag(self, student: str) -> Path:
         """Returns the path of the bag of a student's trial."""
-        return self.logs / (student + BAG)
+        return self.logs / (student + BAG_SUFFIX)
 
     def _digest(self, student: str) -> str:
         bag = self.bag(student)
@@ -92,7 +92,7 @@ class MarksFolder:
             options = options._replace(name=chosen)
         if record['key'] != dict(self._key, submission=submission, options=options._asdict()):
             return None
-        marks = self._written.get(student) or self._write_page(record)
+        marks = self._new_marks.get(student) or self._write_page(record)
         return None if marks.unjudged else marks    # the bag is gone, or cannot be read
 
     def write(self, handed_in: Marks, submission: str) -> Marks:
@@ -106,26 +106,26 @@ class MarksFolder:
         marks = self._write_page(record)
         if marks.delay_sentence:
             record['key']['submission'] = ''
-        write_output(self.logs / (marks.student + RECORD), json.dumps(record))
+        write_output(self.logs / (marks.student + RECORD_SUFFIX), json.dumps(record))
         return marks
 
-    def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
-        """Write the table and the page of all students. `unprotected` is True if the programs of
-        the submissions ran without sandboxes. Returns (path of the page, lines for the instructor),
-        or (None, []) if there are no marks."""
+    def write_overview(self, is_unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
+        """Write the table and the page of all students. Returns (path of the page, lines for the
+        instructor), or (None, []) if there are no marks. `is_unprotected` is True if the programs
+        of the submissions ran without sandboxes."""
         if not self._records:
             return None, []
-        all_marks = [self._written.get(student) or self._write_page(record)
+        all_marks = [self._new_marks.get(student) or self._write_page(record)
                      for student, record in sorted(self._records.items())]
-        notes = [UNPROTECTED] if unprotected else []
-        notes += self._table.changes(all_marks)
-        write_output(self._path / TABLE, self._table.renew(all_marks))
+        notes = [NO_SANDBOX_WARNING] if is_unprotected else []
+        notes += self._table.change_sentences(all_marks)
+        write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
         notes += [f'To look at: {marks.student}: {finding}'
                   for marks in all_marks for finding in marks.findings]
-        notes += [f'{TABLE} has a decision on {printable(name)}, of whom there are no marks.'
+        notes += [f'{TABLE_FILE} has a decision on {printable(name)}, of whom there are no marks.'
                   for name in self._table.decisions if name not in map(safe_cell, self._records)]
-        write_output(self._path / OVERVIEW, overview(all_marks, LABS[self.lab].title, notes))
-        return self._path / OVERVIEW, notes
+        write_output(self._path / OVERVIEW_FILE, overview(all_marks, LABS[self.lab].title, notes))
+        return self._path / OVERVIEW_FILE, notes
 
     def _read_record(self, file):
         try:
@@ -138,10 +138,10 @@ class MarksFolder:
             raise ValueError(f"{self._path} has marks of {lab}, {', '.join(parts) or 'all parts'}: "
                              'choose another folder for these')
         if is_complete:
-            self._records[file.name[:-len(RECORD)]] = record
+            self._records[file.name[:-len(RECORD_SUFFIX)]] = record
 
     def _read_table(self):
-        path = self._path / TABLE
+        path = self._path / TABLE_FILE
         try:
             text = path.read_text(encoding='utf-8') if path.exists() else ''
             return MarksTable(text)
@@ -167,12 +167,12 @@ class MarksFolder:
             marks, page = self._marks_and_page(handed_in, observation)
         except Exception as problem:    # an error with one student must not end the run
             marks, page = self._marks_and_page(
-                replace(handed_in, unjudged=failure(problem)), None)
+                replace(handed_in, unjudged=failure_sentence(problem)), None)
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
-        write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
+        write_output(folder / RESULTS_FILE, json.dumps(results(marks), indent=1))
         # the observations of a whole class would need hundreds of MB
-        self._written[marks.student] = replace(marks, observation=None)
+        self._new_marks[marks.student] = replace(marks, observation=None)
         return marks
 
     def _marks_and_page(self, handed_in, observation):
@@ -183,7 +183,7 @@ class MarksFolder:
         return marks, student_page(marks, LABS[self.lab].title)
 
 
-def failure(problem: Exception) -> str:
+def failure_sentence(problem: Exception) -> str:
     """Returns a sentence on an error in the code of the marking."""
     return f'The marking of it failed: {failure_text(problem)} ({type(problem).__name__}).'
 
@@ -201,16 +201,15 @@ def locked(path: Path) -> Iterator[None]:
         yield
 
 
-# -- the trials
-
 def trial_files(lab: str) -> List[Path]:
     """Returns the files that influence the node in a trial of a lab. Criteria, points and sentences
     do not influence a trial, since each run makes verdicts from the bag."""
-    scripts = [path for path in [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]
+    marking, modules, share = MARKING_FOLDER, MARKING_FOLDER.parent, PACKAGE_FOLDER
+    scripts = [path for path in [*marking.glob('trial/*.py'), *marking.glob('labs/ros_*.py')]
                if path.name not in READING_FILES]
     return sorted(path for path in [
-        *scripts, MARKING / 'labs' / 'stimuli.py', MARKING.parent / 'handout.py',
-        *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT_SCRIPT,
-        PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT,     # of an installed package
-        PACKAGE / 'launch' / 'fake_robot.launch',
-        PACKAGE / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())
+        *scripts, marking / 'labs' / 'stimuli.py', modules / 'handout.py',
+        *modules.glob('simulation/*.py'), share / 'scripts' / ROBOT_SCRIPT,
+        share.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT,      # of an installed package
+        share / 'launch' / 'fake_robot.launch',
+        share / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())

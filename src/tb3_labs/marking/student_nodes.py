@@ -11,7 +11,7 @@ from tb3_labs.marking.limits import LIMIT_FILES_COMMAND
 
 IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
 #: The names that ROS allows. `\w` would also allow letters that are not ASCII.
-NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
+NAME_PATTERN = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
 
 class NodeNames(NamedTuple):
@@ -22,7 +22,7 @@ class NodeNames(NamedTuple):
     class_name: str             # the name of the node's class in the handout
     node_name: str              # the node's ROS name in the handout
     needed_topics: Tuple[str, ...]      # a node is ready when it listens to the first topic
-    other_signs: Tuple[str, ...]    # of a complete node: topics, and a call for the reset
+    other_signs: Tuple[str, ...]    # topics that a complete node uses, and its call for the reset
 
 
 LAB_NODES = {
@@ -36,12 +36,12 @@ LAB_NODES = {
 }
 
 
-def is_name(text: str) -> bool:
+def is_valid_name(text: str) -> bool:
     """Do ROS and Python allow `text` as the name of a package, a type or a field?"""
-    return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
+    return bool(NAME_PATTERN.fullmatch(text)) and not keyword.iskeyword(text)
 
 
-def nodes_of(text: bytes) -> List[Any]:
+def syntax_nodes_of(text: bytes) -> List[Any]:
     """Returns the nodes of a program's syntax tree, the module first. Returns [] if `text` is not
     valid Python, or is nested too deeply."""
     try:
@@ -55,12 +55,12 @@ def nodes_of(text: bytes) -> List[Any]:
 #: This package. A submission's program sees only a part of this package.
 OWN_PACKAGE = 'tb3_labs'
 #: The value of this environment variable identifies one trial of a submission.
-IDENTITY = 'TB3_LABS_SUBMISSION'
+IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'
 #: This environment variable has the path of a file with a NodeStart.
 NODE_START_FILE = 'TB3_LABS_NODE_START'
 #: A program in a sandbox can write only into these folders.
-HOME = '/home/student'
-OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
+SANDBOX_HOME = '/home/student'
+WRITABLE_FOLDERS = '/tmp', SANDBOX_HOME, '/dev/shm'
 #: This command starts a node. The node dies with the process that starts it. On a busy processor,
 #: the robot has priority over the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
@@ -73,10 +73,10 @@ class NodeStart(NamedTuple):
     prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the command's first words
     environment: Optional[Dict[str, str]] = None        # None means the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
-    isolated: bool = False      # is the node in a Sandbox?
+    is_sandboxed: bool = False      # is the node in a Sandbox?
     program: str = ''           # the node's path; if '', rosrun finds the node
-    name: str = ''              # package/file, for the pages
-    copy: str = ''              # the folder of the submission
+    name: str = ''              # package/file, shown on the pages
+    submission_folder: str = ''     # the folder of the submission
 
     @classmethod
     def from_environment(cls) -> 'NodeStart':

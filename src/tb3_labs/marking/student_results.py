@@ -22,10 +22,10 @@ from tb3_labs.report.page.document import Markup, document, hints_section, table
 from tb3_labs.report.page.timeline import section, timeline, timeline_event
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows at most this many of the last lines that a process printed.
-SHOWN_LINES = 15
+#: A page shows at most this many lines of a process, which are the lines that it printed last.
+MAX_SHOWN_LINES = 15
 #: A page shows at most this many characters of a line.
-SHOWN_LINE_LENGTH = 300
+MAX_SHOWN_LINE_LENGTH = 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
@@ -47,13 +47,13 @@ def student_page(marks: Marks, lab: str) -> str:
     observation = marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
-        parts.append(_verdicts(marks.graded, has_timeline))
-        if marks.extra:
-            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, has_timeline)]
+        parts.append(_verdicts(marks.graded_verdicts, has_timeline))
+        if marks.extra_verdicts:
+            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra_verdicts, has_timeline)]
     if observation is not None:
         if has_timeline:
             parts += [section(timeline_of(recording_for_timeline(observation), marks)),
-                      hints_section(marks.first_broken_link, marks.mistake)]
+                      hints_section(marks.first_broken_link, marks.mistake_sentence)]
         parts += _last_lines(observation)
     return document(f'{lab}: {marks.student}', parts, PAGE_STYLE)
 
@@ -69,33 +69,33 @@ def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
     """Returns the timeline of a recording. The timeline also shows the stimuli, and the moments at
     which criteria were not met."""
     observation = marks.observation or Observation('', '')
-    moments = []
+    events = []
     for stimulus in observation.stimuli:
         kind = 'drive' if GOAL_POSE in stimulus.facts else 'hand'
-        moments.append(timeline_event(kind, stimulus.begin, stimulus.name, stimulus.end))
-    moments += [timeline_event('hand', begin, "the check's own movement of the robot", end)
-                for begin, end in observation.marker_moves]
-    moments += [timeline_event('start', process.begin, 'the node is started')
-                for process in observation.processes]
-    moments += [timeline_event('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
-                for verdict in marks.verdicts
-                if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
-    return timeline(recording, MODELS[DEFAULT_MODEL], moments)
+        events.append(timeline_event(kind, stimulus.begin, stimulus.name, stimulus.end))
+    events += [timeline_event('hand', begin, "the check's own movement of the robot", end)
+               for begin, end in observation.marker_moves]
+    events += [timeline_event('start', process.begin, 'the node is started')
+               for process in observation.processes]
+    events += [timeline_event('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
+               for verdict in marks.verdicts
+               if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
+    return timeline(recording, MODELS[DEFAULT_MODEL], events)
 
 
 def recording_for_timeline(observation: Observation) -> RunData:
     """Returns the recording of a trial for the timeline. The poses in the frame ``local`` are
     computed from the true poses. Each drive begins with a reset."""
     recording = observation.recording
-    true = recording.ground_truth
+    true_poses = recording.ground_truth
     drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
     frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
     ends = [drive.begin for drive in drives[1:]] + [math.inf]
-    resets = [(drive.begin, frame @ true.pose_at(drive.begin))
+    resets = [(drive.begin, frame @ true_poses.pose_at(drive.begin))
               for drive, frame in zip(drives, frames)]
-    local_pose = true
+    local_pose = true_poses
     if drives:
-        local_pose = Poses.joined([true.between(drive.begin, end).seen_from(frame)
+        local_pose = Poses.joined([true_poses.between(drive.begin, end).seen_from(frame)
                                    for drive, end, frame in zip(drives, ends, frames)])
     return replace(
         recording, name=observation.node, local_pose=local_pose,
@@ -128,7 +128,7 @@ def _last_lines(observation):
     parts = ['<h2>What the node printed last</h2>']
     for number, process in enumerate(observation.processes, 1):
         lines = [line for line in process.printed.splitlines() if line.strip()]
-        text = escape('\n'.join(line[:SHOWN_LINE_LENGTH] for line in lines[-SHOWN_LINES:]))
+        text = escape('\n'.join(line[:MAX_SHOWN_LINE_LENGTH] for line in lines[-MAX_SHOWN_LINES:]))
         start = f'Start {number} of {len(observation.processes)}'
         if process.ready is None:
             start += ', never ready'
@@ -142,12 +142,12 @@ def results(marks: Marks) -> Dict[str, Any]:
     """Returns the content of results.json. The content has a test for each criterion. The field
     `output` has the page without the criteria and the timeline."""
     parts = [*_points_and_remarks(marks),
-             hints_section(marks.first_broken_link, marks.mistake, has_timeline=False)]
+             hints_section(marks.first_broken_link, marks.mistake_sentence, has_timeline=False)]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)
-    verdicts = marks.graded + marks.extra if marks.is_known else []
+    verdicts = marks.graded_verdicts + marks.extra_verdicts if marks.has_known_points else []
     return {
-        'score': round(float(marks.points), 2) if marks.is_known else 0.0,
+        'score': round(float(marks.points), 2) if marks.has_known_points else 0.0,
         'execution_time': int(round(marks.seconds)),
         'output': '\n'.join(parts),
         'output_format': 'html',

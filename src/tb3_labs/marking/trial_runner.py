@@ -22,12 +22,12 @@ from tb3_labs.command_line import printable, write_output
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.sandbox import (
     CMAKE_PREFIX_PATH, PYTHONPATH, OtherUser, Protection, Sandbox)
-from tb3_labs.marking.intake.submissions import ParsedSubmission, Submission, read
-from tb3_labs.marking.intake.workspace import COPY, prepare
+from tb3_labs.marking.intake.submissions import ParsedSubmission, Submission, read_submission
+from tb3_labs.marking.intake.workspace import COPY_FOLDER, prepare_workspace
 from tb3_labs.marking.labs.gamepad import pad_text
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.student_nodes import GAMEPAD, IDENTITY, LAB_NODES, OWN_PACKAGE
+from tb3_labs.marking.student_nodes import GAMEPAD, IDENTITY_VARIABLE, LAB_NODES, OWN_PACKAGE
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.observation import NodeProcess
 
@@ -48,7 +48,7 @@ handlers: {stream: {class: rosgraph.roslogging.RosStreamHandler}}
 loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
 #: The marking ends the check of a submission after this time [s].
-TIME_LIMIT = 300.0
+TRIAL_TIMEOUT = 300.0
 #: Time [s] until the runner asks again whether the check still runs.
 POLL_PERIOD = 0.1
 
@@ -67,14 +67,15 @@ class TrialRunner:
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
         """Copy a submission into the existing folder `work`, and read the copy."""
-        return read(submission, work / 'ws' / COPY, LAB_NODES[self.folder.lab],
-                    self.folder.options.package, self.folder.options.name)
+        options = self.folder.options
+        return read_submission(submission, work / 'ws' / COPY_FOLDER, LAB_NODES[self.folder.lab],
+                               options.package, options.name)
 
     def try_out(self, submission: Submission, parsed: ParsedSubmission, work: Path) -> Marks:
         """Record the trial of a submission that `read` has copied into `work`. Returns the Marks
         without verdicts."""
         identity = uuid.uuid4().hex
-        marks = new_marks(submission)
+        marks = marks_before_trial(submission)
         marks.remarks, marks.findings = parsed.remarks, parsed.findings
         with suppress(FileNotFoundError):
             self.folder.bag(marks.student).unlink()
@@ -88,29 +89,29 @@ class TrialRunner:
 
     def _record_trial(self, marks, parsed, work, identity):
         workspace, bag = work / 'ws', work / 'trial.bag'
-        marks.path_prefixes = [f'{workspace}/{COPY}/{parsed.package}/', f'{workspace}/{COPY}/',
-                               f'{workspace}/']
+        marks.path_prefixes = [f'{workspace}/{COPY_FOLDER}/{parsed.package_folder}/',
+                               f'{workspace}/{COPY_FOLDER}/', f'{workspace}/']
         protection = Protection()
         if self.folder.options.sandbox:
             protection = Sandbox([workspace, work / 'etc'])
         elif os.geteuid() == 0:
             protection = OtherUser()
-        environment = trial_environment(work, dict(os.environ, **{IDENTITY: identity}))
-        start = prepare(parsed, workspace, environment, protection)
-        marks.node = start.name
+        environment = trial_environment(work, dict(os.environ, **{IDENTITY_VARIABLE: identity}))
+        node_start = prepare_workspace(parsed, workspace, environment, protection)
+        marks.node = node_start.name
         if self.folder.lab == GAMEPAD:
             marks.remarks.append(pad_text(self.folder.options.pad))
         protection.hand_over(workspace)
         # The node's environment is in a file. If the check itself had the node's environment, the
         # check would import modules of the submission.
-        environment.update(start.write(work / 'launch.json'))
+        environment.update(node_start.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
         write_output(log, '')       # if the log is a link, a new file replaces the link
         with open(str(log), 'w') as file:
-            command = protection.check_command(self._rostest(marks.node, work))
-            in_time = self._check(command, environment, file)
-        if not in_time:
-            marks.remarks.append(f'It was stopped after {TIME_LIMIT:g} s, the limit.')
+            command = protection.check_command(self._rostest_command(marks.node, work))
+            is_in_time = self._run_check(command, environment, file)
+        if not is_in_time:
+            marks.remarks.append(f'It was stopped after {TRIAL_TIMEOUT:g} s, the limit.')
         if self.interrupted.is_set():
             raise MarkingInterrupted('interrupted')
         if not bag.exists():
@@ -124,7 +125,7 @@ class TrialRunner:
         if failed_import:
             raise NotJudged(f'{marks.node} ended at once: {failed_import}.')
 
-    def _rostest(self, node, work):
+    def _rostest_command(self, node, work):
         package, executable = node.split('/')
         command = ['rostest', OWN_PACKAGE, f'check_{self.folder.lab}.test', f'pkg:={package}',
                    f'type:={executable}', 'parts:=' + ','.join(self.folder.parts),
@@ -133,20 +134,20 @@ class TrialRunner:
             command.append(f'pad:={self.folder.options.pad}')
         return command
 
-    def _check(self, command, environment, output):
+    def _run_check(self, command, environment, output):
         """Run a check until it ends, the marking is interrupted, or the time limit is reached.
         Returns False if the check exceeded the limit."""
         check = subprocess.Popen(
             command, cwd=environment['ROS_HOME'], env=environment, start_new_session=True,
             stdin=subprocess.DEVNULL, stdout=output, stderr=output)
-        deadline = time.monotonic() + TIME_LIMIT
+        deadline = time.monotonic() + TRIAL_TIMEOUT
         while time.monotonic() < deadline:
             if check.poll() is not None or self.interrupted.wait(POLL_PERIOD):
                 break
-        in_time = check.poll() is not None or self.interrupted.is_set()
-        kill_processes(environment[IDENTITY])
+        is_in_time = check.poll() is not None or self.interrupted.is_set()
+        kill_processes(environment[IDENTITY_VARIABLE])
         check.wait()
-        return in_time
+        return is_in_time
 
 
 def import_error(processes: Sequence[NodeProcess]) -> str:
@@ -159,7 +160,7 @@ def import_error(processes: Sequence[NodeProcess]) -> str:
     return printable(last_line) if is_import_error else ''
 
 
-def new_marks(submission: Submission, unjudged: str = '') -> Marks:
+def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
     """Returns the Marks of a submission before its trial."""
     return Marks(submission.student, number=submission.number, late=submission.late,
                  unjudged=unjudged)
@@ -175,7 +176,7 @@ def kill_processes(identity: str) -> None:
     first stops all processes, and then kills them. A stopped process starts nothing, and no new
     process gets the number of a stopped process.
     """
-    variable = f'{IDENTITY}={identity}'.encode()
+    variable = f'{IDENTITY_VARIABLE}={identity}'.encode()
     empty_searches = 0
     # one search may miss a process that is starting a program and has no environment yet
     while empty_searches < 2:
@@ -193,7 +194,7 @@ def kill_processes(identity: str) -> None:
 def _stop_more(variable, stopped):
     """Stop the processes that have `variable` in their environment, and their process groups. Add
     the processes to `stopped`. Returns False if the search found no further process."""
-    before = len(stopped)
+    old_count = len(stopped)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first
         if pid not in stopped and _has_in_environment(pid, variable):
@@ -203,7 +204,7 @@ def _stop_more(variable, stopped):
                 if group != os.getpgrp():
                     os.killpg(group, signal.SIGSTOP)
             stopped.add(pid)
-    return len(stopped) > before
+    return len(stopped) > old_count
 
 
 def _has_in_environment(pid, variable):
@@ -234,8 +235,8 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     """Returns an environment with two install prefixes, which are the new folder `prefix` and the
     prefix of ROS. The folder `prefix` gets links to the files of this package.
 
-    The `caller` is the instructor's environment. The instructor's workspaces are left out, since
-    the nodes and messages in them must not replace a submission's nodes and messages.
+    `caller` is the environment of the instructor's terminal. The instructor's workspaces are left
+    out, since their nodes and messages must not replace a submission's nodes and messages.
     """
     prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
     modules = caller.get(PYTHONPATH, '').split(':')
@@ -246,11 +247,12 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     site = Path(sys.prefix).parent / 'devel' / PYTHON_FOLDER / 'sitecustomize.py'
     if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
-    ros = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')][-1:]
+    ros_prefix = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')][-1:]
+    roots = [str(prefix), *ros_prefix]
     variables = {name: value for name, value in caller.items()
                  if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():
-        variables[name] = ':'.join(f'{root}/{folder}'.rstrip('/') for root in [str(prefix), *ros])
+        variables[name] = ':'.join(f'{root}/{folder}'.rstrip('/') for root in roots)
     variables['PATH'] = ':'.join([os.path.dirname(sys.executable), variables['PATH'], SYSTEM_PATH])
     return variables
 

@@ -46,7 +46,7 @@ class Access:
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
         """`names` has names and addresses of this computer. Loopback names are always valid."""
-        self._names = {name.lower() for name in ('localhost', LOOPBACK, *names)}
+        self._valid_names = {name.lower() for name in ('localhost', LOOPBACK, *names)}
         self._token = token
 
     def refusal(self, host: Optional[str], origin: Optional[str],
@@ -59,8 +59,8 @@ class Access:
         """
         host = (host or '').lower()
         name = PORT_SUFFIX.sub('', host)
-        if name not in self._names:
-            names = ', '.join(sorted(self._names))
+        if name not in self._valid_names:
+            names = ', '.join(sorted(self._valid_names))
             return f'this page is not offered as {name!r}: use one of {names}'
         if origin is not None and origin.lower() not in ('http://' + host, 'https://' + host):
             return f'requests of pages of other sites ({origin}) are refused'

@@ -16,11 +16,12 @@ from -1 (lower edge) to 1 (upper edge). The entry "first" is true in the first m
 person gripped pad or mouse.
 
 Each request may have an "id", a whole number, which the answer repeats. The entry "stops" repeats
-the "stops" of the picture that the person saw; see :mod:`tb3_labs.supervision.dead_man`. The entry
-"t" is the time [s] of sending on the panel's clock. The page computes "t" as the "now" of the
-latest picture plus the time since this picture arrived. A picture needs time to arrive, so the
-panel may overestimate the delay of a message. The panel underestimates the delay only if the
-browser's clock jumps.
+the "stops" of the picture that the person saw; see :mod:`tb3_labs.supervision.dead_man`.
+
+The entry "t" is the time [s] at which the page sent the request, on the panel's clock. The page
+computes "t" as the "now" of the latest picture plus the time since this picture arrived. A picture
+needs time to arrive, so the panel may overestimate the delay of a message. The panel underestimates
+the delay only if the browser's clock jumps.
 """
 import json
 from contextlib import suppress
@@ -34,7 +35,7 @@ from tb3_labs.supervision.goal_requests import MAX_COORDINATE, MAX_YAW_DEG, Type
 #: 250 characters. In 500 characters JSON cannot be nested so deeply that Python fails.
 MAX_REQUEST_LENGTH = 500
 #: The largest valid value of the entry "t" [s].
-LATEST_TIME = 1e12
+MAX_SENT_TIME = 1e12
 #: A browser's clock may be ahead of the panel's clock by at most this time [s].
 MAX_CLOCK_AHEAD = 0.2
 #: The largest valid turn [deg].
@@ -42,8 +43,9 @@ MAX_TURN_DEG = 360.0
 
 
 class BrowserPad(NamedTuple):
-    """The pad of a page. The sticks are from -1 to 1, forward and left positive. A button is True
-    while a person presses it. If a person presses B, the page sends a "stop", and `b` is False."""
+    """The gamepad that a page shows. The sticks are from -1 to 1, forward and left positive. A
+    button is True while a person presses it. If a person presses B, the page sends a "stop", and
+    `b` is False."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -82,8 +84,8 @@ class PageRequest(NamedTuple):
     kind: str
     value: Any = None              # see READERS
     id: Optional[int] = None
-    stops: Optional[int] = None    # number of stops that the page knew; None if missing
-    sent_at: float = 0.0           # time [s] of sending on the panel's clock; 0 if missing
+    known_stops: Optional[int] = None    # the entry "stops"; None if missing
+    sent_at: float = 0.0           # the entry "t"; 0 if missing
 
     def lateness(self, now: float) -> float:
         """The delay [s] of the message. Raises ``ValueError`` if `sent_at` is in the future."""
@@ -104,11 +106,11 @@ class OpenPage:
         """Send a message of the type `kind`."""
         self._send(json.dumps(dict(values, type=kind), allow_nan=False))
 
-    def answer(self, request: Optional[PageRequest], fulfilled: bool, text: str) -> None:
+    def answer(self, request: Optional[PageRequest], is_fulfilled: bool, text: str) -> None:
         """Send the answer to `request`. `request` is None if the request could not be read."""
         if request is not None and request.id is not None:
-            self.send('answer', id=request.id, ok=fulfilled, text=text)
-        elif not fulfilled:
+            self.send('answer', id=request.id, ok=is_fulfilled, text=text)
+        elif not is_fulfilled:
             # the page lets go of pad and mouse, so the person must grip them again
             self.send('refused', text=text)
 
@@ -134,9 +136,9 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
 def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
     request = PageRequest(kind=message['type'], value=read(message),
                           id=_read_optional(message, 'id', int),
-                          stops=_read_optional(message, 'stops', int))
+                          known_stops=_read_optional(message, 'stops', int))
     if message.get('t') is not None:
-        return request._replace(sent_at=_read_number(message, 't', LATEST_TIME))
+        return request._replace(sent_at=_read_number(message, 't', MAX_SENT_TIME))
     return request
 
 

@@ -38,7 +38,7 @@ from tb3_labs.watch.printed_pose import declared_pose
 #: If the odometry's position [m] or yaw [rad] jumps by more than this, the odometry was reset.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
-#: The true pose is extrapolated to the odometry's stamp over less than this time [s].
+#: Longest time [s] over which the true pose is extrapolated to the odometry's stamp.
 MAX_TIME_APART = 0.3
 #: A robot stands still if its speed [m/s] and its rate of turn [rad/s] are below this number.
 STANDSTILL_SPEED = 0.02
@@ -58,8 +58,6 @@ class RobotView:
         self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}
         # odom_T_local; used if no node publishes `local`
         self._computed_frame: Optional[Pose2] = None
-
-    # -- input
 
     def on_message(self, kind: str, value: Any, now: float) -> None:
         """Store `value` as the latest value of a `kind`. A kind is an entry of the picture, or
@@ -92,8 +90,6 @@ class RobotView:
         """Store the variables (name, text) of a node."""
         self._variables[node] = now, [[name, text] for name, text in values]
 
-    # -- output
-
     def latest(self, kind: str) -> Any:
         """Returns the latest value of a kind; None before the first value."""
         return self._latest.get(kind)
@@ -124,10 +120,10 @@ class RobotView:
             return 'move_to_goal does not answer'
         if odom is None or self._arrivals['odom'] <= since:
             return 'the robot does not answer'
-        stands = abs(odom.linear) < STANDSTILL_SPEED and abs(odom.angular) < STANDSTILL_SPEED
-        return None if stands else 'the robot still moves'
+        is_standing = abs(odom.linear) < STANDSTILL_SPEED and abs(odom.angular) < STANDSTILL_SPEED
+        return None if is_standing else 'the robot still moves'
 
-    def driver(self, now: float) -> str:
+    def driving_node(self, now: float) -> str:
         """Returns the node whose commands move the robot; '' if no node moves the robot."""
         moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
@@ -136,7 +132,7 @@ class RobotView:
 
     def picture(self, now: float) -> Dict[str, Any]:
         """Returns the picture without "page", "stops" and "pad"."""
-        driver = self.driver(now)
+        driver = self.driving_node(now)
         command = None
         if driver:
             _, linear, angular = self._commands[driver]
@@ -175,8 +171,9 @@ class RobotView:
         pose, stamp = truth
         odom = self.latest('odom')
         if odom is not None and abs(stamp - odom.stamp) < MAX_TIME_APART:
-            ahead = stamp - odom.stamp
-            pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()
+            time_apart = stamp - odom.stamp
+            motion = Pose2(time_apart * odom.linear, 0.0, time_apart * odom.angular)
+            pose = pose @ motion.inverse()
         return origin.inverse() @ pose
 
 

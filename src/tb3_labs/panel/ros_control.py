@@ -25,7 +25,7 @@ from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 #: A request is rejected after this delay [s], since the person no longer expects a motion.
 MAX_REQUEST_AGE = 2.0
 #: A stop is confirmed if the robot stands still within this time [s].
-CONFIRM_TIME = 1.5
+CONFIRM_TIMEOUT = 1.5
 #: Time [s] until the panel checks again whether the robot stands still.
 CONFIRM_PERIOD = 0.05
 
@@ -37,7 +37,7 @@ class PanelRobot:
         self._server = server
         self.dead_man = DeadMan()
         self._pad_config = PadConfig()
-        self._mouse_active = False
+        self._is_mouse_active = False
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20)
         self._joy = rospy.Publisher('joy', Joy, queue_size=20, tcp_nodelay=True)
         self._mouse = rospy.Publisher('mouse_info', MouseController, queue_size=20,
@@ -47,11 +47,11 @@ class PanelRobot:
         self._cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self.subscriptions = RobotSubscriptions(lambda: server.call_soon(self._on_stop))
 
-    # -- what a page sees
+    # -- pictures
 
     def picture(self, now):
         """Returns the picture of :mod:`tb3_labs.panel.robot_view`, without "page"."""
-        return dict(self.subscriptions.read_view(lambda view: view.picture(now)),
+        return dict(self.subscriptions.use_view(lambda view: view.picture(now)),
                     stops=self.dead_man.stops, pad=self._pad_status())
 
     def _pad_status(self):
@@ -61,12 +61,12 @@ class PanelRobot:
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
         # the handout's node does not publish control_holder
-        holder = self.subscriptions.read_view(lambda view: view.latest('holder')) or 'gamepad'
+        holder = self.subscriptions.use_view(lambda view: view.latest('holder')) or 'gamepad'
         if holder == 'move_to_goal':
             return 'move_to_goal has control: B takes it'
         return 'ready' if holder == 'gamepad' else 'connecting: hold still'
 
-    # -- what a page asks for
+    # -- requests
 
     def carry_out(self, page, request):
         """Carry out a request of `page`. Returns the answer as text, or None if another thread or a
@@ -81,16 +81,16 @@ class PanelRobot:
                 self._release()
             return ''
         if grip.mouse:
-            self._require(self._mouse, 'mouse_info: is the controller running?')
-            self._refuse_beside_move_to_goal()
-        is_new = self.dead_man.driving_page is None
+            self._require_listener(self._mouse, 'mouse_info: is the controller running?')
+            self._refuse_if_move_to_goal_drives()
+        is_new_drive = self.dead_man.driving_page is None
         now = steady_time()
         lateness = request.lateness(now)
-        if not self.dead_man.hold(page, known_stops=request.stops, now=now, lateness=lateness,
+        if not self.dead_man.hold(page, known_stops=request.known_stops, now=now, lateness=lateness,
                                   is_first=grip.is_first):
             return ''
-        if is_new:
-            run_in_thread(self._read_pad_numbers)
+        if is_new_drive:
+            run_in_thread(self._read_pad_config)
         if grip.pad:
             self._send_pad(grip.pad, lateness)
         self._send_mouse(grip.mouse)
@@ -98,18 +98,18 @@ class PanelRobot:
 
     def _stop_and_confirm(self, page, request):
         self.stop()
-        self._confirm(page, request, steady_time())
+        self._confirm_stop(page, request, steady_time())
 
     def _send_turn(self, _page, request):
         self._check_age(request, MAX_REQUEST_AGE)
-        self._require(self._turn, 'turn: is the controller running?')
-        self._refuse_beside_move_to_goal()
+        self._require_listener(self._turn, 'turn: is the controller running?')
+        self._refuse_if_move_to_goal_drives()
         self._turn.publish(request.value)
         return f'asked for {request.value:g} degrees'
 
     def _send_goal(self, _page, request):
         self._check_age(request, MAX_REQUEST_AGE)
-        self._require(self._goal, 'move_base_simple/goal: is move_to_goal running?')
+        self._require_listener(self._goal, 'move_base_simple/goal: is move_to_goal running?')
         typed = request.value
         self._goal.publish(to_pose_stamped(typed.pose, frame('local'), rospy.get_time()))
         return f'goal sent: {typed.x:.2f} m, {typed.y:.2f} m, {typed.yaw_deg:.0f} deg'
@@ -120,31 +120,31 @@ class PanelRobot:
         typed = request.value
 
         def call():
-            fulfilled = True
+            is_fulfilled = False
             try:
                 text = call_reset(typed.x, typed.y, typed.yaw_deg)
+                is_fulfilled = True
             except Exception as problem:    # no exception may end the panel, which must stop robots
-                fulfilled = False
                 text = str(problem)
-            self._server.call_soon(lambda: page.answer(request, fulfilled, text))
+            self._server.call_soon(lambda: page.answer(request, is_fulfilled, text))
         run_in_thread(call)
 
     #: The method for each type of request.
     _ACTIONS = {'joy': _hold, 'stop': _stop_and_confirm, 'turn': _send_turn, 'goal': _send_goal,
                 'reset': _reset}
 
-    def _check_age(self, request, oldest):
-        """Raises ``ValueError`` if `request` is possibly older than `oldest` [s]."""
+    def _check_age(self, request, max_age):
+        """Raises ``ValueError`` if `request` is possibly older than `max_age` [s]."""
         now = steady_time()
-        self.dead_man.check(request.stops, now, request.lateness(now), oldest)
+        self.dead_man.check(request.known_stops, now, request.lateness(now), max_age)
 
     @staticmethod
-    def _require(publisher, topic_and_advice):
+    def _require_listener(publisher, topic_and_advice):
         if not subscribers_of(publisher):
             raise ValueError('no node listens on ' + topic_and_advice)
 
-    def _refuse_beside_move_to_goal(self):
-        if self.subscriptions.read_view(lambda view: view.is_driving):
+    def _refuse_if_move_to_goal_drives(self):
+        if self.subscriptions.use_view(lambda view: view.is_driving):
             raise ValueError('move_to_goal drives: take control first')
 
     # -- stops
@@ -173,30 +173,29 @@ class PanelRobot:
             rospy.logwarn('The page that drives is silent for %.1f s: the robot is stopped',
                           silence)
 
-    def on_lost(self, page):
+    def on_page_lost(self, page):
         """Stop the robot if `page` drives, since the connection to the page has ended."""
         if self.dead_man.driving_page is page:
             self.stop()
 
-    def _confirm(self, page, request, since):
-        """Answer a STOP of `page` when the robot stands still. After CONFIRM_TIME the answer is
+    def _confirm_stop(self, page, request, since):
+        """Answer a STOP of `page` when the robot stands still. After CONFIRM_TIMEOUT the answer is
         the reason why the stop is not confirmed. `since` is the time [s] of the stop."""
-        hearers = subscribers_of(self._control) | subscribers_of(self._cmd_vel)
-        if not hearers - {rospy.get_name()}:
-            page.answer(request, fulfilled=False, text='no node hears it')
+        listeners = subscribers_of(self._control) | subscribers_of(self._cmd_vel)
+        if not listeners - {rospy.get_name()}:
+            page.answer(request, is_fulfilled=False, text='no node hears it')
             return
-        problem = self.subscriptions.read_view(lambda view: view.stop_problem(since))
+        problem = self.subscriptions.use_view(lambda view: view.stop_problem(since))
         if not problem:
             text = 'control taken, the robot stands'
-            if self.subscriptions.read_view(lambda view: view.latest('has_control')) is None:
+            if self.subscriptions.use_view(lambda view: view.latest('has_control')) is None:
                 text = 'the robot stands'
-            page.answer(request, fulfilled=True, text=text)
-        elif steady_time() - since > CONFIRM_TIME:
-            page.answer(request, fulfilled=False, text=problem)
+            page.answer(request, is_fulfilled=True, text=text)
+        elif steady_time() - since > CONFIRM_TIMEOUT:
+            page.answer(request, is_fulfilled=False, text=problem)
         else:
-            self._server.call_later(CONFIRM_PERIOD, lambda: self._confirm(page, request, since))
-
-    # -- messages
+            self._server.call_later(
+                CONFIRM_PERIOD, lambda: self._confirm_stop(page, request, since))
 
     def _release(self):
         self._send_pad(BrowserPad())
@@ -215,9 +214,9 @@ class PanelRobot:
         """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
         mouse_client.py, an inactive message is sent before the first active message and after the
         last active message."""
-        if self._mouse_active != bool(position):
+        if self._is_mouse_active != bool(position):
             self._publish_mouse(active=False)
-        self._mouse_active = bool(position)
+        self._is_mouse_active = bool(position)
         if position:
             self._publish_mouse(True, *position)
 
@@ -226,7 +225,7 @@ class PanelRobot:
         message.header.stamp = rospy.Time.now()
         self._mouse.publish(message)
 
-    def _read_pad_numbers(self):
+    def _read_pad_config(self):
         try:
             self._pad_config = read_config(PadConfig, other_node=rospy.resolve_name('gamepad'))
         except Exception as problem:    # no exception may end the panel, which must stop robots

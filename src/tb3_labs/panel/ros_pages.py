@@ -2,6 +2,7 @@
 import threading
 import time
 from collections import deque
+from functools import partial
 
 import rospy
 from rosgraph_msgs.msg import Log
@@ -15,11 +16,11 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe
 
 #: Time [ms] between two checks of the page that drives.
-DEAD_MAN_PERIOD = 20.0
+DEAD_MAN_PERIOD_MS = 20.0
 #: When the node ends, it waits at most this time [s] until the robot has been stopped.
 RELEASE_TIMEOUT = 0.5
 #: A new page gets at most this many older log lines.
-LINES_KEPT = 200
+MAX_KEPT_LINES = 200
 #: A page gets at most this many characters of a log line.
 MAX_LINE_LENGTH = 500
 #: (lowest level of a message, name of the level on a page)
@@ -35,12 +36,12 @@ class Pages:
         self._greeting = {'control': config.control, 'radius': body_radius,
                           'robot': rospy.get_namespace().strip('/')}
         self._pages = []
-        self._lines = deque(maxlen=LINES_KEPT)
+        self._lines = deque(maxlen=MAX_KEPT_LINES)
         self._server = Server(config, self._open_page)
         self._robot = PanelRobot(self._server)
         # the timers run while a page is open
         self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
-                        PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD)]
+                        PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD_MS)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
         self.address = self._server.address
         self._server.start()
@@ -57,8 +58,6 @@ class Pages:
         self._server.call_soon(release)
         released.wait(RELEASE_TIMEOUT)
 
-    # -- pages come and go
-
     def _open_page(self, send):
         page = OpenPage(send)
         if not self._pages:
@@ -68,11 +67,11 @@ class Pages:
         self._pages.append(page)
         page.send('hello', **self._greeting)
         page.lines = list(self._lines)
-        return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
+        return partial(self._on_text, page), partial(self._on_end, page)
 
     def _on_end(self, page):
         self._pages.remove(page)
-        self._robot.on_lost(page)
+        self._robot.on_page_lost(page)
         if not self._pages:
             for timer in self._timers:
                 timer.stop()
@@ -86,9 +85,9 @@ class Pages:
             if page.lines:
                 page.send('log', lines=page.lines)
                 page.lines = []
-            page.send('picture', **picture, now=now, page=self._driver_for(page))
+            page.send('picture', **picture, now=now, page=self._driving_page_seen_by(page))
 
-    def _driver_for(self, page):
+    def _driving_page_seen_by(self, page):
         """Returns 'this' if `page` drives the robot, 'other' if another page drives, or else ''."""
         driver = self._robot.dead_man.driving_page
         if driver is None:
@@ -99,7 +98,7 @@ class Pages:
         """Pass a message of /rosout to the pages. Several threads may call this method."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
-            self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))
+            self._robot.subscriptions.use_view(lambda view: view.on_log_line(message.msg))
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
                     'text': message.msg[:MAX_LINE_LENGTH]}
             self._server.call_soon(lambda: self._add_line(line))
@@ -119,11 +118,11 @@ class Pages:
                 raise ValueError('this panel only shows: it was started with control:=false')
             answer = self._robot.carry_out(page, request)
         except ValueError as problem:
-            page.answer(request, fulfilled=False, text=str(problem))
+            page.answer(request, is_fulfilled=False, text=str(problem))
         except Exception as problem:    # no exception may end the panel, which must stop robots
             rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
-            self._robot.on_lost(page)
-            page.answer(request, fulfilled=False, text=f'this cannot be done: {problem}')
+            self._robot.on_page_lost(page)
+            page.answer(request, is_fulfilled=False, text=f'this cannot be done: {problem}')
         else:
             if answer is not None:
-                page.answer(request, fulfilled=True, text=answer)
+                page.answer(request, is_fulfilled=True, text=answer)

@@ -6,6 +6,7 @@ import re
 import secrets
 import socket
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import rosgraph.network
@@ -17,7 +18,7 @@ from tb3_labs.panel.access import LOOPBACK, Access
 from tb3_labs.panel.requests import MAX_REQUEST_LENGTH
 from tb3_labs.ros.node import guarded
 
-#: Requests of files with these suffixes need no token. The page and the socket need the token.
+#: Requests for files with these suffixes need no token. The page and the socket need the token.
 PUBLIC_SUFFIXES = ('.css', '.js', '.svg')
 #: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
@@ -72,15 +73,12 @@ class Server:
         self._loop = asyncio.new_event_loop()
 
     def start(self):
-        """Start to offer the page."""
         threading.Thread(target=guarded(self._run), name='server', daemon=True).start()
 
     def call_soon(self, job):
         """Run `job()` soon in the thread `server`. Any thread may call this method."""
-        try:
+        with suppress(RuntimeError):    # the server has ended
             self._loop.call_soon_threadsafe(guarded(job))
-        except RuntimeError:
-            pass    # the server has ended
 
     def call_later(self, seconds, job):
         """Run `job()` after `seconds`. Only the thread `server` may call this method."""
@@ -154,11 +152,9 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
             self._on_end()
 
     def _send(self, text):
-        try:
-            # write_message() fails if the page closes now; on_close() handles this case
+        # write_message() fails if the page closes now; on_close() handles this case
+        with suppress(websocket.WebSocketClosedError):
             self.write_message(text).add_done_callback(lambda sent: sent.exception())
-        except websocket.WebSocketClosedError:
-            pass
 
 
 def _bind(port, address):
@@ -167,14 +163,14 @@ def _bind(port, address):
         try:
             sockets = netutil.bind_sockets(number, address)
         except OSError as problem:
-            last = problem
+            last_problem = problem
             if problem.errno != errno.EADDRINUSE:
                 break
         else:
             if number != port:
                 rospy.logwarn('port %d is in use: the panel takes %d', port, number)
             return sockets, number
-    raise ValueError(f'the panel cannot be offered at {address}, port {port}: {last}')
+    raise ValueError(f'the panel cannot be offered at {address}, port {port}: {last_problem}')
 
 
 def _names_of_this_computer(address):

@@ -21,7 +21,7 @@ from tb3_labs.ros.topics import subscribe, subscribe_events
 #: Time [s] between two readings of `odom`. Each reading moves the drawn robot.
 ODOMETRY_PERIOD = 0.045
 #: Time [s] between two readings of a fast topic other than `odom`.
-NUMBERS_PERIOD = 0.2
+FAST_TOPIC_PERIOD = 0.2
 _read_data = attrgetter('data')
 
 
@@ -45,35 +45,35 @@ class RobotSubscriptions:
         self._view = RobotView()
         self._odom, self._local = frame('odom'), frame('local')
 
-        def read_all(topic, *arguments):    # reads every message
+        def subscribe_all(topic, *arguments):    # the callback gets every message
             subscribe(topic, *arguments, queue_size=None)
 
-        def read_some(topic, *arguments, period=NUMBERS_PERIOD):    # one message in each `period`
+        def subscribe_some(topic, *arguments, period=FAST_TOPIC_PERIOD):    # one in each `period`
             subscribe(topic, *arguments, idle_for=lambda now: period)
 
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
-        read_all('goal_state', String, self._store_as('state'), _read_data)
-        read_all('has_control', Bool, self._on_control, _read_data)
-        read_all('control_holder', String, self._store_as('holder'), _read_data)
-        read_all('current_goal', PoseStamped, self._store_as('goal'), _read_pose)
-        read_all('move2goal/cancel', GoalID, lambda goal: on_stop())
-        read_some('odom', Odometry, self._callback(RobotView.on_odometry), to_odometry_sample,
-                  period=ODOMETRY_PERIOD)
-        read_some('local_pose', PoseStamped, self._store_as('local'), _read_pose)
-        read_some('ground_truth', PoseStamped, self._store_as('truth'), _read_truth)
-        read_some('imu', Imu, self._store_as('imu'), lambda imu: to_imu_sample(imu).yaw)
-        read_some('cmd_vel', Twist, self._callback(_store_command))
-        read_some('variables', DiagnosticArray, self._callback(_store_variables))
+        subscribe_all('goal_state', String, self._store_as('state'), _read_data)
+        subscribe_all('has_control', Bool, self._on_control, _read_data)
+        subscribe_all('control_holder', String, self._store_as('holder'), _read_data)
+        subscribe_all('current_goal', PoseStamped, self._store_as('goal'), _read_pose)
+        subscribe_all('move2goal/cancel', GoalID, lambda goal: on_stop())
+        subscribe_some('odom', Odometry, self._callback(RobotView.on_odometry),
+                       to_odometry_sample, period=ODOMETRY_PERIOD)
+        subscribe_some('local_pose', PoseStamped, self._store_as('local'), _read_pose)
+        subscribe_some('ground_truth', PoseStamped, self._store_as('truth'), _read_truth)
+        subscribe_some('imu', Imu, self._store_as('imu'), lambda imu: to_imu_sample(imu).yaw)
+        subscribe_some('cmd_vel', Twist, self._callback(_store_command))
+        subscribe_some('variables', DiagnosticArray, self._callback(_store_variables))
         transforms = TFMessage, self._callback(_store_transforms), self._read_transforms
-        read_all('/tf_static', *transforms)
-        read_some('/tf', *transforms)
-        self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
+        subscribe_all('/tf_static', *transforms)
+        subscribe_some('/tf', *transforms)
+        self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: FAST_TOPIC_PERIOD)
 
-    def read_view(self, question):
-        """Returns ``question(view)``, which may change the view. Any thread may call
-        read_view()."""
+    def use_view(self, function):
+        """Returns ``function(view)``, which may change the view. Any thread may call
+        use_view()."""
         with self._lock:
-            return question(self._view)
+            return function(self._view)
 
     @property
     def has_another_pad(self):
@@ -83,7 +83,10 @@ class RobotSubscriptions:
 
     def _callback(self, store):
         """Returns a callback that calls ``store(view, value, now)``."""
-        return lambda value: self.read_view(lambda view: store(view, value, steady_time()))
+        def callback(value):
+            with self._lock:
+                store(self._view, value, steady_time())
+        return callback
 
     def _store_as(self, kind):
         return self._callback(lambda view, value, now: view.on_message(kind, value, now))
@@ -104,13 +107,10 @@ class RobotSubscriptions:
             self._on_stop()
 
     def _on_control(self, granted):
-        had_control = self.read_view(lambda view: view.latest('has_control'))
+        had_control = self.use_view(lambda view: view.latest('has_control'))
         self._store_as('has_control')(granted)
         if had_control and not granted:
             self._on_stop()
-
-
-# -- functions that write a message into a view
 
 
 def _store_command(view, message, now):

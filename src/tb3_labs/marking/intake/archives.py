@@ -15,9 +15,9 @@ from typing import IO, Dict, Iterable, List, Sequence, Tuple
 
 from tb3_labs.command_line import printable
 
-ZIP = '.zip'
+ZIP_SUFFIX = '.zip'
 #: The folder of an unpacked zip file has the zip file's name and this ending.
-UNPACKED = '.unpacked'
+UNPACKED_SUFFIX = '.unpacked'
 #: The copy of a submission has at most MAX_FILES files and MAX_SUBMISSION_BYTES bytes.
 MAX_FILES, MAX_SUBMISSION_BYTES = 5000, 200000000
 #: A file is copied if it has at most this many bytes.
@@ -41,7 +41,7 @@ class NotJudged(Exception):
 
 def is_zip(name: str) -> bool:
     """Does a file's name have the ending of a zip file?"""
-    return name.lower().endswith(ZIP)
+    return name.lower().endswith(ZIP_SUFFIX)
 
 
 def files_in(folder: Path) -> List[Path]:
@@ -71,7 +71,7 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path) -> List[str]:
     files, remarks = _files_to_copy(handed_in)
     for path, source in files.items():
         if is_zip(path.name):
-            copy.unpack(source, path.with_name(path.stem + UNPACKED))
+            copy.unpack(source, path.with_name(path.stem + UNPACKED_SUFFIX))
             continue
         with open(str(source), 'rb') as opened:
             copy.add(opened, path, source.stat().st_size, os.access(str(source), os.X_OK))
@@ -128,21 +128,21 @@ class SubmissionCopy:
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True)
         self._folder = folder
-        self._files = self._bytes = 0
-        self._large: List[PurePath] = []
+        self._file_count = self._byte_count = 0
+        self._large_files: List[PurePath] = []
         self._links: List[PurePath] = []
 
     def add(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
-        """Write a file of `size` [bytes] to `path` in the copy, where it replaces an older file. A
+        """Write a file of `size` [bytes] to `path` in the copy. An older file there is replaced. A
         file with more than MAX_COPIED_BYTES is left out."""
         if size > MAX_COPIED_BYTES:
-            self._large.append(path)
+            self._large_files.append(path)
             return
         if len(path.parts) > MAX_FOLDER_DEPTH + 1:
             raise NotJudged(f'Its folders are deeper than {MAX_FOLDER_DEPTH}.')
-        self._files += 1
-        self._bytes += size
-        if self._files > MAX_FILES or self._bytes > MAX_SUBMISSION_BYTES:
+        self._file_count += 1
+        self._byte_count += size
+        if self._file_count > MAX_FILES or self._byte_count > MAX_SUBMISSION_BYTES:
             raise NotJudged(f'It has more than {MAX_FILES} files, or more than '
                             f'{MAX_SUBMISSION_BYTES / 1e6:g} MB.')
         target = self._folder / path
@@ -181,7 +181,8 @@ class SubmissionCopy:
 
     def remarks(self) -> List[str]:
         """Returns remarks on the files that were left out."""
-        return (omission_remarks(f'each is larger than {MAX_COPIED_BYTES / 1e6:g} MB', self._large)
+        too_large = f'each is larger than {MAX_COPIED_BYTES / 1e6:g} MB'
+        return (omission_remarks(too_large, self._large_files)
                 + omission_remarks('each is a link', self._links))
 
 

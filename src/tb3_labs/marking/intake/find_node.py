@@ -13,7 +13,7 @@ import shlex
 from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
-from tb3_labs.marking.intake.archives import UNPACKED, NotJudged, files_in, shortened
+from tb3_labs.marking.intake.archives import UNPACKED_SUFFIX, NotJudged, files_in, shortened
 from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
 from tb3_labs.marking.intake.packages import (
     NODE_FOLDERS, is_old_or_copy, node_package, package_folder, package_name)
@@ -23,14 +23,14 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: Two candidates are alike if their first COMPARED_FIELDS fields are equal.
 COMPARED_FIELDS = 4
-#: The places of a package's usual name, the best first. They are the values of `package_rank`.
+#: The values of `package_rank` are these places of a package's usual name, the best first.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
 #: The instructor reads this text if no file can be the node.
-WHAT_IS_READ = 'Only zip files are unpacked, and none in others. Folders such as build, devel, ' \
-    'install, logs and venv are left out.'
+UNPACKING_RULES = 'Only zip files are unpacked, and none in others. Folders such as build, ' \
+    'devel, install, logs and venv are left out.'
 
 
-class Choice(NamedTuple):
+class ChosenNode(NamedTuple):
     """The file that is chosen as the node."""
 
     path: str
@@ -59,65 +59,69 @@ class _Candidate(NamedTuple):
 
 
 class _PackageNames(NamedTuple):
-    """The names of a package in a submission. Without a package, the value is ([], 0)."""
+    """The names of a package in a submission. A file outside of packages has the value ([], 0)."""
 
     names: List[str]        # the name in package.xml, and the name of the folder
     depth: int              # the number of folders from the submission's folder to the package
 
 
-def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
-    """Returns the Choice of a lab's node among the files below `folder`.
+def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_file: str = ''
+              ) -> ChosenNode:
+    """Returns the ChosenNode of a lab's node among the files below `folder`.
 
     A file can be the node if its name is usual, or if its class and its ROS node have the names of
-    the handout. A file that listens to the lab's topic can also be the node, unless another lab's
-    node usually has the file's name. If `package` or `name` is given, the file must have this
-    package or name. `name` may also be a file's path, as in the list that the instructor sees.
+    the handout. A file that listens to the lab's topic can also be the node, unless the file
+    has the usual name of another lab's node. If `chosen_package` or `chosen_file` is given, the
+    file must have this package or name. `chosen_file` may also be a path in `folder`.
 
     Raises ``NotJudged`` if no file can be the node.
     """
-    packages = (package,) if package else lab.packages
-    usual_files = (os.path.basename(name),) if name else lab.files
-    handed_in = files_in(folder)
-    package_of = {path: package_folder(path, folder) for path in handed_in if _is_program(path)}
-    names_of = {above: _package_names(above, folder) for above in set(package_of.values())}
+    usual_packages = (chosen_package,) if chosen_package else lab.packages
+    usual_files = (os.path.basename(chosen_file),) if chosen_file else lab.files
+    files = files_in(folder)
+    package_of = {path: package_folder(path, folder) for path in files if _is_program(path)}
+    names_of = {package: _package_names(package, folder) for package in set(package_of.values())}
     programs = sorted(
         _candidate(lab, str(path.relative_to(folder)), path.read_bytes().decode(errors='replace'),
-                   names_of[above], usual_packages=packages, usual_files=usual_files)
-        for path, above in package_of.items())
-    candidates = [program for program in programs if _can_be_the_node(program, usual_files, name)]
-    if package:
+                   names_of[package], usual_packages=usual_packages, usual_files=usual_files)
+        for path, package in package_of.items())
+    candidates = [program for program in programs
+                  if _can_be_the_node(program, usual_files, chosen_file)]
+    if chosen_package:
         candidates = [program for program in candidates if program.package_rank == SAME_NAME]
-    if '/' in name:
-        candidates = [program for program in candidates if program.path == os.path.normpath(name)]
+    if '/' in chosen_file:
+        path = os.path.normpath(chosen_file)
+        candidates = [program for program in candidates if program.path == path]
     if not candidates:
-        wanted = name if name else ' or '.join(usual_files)
-        if package:
-            wanted += f' in a package {package}'
-        paths = dict.fromkeys([*package_of, *handed_in])    # the programs first
+        missing = chosen_file if chosen_file else ' or '.join(usual_files)
+        if chosen_package:
+            missing += f' in a package {chosen_package}'
+        paths = dict.fromkeys([*package_of, *files])    # the programs first
         listing = shortened([str(path.relative_to(folder)) for path in paths]) or 'nothing'
-        raise NotJudged(f'There is no {wanted}, and no other file does what it should. Handed in '
-                        f'(--type chooses a file): {listing}. {WHAT_IS_READ}')
-    start = None if name else _starting_program(candidates[0], programs, folder)
-    if start is None:
-        return Choice(candidates[0].path, *_remarks_and_findings(candidates, usual_files))
-    candidates = [program for program in candidates if program.path != start.path]
+        raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in '
+                        f'(--type chooses a file): {listing}. {UNPACKING_RULES}')
+    starter = None if chosen_file else _starting_program(candidates[0], programs, folder)
+    if starter is None:
+        return ChosenNode(candidates[0].path, *_remarks_and_findings(candidates, usual_files))
+    candidates = [program for program in candidates if program.path != starter.path]
     _, findings = _remarks_and_findings(candidates, usual_files)
-    remark = f'Judged was {start.path}, which starts {candidates[0].path}.'
-    return Choice(start.path, [remark], findings)
+    remark = f'Judged was {starter.path}, which starts {candidates[0].path}.'
+    return ChosenNode(starter.path, [remark], findings)
 
 
 def _starting_program(module, programs, folder):
     """Returns the first program that imports and starts `module`, and is in the same package.
     Returns None if there is no such program, or if `module` itself does more than define names."""
     path = folder / module.path
-    if read_program(path).acts:
+    if read_program(path).runs_code_on_import:
         return None
     package = node_package(path, folder)
     for program in programs:
         script = folder / program.path
-        is_in_package = package in script.parents and (module.is_old or not program.is_old)
-        if is_in_package and read_program(script).acts and path in programs_of(script, package):
-            return program
+        may_start_module = package in script.parents and (module.is_old or not program.is_old)
+        if may_start_module and read_program(script).runs_code_on_import:
+            if path in programs_of(script, package):
+                return program
     return None
 
 
@@ -158,7 +162,6 @@ def _is_program(path):
 
 
 def _package_names(package, folder):
-    """`package` is a folder below `folder`, or None."""
     if package is None:
         return _PackageNames([], 0)
     places = package.relative_to(folder).parts
@@ -174,7 +177,7 @@ def _candidate(lab, path, text, package, usual_packages, usual_files):
         package_rank=min(_package_rank(usual, own_names, outer_names) for usual in usual_packages),
         missing_signs=found_signs.count(False),
         name_rank=_rank(name, [usual.lower() for usual in usual_files]),
-        is_outside_zip=UNPACKED + '/' not in path,
+        is_outside_zip=UNPACKED_SUFFIX + '/' not in path,
         folder_rank=_rank(''.join(folders[-1:]), NODE_FOLDERS),
         depth=len(folders), path=path, found_signs=found_signs, text=text)
 
@@ -206,27 +209,26 @@ def _normalized(name):
 def _signs(lab, text):
     """Returns a bool for each sign of the lab's node: does the program have the sign? The signs are
     the subscription to the lab's topic, the handout's class, the handout's name of the node, and
-    each of the lab's `uses`."""
+    the lab's `other_signs`."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
     patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.needed_topics[0]),
                 rf'^[ \t]*class\s+{lab.class_name}\b',
                 r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name)]
-    for use in lab.other_signs:
-        if use.endswith('('):
-            patterns.append(RESET_CALL.format(use[:-1]))
-        else:
-            patterns.append(topic.format(use))
+    for sign in lab.other_signs:
+        is_call = sign.endswith('(')
+        patterns.append(RESET_CALL.format(sign[:-1]) if is_call else topic.format(sign))
     return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in patterns)
 
 
-def _can_be_the_node(candidate, usual_files, chosen_name):
+def _can_be_the_node(candidate, usual_files, chosen_file):
     if candidate.name_rank < len(usual_files):
         return True
-    if chosen_name:
+    if chosen_file:
         return False
     listens, has_class, has_node_name, *_ = candidate.found_signs
     # a node of another lab may listen to the same topic
-    is_other = any(os.path.basename(candidate.path) in other.files for other in LAB_NODES.values())
-    has_two_signs = listens + has_class + has_node_name >= 2
-    return has_two_signs or (listens and not is_other)
+    file = os.path.basename(candidate.path)
+    has_name_of_a_lab = any(file in lab.files for lab in LAB_NODES.values())
+    has_two_signs = [listens, has_class, has_node_name].count(True) >= 2
+    return has_two_signs or (listens and not has_name_of_a_lab)

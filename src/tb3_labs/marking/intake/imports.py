@@ -14,18 +14,19 @@ import rospkg
 
 from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
-    INTERFACES, MAX_MANIFEST_BYTES, definitions_in, distance, interface_files, is_old_or_copy)
-from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_name, nodes_of
+    DEFINITION_KINDS, MAX_MANIFEST_BYTES, definition_files, definition_files_below, distance_key,
+    is_old_or_copy)
+from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_valid_name, syntax_nodes_of
 
-#: A program acts, and does not only define names, if one of these statements has a call.
-ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
+#: A module runs code on import if one of these statements has a call.
+EXECUTED_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
-CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
+PATH_METHODS = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
 #: A program has at most this many bytes.
 MAX_PROGRAM_BYTES = 1000000
 #: These modules may be installed, but they cannot be imported without a screen.
-NEED_SCREEN = 'pynput', 'pyautogui'
-#: The folder for packages that were not handed in. The marking makes these packages.
+SCREEN_MODULES = 'pynput', 'pyautogui'
+#: The marking makes the packages that were not handed in. They are in this folder.
 PLACEHOLDERS = 'placeholders'
 
 
@@ -34,7 +35,7 @@ class Import(NamedTuple):
 
     module: str                 # the module's name with all dots, such as '.laws'
     names: Tuple[str, ...]      # the names that are imported; () for `import module`
-    bound: Tuple[str, ...]      # the names that the import defines in the program
+    defined_names: Tuple[str, ...]      # the names that the import defines in the program
     may_fail: bool              # is the import in a `try`?
 
     @property
@@ -45,31 +46,32 @@ class Import(NamedTuple):
     @property
     def imports_types(self) -> bool:
         """Does the program import messages or services?"""
-        return bool({*self.module.split('.')[1:], *self.names} & set(INTERFACES))
+        return bool({*self.module.split('.')[1:], *self.names} & set(DEFINITION_KINDS))
 
 
 class ParsedProgram(NamedTuple):
-    """A program of the submission. A text that is not valid Python has no imports."""
+    """A program of the submission. A text that is not valid Python has no imports, but
+    `runs_code_on_import` is True."""
 
     text: str
     imports: List[Import]
-    used: Set[str]              # the variables, functions and modules that the program uses
-    acts: bool                  # does the program do more than define names?
+    used_names: Set[str]        # the variables, functions and modules that the program uses
+    runs_code_on_import: bool   # does the program do more than define names?
 
 
 class MissingModules(NamedTuple):
     """The modules that a node imports, and that are not on the marking machine."""
 
-    placeholders: List[str]        # packages of messages and services that were not handed in
-    unused: List[str]           # modules that no program uses
-    used: List[str]             # modules that a program uses
+    placeholders: List[str]     # packages of messages and services that were not handed in
+    unused_modules: List[str]   # modules that no program uses
+    used_modules: List[str]     # modules that a program uses
 
 
 def read_program(path: Path) -> ParsedProgram:
-    """Returns the ParsedProgram in a file. If a text is not valid Python, `acts` is True."""
+    """Returns the ParsedProgram in a file."""
     data = path.read_bytes()
     text = data.decode(errors='replace')
-    nodes = nodes_of(data)
+    nodes = syntax_nodes_of(data)
     if not nodes:
         return ParsedProgram(text, [], set(), True)
     tried: Set[ast.AST] = set()
@@ -82,21 +84,21 @@ def read_program(path: Path) -> ParsedProgram:
         may_fail = node in tried
         if isinstance(node, ast.Import):
             for alias in node.names:
-                bound = alias.asname or alias.name.split('.')[0]
-                imports.append(Import(alias.name, (), (bound,), may_fail))
+                defined_names = alias.asname or alias.name.split('.')[0]
+                imports.append(Import(alias.name, (), (defined_names,), may_fail))
         elif isinstance(node, ast.ImportFrom):
             imports.append(Import(
                 '.' * node.level + (node.module or ''), tuple(alias.name for alias in node.names),
                 tuple(alias.asname or alias.name for alias in node.names), may_fail))
     used = {node.id for node in nodes if isinstance(node, ast.Name)}
-    return ParsedProgram(text, list(dict.fromkeys(imports)), used, _acts(nodes[0]))
+    return ParsedProgram(text, list(dict.fromkeys(imports)), used, _runs_code(nodes[0]))
 
 
-def _acts(tree):
+def _runs_code(tree):
     for statement in tree.body:
-        if isinstance(statement, ACTING_STATEMENTS):
+        if isinstance(statement, EXECUTED_STATEMENTS):
             calls = [part for part in ast.walk(statement) if isinstance(part, ast.Call)]
-            if any(getattr(call.func, 'attr', '') not in CHANGES_PATH for call in calls):
+            if any(getattr(call.func, 'attr', '') not in PATH_METHODS for call in calls):
                 return True
     return False
 
@@ -140,7 +142,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
         for item in program.imports:
             if item.may_fail or _is_available(item, own_modules, packages):
                 continue
-            if _can_stand_in(item, program, types):
+            if _can_be_placeholder(item, program, types):
                 placeholders.add(item.package)
             else:
                 missing.append(item)
@@ -148,8 +150,8 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
         _copy_definitions(definitions, packages.setdefault(name, folder / PLACEHOLDERS / name))
     missing = [item for item in missing if item.package not in placeholders]
     # `from module import *` may define any name
-    used_names = {'*'}.union(*(program.used for program in programs))
-    used = {item.module for item in missing if used_names.intersection(item.bound)}
+    used_names = {'*'}.union(*(program.used_names for program in programs))
+    used = {item.module for item in missing if used_names.intersection(item.defined_names)}
     used_packages = {module.split('.')[0] for module in used}
     unused = {item.module for item in missing if item.package not in used_packages}
     return MissingModules(sorted(placeholders), sorted(unused), sorted(used))
@@ -159,20 +161,20 @@ def _is_available(item, own_modules, packages):
     name = item.package
     if not name:        # the import begins with a dot
         return True
-    if name in packages and interface_files(packages[name]):
+    if name in packages and definition_files(packages[name]):
         return True
     if name in own_modules and not item.imports_types:
         return True
     is_installed = name in sys.builtin_module_names or PathFinder.find_spec(name) is not None
-    return is_installed and name not in NEED_SCREEN
+    return is_installed and name not in SCREEN_MODULES
 
 
-def _can_stand_in(item, program, types):
+def _can_be_placeholder(item, program, types):
     """Does a program import some of `types` from a package? If the import names no type, the
     program's text must contain one of `types`."""
-    if not (item.imports_types and is_name(item.package)):
+    if not (item.imports_types and is_valid_name(item.package)):
         return False
-    names = set(item.names) - {*INTERFACES, '*'}
+    names = set(item.names) - {*DEFINITION_KINDS, '*'}
     if names:
         return names <= types
     return any(name in program.text for name in types)
@@ -181,17 +183,17 @@ def _can_stand_in(item, program, types):
 def _definitions(node, folder):
     """Returns the message and service files of tb3_labs, and after them the submission's files. The
     file nearest to the node is last."""
-    course = interface_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
-    own = [path for path in definitions_in(folder)
-           if is_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
-           and not is_old_or_copy(str(path.relative_to(folder)))]
-    own.sort(key=lambda path: distance(path, node, folder), reverse=True)
-    return course + own
+    of_course = definition_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
+    of_submission = [path for path in definition_files_below(folder)
+                     if is_valid_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
+                     and not is_old_or_copy(str(path.relative_to(folder)))]
+    of_submission.sort(key=lambda path: distance_key(path, node, folder), reverse=True)
+    return of_course + of_submission
 
 
 def _copy_definitions(definitions, package):
     """Copy files into a package. If files have the same name, the last of them is kept."""
     for path in definitions:
-        place = package / path.suffix[1:]
-        place.mkdir(parents=True, exist_ok=True)
-        shutil.copy(str(path), str(place))
+        folder = package / path.suffix[1:]
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copy(str(path), str(folder))

@@ -34,20 +34,17 @@ FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': 
 def describe(search, definitions):
     """Make the modules in the current folder. Returns the object that the program prints."""
     result = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
-    paths = [os.path.join('in', package, kind, f'{name}.{kind}')
-             for package, kind, name, _ in definitions]
-    for path, (package, *_, text) in zip(paths, definitions):
+    for package, kind, name, text in definitions:
         search[package] = [os.path.join('in', package, 'msg')]
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(path, 'w', encoding='utf-8') as file:
+        os.makedirs(os.path.join('in', package, kind), exist_ok=True)
+        with open(_definition_path(package, kind, name), 'w', encoding='utf-8') as file:
             file.write(text)
-    for path, (package, kind, name, _) in zip(paths, definitions):
-        target = os.path.join('out', package, kind)
+    for package, kind, name, _ in definitions:
+        path, target = _definition_path(package, kind, name), os.path.join('out', package, kind)
         module = os.path.join(target, f'_{name}.py')
         try:
             GENERATORS[kind]().generate(
-                genmsg.MsgContext.create_default(), f'{package}/{name}', path, target,
-                search)
+                genmsg.MsgContext.create_default(), f'{package}/{name}', path, target, search)
         except Exception as problem:    # an invalid file must not end the program
             result['problems'][os.path.relpath(path, 'in')] = str(problem).replace(
                 path + ': ', '') or repr(problem)
@@ -62,11 +59,15 @@ def describe(search, definitions):
     sys.path.insert(0, os.path.abspath('out'))
     for package, kind, name, _ in definitions:
         try:
-            result[kind][f'{package}/{name}'] = example_of(getattr(
-                importlib.import_module(f'{package}.{kind}._{name}'), name))
+            module = importlib.import_module(f'{package}.{kind}._{name}')
+            result[kind][f'{package}/{name}'] = example_of(getattr(module, name))
         except Exception:   # the type was not built, or its example is too large
             continue
     return result
+
+
+def _definition_path(package, kind, name):
+    return os.path.join('in', package, kind, f'{name}.{kind}')
 
 
 def example_of(type_class):
@@ -103,8 +104,8 @@ def _first_byte(message, name, type_name, old_bytes):
     None if the type is not in FIELD_FORMATS. `old_bytes` has the bytes of the unchanged message."""
     if type_name not in FIELD_FORMATS:
         return None
-    form = FIELD_FORMATS[type_name]
-    ones = struct.unpack(form, b'\1' * struct.calcsize(form))
+    struct_format = FIELD_FORMATS[type_name]
+    ones = struct.unpack(struct_format, b'\1' * struct.calcsize(struct_format))
     if type_name == 'std_msgs/Header':
         getattr(message, name).stamp = genpy.Time(*ones)
     elif '/' in type_name:

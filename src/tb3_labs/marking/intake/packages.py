@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
 from tb3_labs.marking.intake.archives import files_in
-from tb3_labs.marking.student_nodes import NAME, is_name
+from tb3_labs.marking.student_nodes import NAME_PATTERN, is_valid_name
 
 MANIFEST = 'package.xml'
 #: At most this many bytes of a package.xml or a setup.py are read.
 MAX_MANIFEST_BYTES = 100000
 #: Folders of messages and services have these names, and the files have these endings.
 MESSAGES = 'msg'
-INTERFACES = MESSAGES, 'srv'
+DEFINITION_KINDS = MESSAGES, 'srv'
 #: The folders of a package where nodes usually are, likeliest first.
 NODE_FOLDERS = ('scripts', 'nodes', 'src')
 #: A file is old or a copy if a part of its path begins with a dot, or contains one of these words.
@@ -56,7 +56,7 @@ def package_name(package: Path) -> str:
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
     except (ElementTree.ParseError, ValueError, LookupError, RecursionError):
         return ''
-    return name if NAME.fullmatch(name.replace('-', '_')) else ''
+    return name if NAME_PATTERN.fullmatch(name.replace('-', '_')) else ''
 
 
 def is_old_or_copy(path: str) -> bool:
@@ -64,7 +64,7 @@ def is_old_or_copy(path: str) -> bool:
     return any(map(OLD_OR_COPY.search, Path(path).parts))
 
 
-def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
+def distance_key(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
     """Returns a key that sorts paths in `folder`, the nearest to `node` first. If paths are equally
     near, old or copied files come last."""
     common = set(path.parents) & set(node.parents)
@@ -78,26 +78,26 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     nearest to `node` is returned. A package without a name gets the name of its folder.
     """
     folders = {path.parent for path in files_in(folder) if path.name == MANIFEST}
-    folders |= {path.parent.parent for path in definitions_in(folder)
+    folders |= {path.parent.parent for path in definition_files_below(folder)
                 if path.parent.name == path.suffix[1:]}
     packages = {}
     # the nearest package comes last, and replaces packages with the same name
-    for package in sorted(folders, key=lambda path: distance(path, node, folder), reverse=True):
+    for package in sorted(folders, key=lambda path: distance_key(path, node, folder), reverse=True):
         name = package_name(package) or re.sub(r'\W|^(?=\d)', '_', package.name)
-        if is_name(name):
+        if is_valid_name(name):
             packages[name] = package
     return packages
 
 
-def definitions_in(folder: Path) -> List[Path]:
-    """Returns the files of messages and services below `folder`. Names of files may be invalid."""
-    return [path for path in files_in(folder) if path.suffix[1:] in INTERFACES]
+def definition_files_below(folder: Path) -> List[Path]:
+    """Returns the files of messages and services below `folder`. Some names may be invalid."""
+    return [path for path in files_in(folder) if path.suffix[1:] in DEFINITION_KINDS]
 
 
-def interface_files(package: Path) -> List[Path]:
-    """Returns the files of a package's messages and services. Names of files may be invalid."""
+def definition_files(package: Path) -> List[Path]:
+    """Returns the files of a package's messages and services. Some names may be invalid."""
     files = []
-    for kind in INTERFACES:
+    for kind in DEFINITION_KINDS:
         files += sorted(path for path in (package / kind).glob('*.' + kind) if path.is_file())
     return files
 

@@ -2,7 +2,8 @@
 
 The rostest, master, robot, check and node of a submission share a network that has only a loopback
 interface. All processes of a submission end together with mark.py. The node runs in a sandbox
-inside the shared network. The sandbox has its own processes, its own /tmp and its own home folder.
+of its own, and uses the network of the submission. The sandbox has its own processes, its own /tmp
+and its own home folder.
 The node sees only the parts of the system that a node needs, and cannot write these parts. An
 ordinary user makes the sandbox with a user namespace. If root runs mark.py, the node runs as a user
 that owns nothing, since Linux does not limit the number of root's processes.
@@ -19,29 +20,28 @@ from typing import Dict, Iterable, List, Mapping
 import rospkg
 
 from tb3_labs.marking.limits import LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_THREADS_AND_PROCESSES
-from tb3_labs.marking.student_nodes import HOME, IDENTITY, OWN_FOLDERS, OWN_PACKAGE
+from tb3_labs.marking.student_nodes import (
+    IDENTITY_VARIABLE, OWN_PACKAGE, SANDBOX_HOME, WRITABLE_FOLDERS)
 
-#: The environment variable that lists the folders of workspaces.
-CMAKE_PREFIX_PATH = 'CMAKE_PREFIX_PATH'
-#: The environment variable that lists the folders of Python's modules.
-PYTHONPATH = 'PYTHONPATH'
+#: The environment variables that list the folders of workspaces and of Python's modules.
+CMAKE_PREFIX_PATH, PYTHONPATH = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
 #: A sandbox gets only environment variables with names that begin with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH',
-                      'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
+                      'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY_VARIABLE)
 #: The folder of rospy's log files in a sandbox.
-LOGS = HOME + '/.ros/log'
+LOG_FOLDER = SANDBOX_HOME + '/.ros/log'
 #: If root runs mark.py, programs run as users with these numbers. systemd gives these numbers to
 #: temporary users, which own nothing.
 UNUSED_USER_IDS = range(61184, 65519)
 #: The first version of Linux that counts the processes of each user namespace separately.
-LINUX_WITH_COUNT = 5, 14
+MIN_LINUX_VERSION = 5, 14
 #: A sandbox that has not started within this time [s] does not work.
-SANDBOX_START = 20.0
+SANDBOX_START_TIMEOUT = 20.0
 #: Host names, time zone, libraries, fonts and ROS need these parts of /etc in a sandbox.
-ETC_PARTS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
+ETC_PATHS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
              'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: A student's program sees only these parts of tb3_labs.
-SHARED_PARTS = ('package.xml', 'cmake', 'msg', 'srv')
+SHARED_PATHS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 #: In a sandbox, python3 -c first runs this program. The first argument is the number of a user, or
 #: ''. The further arguments are a command. The program makes the user's folders writable, and
@@ -50,14 +50,14 @@ READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 ENTER_PROGRAM = f'''import errno, os, signal, sys
 user, *command = sys.argv[1:]
 if user:
-    for folder in {OWN_FOLDERS}:
+    for folder in {WRITABLE_FOLDERS}:
         os.chmod(folder, 0o1777)
     os.setgroups([])
     number = int(user)
     os.setresgid(number, number, number)
     os.setresuid(number, number, number)
-os.makedirs('{LOGS}', exist_ok=True)
-os.environ.pop('{IDENTITY}', None)
+os.makedirs('{LOG_FOLDER}', exist_ok=True)
+os.environ.pop('{IDENTITY_VARIABLE}', None)
 # without this line Ctrl+C would be ignored here, since bubblewrap ignores it
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:
@@ -69,19 +69,20 @@ except OSError as problem:
     sys.exit('rosrun cannot start it: ' + why)
 '''
 #: The instructor reads this text if the submissions are marked without sandboxes.
-UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
-    'network; it can write no large file, and every process of it that can be found is killed.'
+NO_SANDBOX_WARNING = "No sandboxes: a submission's program can read and delete your files and " \
+    'use the network; it can write no large file, and every process of it that can be found is ' \
+    'killed.'
 
 
 class Protection:
     """Adds limits to the commands that start a submission's check and a submission's programs.
-    `words` has the words of a command without limits.
+    `words` is a command without limits, as a list of words.
 
     This class has the weakest limits, for an ordinary user who cannot make sandboxes. A program
     cannot write a large file. The check ends together with its parent process.
     """
 
-    isolates = False
+    is_sandbox = False
 
     def check_command(self, words: List[str]) -> List[str]:
         """Returns the command that starts a submission's check."""
@@ -96,7 +97,7 @@ class Protection:
         return dict(base)
 
     def hand_over(self, folder: Path) -> None:
-        """Make the user that runs the program own `folder`, which must have only copies."""
+        """Give `folder`, which must have only copies, to the user that runs the program."""
 
 
 class OtherUser(Protection):
@@ -128,7 +129,7 @@ class OtherUser(Protection):
 class Sandbox(Protection):
     """The protection by a sandbox of bubblewrap. All programs of a Sandbox run as the same user."""
 
-    isolates = True
+    is_sandbox = True
 
     def __init__(self, readable: Iterable[Path]) -> None:
         """A program may read the `readable` folders, the system and the folders of ROS. The
@@ -146,9 +147,9 @@ class Sandbox(Protection):
             options.append('--unshare-user')
         else:
             options += ['--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
-        options += [*_mount_options(self._readable), '--chdir', HOME]
+        options += [*_mount_options(self._readable), '--chdir', SANDBOX_HOME]
         limit_command = LIMIT_COMMAND + ['--core=0']
-        if self.user is not None or _counts_processes():
+        if self.user is not None or _counts_processes_per_sandbox():
             limit_command.append(f'--nproc={MAX_THREADS_AND_PROCESSES}')
         enter_command = ['/usr/bin/python3', '-ISc', ENTER_PROGRAM, str(self.user or '')]
         # Ctrl+C must end the program and not bubblewrap
@@ -157,9 +158,9 @@ class Sandbox(Protection):
 
     def program_environment(self, base: Mapping[str, str]) -> Dict[str, str]:
         kept = {name: value for name, value in base.items() if name.startswith(INHERITED_PREFIXES)}
-        user = os.path.basename(HOME)
-        return dict(kept, HOME=HOME, USER=user, LOGNAME=user,
-                    ROS_HOME=HOME + '/.ros', ROS_LOG_DIR=LOGS)
+        user = os.path.basename(SANDBOX_HOME)
+        return dict(kept, HOME=SANDBOX_HOME, USER=user, LOGNAME=user,
+                    ROS_HOME=SANDBOX_HOME + '/.ros', ROS_LOG_DIR=LOG_FOLDER)
 
     def hand_over(self, folder: Path) -> None:
         if self.user is not None:
@@ -172,7 +173,7 @@ def protection_problem(protection: Protection) -> str:
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
         done = subprocess.run(command, env=protection.program_environment(os.environ),
-                              timeout=SANDBOX_START, stdin=subprocess.DEVNULL,
+                              timeout=SANDBOX_START_TIMEOUT, stdin=subprocess.DEVNULL,
                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                               universal_newlines=True, cwd='/')    # python -c imports from cwd
     except FileNotFoundError:
@@ -182,7 +183,7 @@ def protection_problem(protection: Protection) -> str:
     if done.returncode == 0:
         return ''
     lines = [f'exit status {done.returncode}', *done.stderr.strip().splitlines()]
-    failure = 'bubblewrap fails' if protection.isolates else 'another user cannot run them'
+    failure = 'bubblewrap fails' if protection.is_sandbox else 'another user cannot run them'
     return f'{failure} ({lines[-1]})'
 
 
@@ -191,10 +192,9 @@ def _change_owner(folder, user):
         os.chown(str(path), user, user, follow_symlinks=False)
 
 
-def _counts_processes():
-    """Does Linux count the processes of each sandbox separately?"""
+def _counts_processes_per_sandbox():
     version = tuple(int(number) for number in re.findall(r'\d+', platform.release())[:2])
-    return version >= LINUX_WITH_COUNT
+    return version >= MIN_LINUX_VERSION
 
 
 # -- the files and folders that a program sees
@@ -222,8 +222,8 @@ def _system_mounts():
             mounts.append(('--symlink', os.readlink('/' + name), '/' + name))
         else:
             mounts.append((READ_ONLY_IF_EXISTS, '/' + name, '/' + name))
-    mounts += [(READ_ONLY_IF_EXISTS, '/etc/' + name, '/etc/' + name) for name in ETC_PARTS]
-    return mounts + [(EMPTY, folder) for folder in OWN_FOLDERS]
+    mounts += [(READ_ONLY_IF_EXISTS, '/etc/' + name, '/etc/' + name) for name in ETC_PATHS]
+    return mounts + [(EMPTY, folder) for folder in WRITABLE_FOLDERS]
 
 
 def _folders_in(*variables):
@@ -240,13 +240,13 @@ def _ros_mounts():
 
 
 def _own_package():
-    """Returns (the hidden folders of this package, the mounts of their SHARED_PARTS)."""
+    """Returns (the hidden folders of this package, the mounts of their SHARED_PATHS)."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
     folders += [os.path.join(folder, OWN_PACKAGE) for folder in _folders_in(PYTHONPATH)]
     folders += [os.path.join(prefix, 'lib', OWN_PACKAGE)
                 for prefix in _folders_in(CMAKE_PREFIX_PATH)]
     hidden = list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
-    paths = [os.path.join(folder, name) for folder in hidden for name in SHARED_PARTS]
+    paths = [os.path.join(folder, name) for folder in hidden for name in SHARED_PATHS]
     shared = [(READ_ONLY, os.path.realpath(path), path) for path in paths if os.path.exists(path)]
     return hidden, shared
 

@@ -19,15 +19,15 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tu
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    IGNORED_PATHS, ZIP, NotJudged, copy_submission, digest, is_zip, shortened)
+    IGNORED_PATHS, ZIP_SUFFIX, NotJudged, copy_submission, digest, is_zip, shortened)
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import find_missing
 from tb3_labs.marking.intake.packages import node_package, package_name, packages_in
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
 from tb3_labs.marking.student_nodes import NodeNames
 
-MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
-CANVAS = re.compile(
+MOODLE_NAME = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
+CANVAS_NAME = re.compile(
     r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_(?P<upload>\d+)_(?P<file>.+)',
     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that is handed in again.
@@ -67,7 +67,7 @@ class PlatformName(NamedTuple):
 
 def read_name(name: str, is_folder: bool) -> PlatformName:
     """Splits the name of a file or a folder into its parts."""
-    moodle, canvas = MOODLE.fullmatch(name), CANVAS.fullmatch(name)
+    moodle, canvas = MOODLE_NAME.fullmatch(name), CANVAS_NAME.fullmatch(name)
     if moodle:
         return PlatformName(moodle['student'].strip(), moodle['number'], moodle['file'])
     if is_folder:
@@ -75,12 +75,13 @@ def read_name(name: str, is_folder: bool) -> PlatformName:
     if canvas:
         return PlatformName(canvas['student'].strip(), canvas['number'],
                             CANVAS_REPETITION.sub('', canvas['file']), bool(canvas['late']))
-    return PlatformName(name[:-len(ZIP)] if is_zip(name) else name, '', name)
+    student = name[:-len(ZIP_SUFFIX)] if is_zip(name) else name
+    return PlatformName(student, '', name)
 
 
-def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
+def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     """Returns {student: names of the student's files and folders}. `names` is {name of a file or a
-    folder: parts of the name}.
+    folder: its PlatformName}.
 
     Files belong to one student if the student's name and the number are the same. A file without a
     number belongs to a separate student. If several students have the same name, the number or the
@@ -88,22 +89,22 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, parts in names.items():
-        single = '' if parts.number else name
-        groups.setdefault((file_name(parts.student), parts.number, single), []).append(name)
-    times = Counter(student for student, _, _ in groups)
+        lone_file = '' if parts.number else name
+        groups.setdefault((file_name(parts.student), parts.number, lone_file), []).append(name)
+    group_counts = Counter(student for student, _, _ in groups)
     students: Dict[str, List[str]] = {}
-    for (student, number, single), together in groups.items():
-        if times[student] > 1:
-            student = file_name(f'{student} ({number or single})')
+    for (student, number, lone_file), names_of_student in groups.items():
+        if group_counts[student] > 1:
+            student = file_name(f'{student} ({number or lone_file})')
         while student in students:      # file_name() may make two names equal
             student += '_'
-        students[student] = together
+        students[student] = names_of_student
     return students
 
 
-def check_names(wanted: Iterable[str], students: Sequence[str]) -> None:
-    """Raises ``ValueError`` if a `wanted` name is not a student's name."""
-    for name in wanted:
+def check_names(names: Iterable[str], students: Sequence[str]) -> None:
+    """Raises ``ValueError`` if one of `names` is not a student's name."""
+    for name in names:
         if name not in students:
             raise ValueError(f'no submission is called {name}; these are: '
                              + shortened(students, 100))
@@ -134,11 +135,11 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
     if not names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
     submissions = []
-    for student, together in sorted(by_student(names).items()):
+    for student, own_names in sorted(grouped_by_student(names).items()):
         files = {folder / name: names[name].file or name
-                 for name in sorted(together, key=_upload_order)}
-        submissions.append(Submission(student, files, names[together[0]].number,
-                                      any(names[name].late for name in together)))
+                 for name in sorted(own_names, key=_upload_key)}
+        number, is_late = names[own_names[0]].number, any(names[name].late for name in own_names)
+        submissions.append(Submission(student, files, number, is_late))
     return submissions
 
 
@@ -152,32 +153,31 @@ def _refusal(path):
     return '' if is_submission else 'neither a folder nor a zip file'
 
 
-def _upload_order(name):
+def _upload_key(name):
     """Returns a sort key. Canvas numbers the uploads of a student. The latest upload comes last."""
-    canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
-    return (int(repetition.group(1)) if repetition else 0,
-            int(canvas['upload']) if canvas else 0, name)
+    canvas, repetition = CANVAS_NAME.fullmatch(name), CANVAS_REPETITION.search(name)
+    repetitions = int(repetition.group(1)) if repetition else 0
+    upload = int(canvas['upload']) if canvas else 0
+    return repetitions, upload, name
 
-
-# -- reading
 
 class ParsedSubmission(NamedTuple):
     """The result of reading a submission. Paths are relative to the folder of the copy."""
 
     digest: str                     # a hash of all files of the copy
-    remarks: List[str]              # sentences for the student; prepare() adds sentences
-    findings: List[str]             # sentences for the instructor; prepare() adds sentences
+    remarks: List[str]              # for the student; prepare_workspace() adds sentences
+    findings: List[str]             # for the instructor; prepare_workspace() adds sentences
     node: str                       # the node's file
-    package: str                    # the folder of the node's package
-    name: str                       # the name in the package's package.xml; '' if it is not valid
+    package_folder: str             # the folder of the node's package
+    package_name: str               # the name in this package's package.xml; '' if it is invalid
     packages: Dict[str, str]        # {name: folder}; the package nearest to the node is last
-    unused: List[str]               # missing modules that the node imports and does not use
+    unused_modules: List[str]       # missing modules that the node imports and does not use
 
 
-def read(submission: Submission, folder: Path, lab: NodeNames, package: str = '',
-         name: str = '') -> ParsedSubmission:
-    """Make `folder`, copy a submission into it, and read the copy. If `package` or `name` is given,
-    the node must have this package or name.
+def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen_package: str = '',
+                    chosen_file: str = '') -> ParsedSubmission:
+    """Make `folder`, copy a submission into it, and read the copy. If `chosen_package` or
+    `chosen_file` is given, the node must have this package or file name.
 
     Raises ``NotJudged`` if no file can be the node, if the node uses a missing module, or if a
     limit ends the reading process.
@@ -185,7 +185,7 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
     files = {str(path): own_name for path, own_name in submission.files.items()}
     done = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', READ_PROGRAM],
-        input=json.dumps([files, str(folder), lab, package, name]),
+        input=json.dumps([files, str(folder), lab, chosen_package, chosen_file]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
         cwd='/',                    # python -c imports from this folder
         start_new_session=True)     # Ctrl+C must not end this process
@@ -199,28 +199,30 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
     return ParsedSubmission(*result)
 
 
-def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
-                         name: str) -> ParsedSubmission:
-    """Read a submission; see `read`. `files` is {path: the file's name on the student's
-    computer}."""
+def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any],
+                         chosen_package: str, chosen_file: str) -> ParsedSubmission:
+    """Read a submission as `read_submission` does. `files` is {path: the file's name on the
+    student's computer}."""
     copy = Path(folder)
     remarks = copy_submission({Path(path): own_name for path, own_name in files.items()}, copy)
-    path, why, findings = find_node(copy, NodeNames(*lab), package, name)
+    path, node_remarks, findings = find_node(
+        copy, NodeNames(*lab), chosen_package, chosen_file)
     node = copy / path
-    source = node_package(node, copy)
+    package = node_package(node, copy)
     packages = packages_in(copy, node)
-    missing = find_missing(node, source, copy, packages)
-    if missing.used:
+    missing = find_missing(node, package, copy, packages)
+    if missing.used_modules:
         raise NotJudged(f'{path} needs modules that do not work on the marking machine: '
-                        f"{', '.join(missing.used)}.")
-    remarks += why
+                        f"{', '.join(missing.used_modules)}.")
+    remarks += node_remarks
     if missing.placeholders:
         names = ', '.join(missing.placeholders)
         remarks.append('Messages and services of the submission and of the skeleton stand in for '
                        f'these packages, which were not handed in: {names}.')
-    own_name = package_name(source)
-    if not own_name:
+    name = package_name(package)
+    if not name:
         remarks.append('Its package has no package.xml with a valid name.')
     return ParsedSubmission(
-        digest(copy), remarks, findings, path, str(source.relative_to(copy)), own_name,
-        {name: str(place.relative_to(copy)) for name, place in packages.items()}, missing.unused)
+        digest(copy), remarks, findings, path, str(package.relative_to(copy)), name,
+        {each: str(place.relative_to(copy)) for each, place in packages.items()},
+        missing.unused_modules)

@@ -22,15 +22,17 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.packages import INTERFACES, MESSAGES, interface_files, module_folders
+from tb3_labs.marking.intake.packages import (
+    DEFINITION_KINDS, MESSAGES, definition_files, module_folders)
 from tb3_labs.marking.intake.sandbox import PYTHONPATH, Protection
 from tb3_labs.marking.intake.submissions import ParsedSubmission
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
-from tb3_labs.marking.student_nodes import NAME, NODE_PREFIX, OWN_PACKAGE, NodeStart, is_name
+from tb3_labs.marking.student_nodes import (
+    NAME_PATTERN, NODE_PREFIX, OWN_PACKAGE, NodeStart, is_valid_name)
 from tb3_labs.watch import PROBE, with_probe
 
 #: Matches a first line such as #!/usr/bin/env python3. The group is the interpreter's name.
-PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
+PYTHON_SHEBANG = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
 #: The text of an empty module. Each name that a program imports from an empty module is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
@@ -39,53 +41,53 @@ EMPTY_MODULE = '''def __getattr__(name):
 #: At most this many packages are built, beginning with the nearest to the node.
 MAX_PACKAGES = 20
 #: The text of the program that makes the modules of messages and services.
-MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
-#: A regular expression for the names of the files that MAKE_MODULES makes.
-MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
-#: The program MAKE_MODULES is ended after this time [s].
-BUILD_TIME = 30.0
+MAKE_MODULES_PROGRAM = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
+#: A regular expression for the names of the files that MAKE_MODULES_PROGRAM makes.
+MODULE_FILE_NAME = re.compile(r'_[A-Za-z0-9_]+\.py')
+#: The program MAKE_MODULES_PROGRAM is ended after this time [s].
+BUILD_TIMEOUT = 30.0
 #: The folder in a workspace into which the submission is copied.
-COPY = 'src'
+COPY_FOLDER = 'src'
 
 
-def prepare(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
-            protection: Protection = Protection()) -> NodeStart:
-    """Prepare the workspace of a submission in `workspace`/COPY. Returns the NodeStart.
+def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
+                      protection: Protection = Protection()) -> NodeStart:
+    """Prepare the workspace of a submission in `workspace`/COPY_FOLDER. Returns the NodeStart.
 
     The node's environment is `environment` with the folders of the workspace added. Remarks and
     findings are added to `parsed`. `protection` limits the program that makes the messages.
     """
     remarks = parsed.remarks
-    copy, made = workspace / COPY, workspace / 'python'
-    source, node = copy / parsed.package, copy / parsed.node
+    copy, python_folder = workspace / COPY_FOLDER, workspace / 'python'
+    package, node = copy / parsed.package_folder, copy / parsed.node
     # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
-    own = [name for name in parsed.packages if name not in system_messages()]
-    packages = {name: copy / parsed.packages[name] for name in own[-MAX_PACKAGES:]}
+    own_names = [name for name in parsed.packages if name not in system_messages()]
+    packages = {name: copy / parsed.packages[name] for name in own_names[-MAX_PACKAGES:]}
     _repair(node, remarks, parsed.findings)
     environment = dict(environment)
-    _put_first(dict.fromkeys([source, *packages.values()]), environment, 'ROS_PACKAGE_PATH')
-    types = build(packages, node, made, environment, remarks, protection)
-    for module in parsed.unused:
-        place = made
-        for part in module.split('.'):
-            place /= part
+    _put_first(dict.fromkeys([package, *packages.values()]), environment, 'ROS_PACKAGE_PATH')
+    types = build_types(packages, node, python_folder, environment, remarks, protection)
+    for module in parsed.unused_modules:
+        place = python_folder
+        for name in module.split('.'):
+            place /= name
             place.mkdir(exist_ok=True)
             if not (place / '__init__.py').exists():    # keep a module of the submission
                 (place / '__init__.py').write_text(EMPTY_MODULE)
-    if parsed.unused:
-        remarks.append(f"{', '.join(parsed.unused)}: imported, but not used, and the marking "
-                       'machine cannot import it: left out.')
-    _put_first([made], environment, PYTHONPATH)
+    if parsed.unused_modules:
+        remarks.append(f"{', '.join(parsed.unused_modules)}: imported, but not used, and the "
+                       'marking machine cannot import it: left out.')
+    _put_first([python_folder], environment, PYTHONPATH)
     environment = with_probe(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
         NODE_PREFIX + protection.program_command([]),
-        protection.program_environment(environment), types, protection.isolates, str(node),
-        _shown_name(parsed.name, node.name), str(copy))
+        protection.program_environment(environment), types, protection.is_sandbox, str(node),
+        _shown_name(parsed.package_name, node.name), str(copy))
 
 
 def _put_first(folders, environment, variable):
-    parts = [*map(str, folders), environment.get(variable)]
-    environment[variable] = ':'.join(filter(None, parts))
+    paths = [*map(str, folders), environment.get(variable)]
+    environment[variable] = ':'.join(filter(None, paths))
 
 
 def _shown_name(package, file):
@@ -94,7 +96,7 @@ def _shown_name(package, file):
     stem = file[:-3] if file.endswith('.py') else file
     if package in ('', OWN_PACKAGE):
         package = 'submission'
-    return f'{package}/{file}' if NAME.fullmatch(stem) else package + '/node.py'
+    return f'{package}/{file}' if NAME_PATTERN.fullmatch(stem) else package + '/node.py'
 
 
 def _repair(node, remarks, findings):
@@ -107,7 +109,7 @@ def _repair(node, remarks, findings):
         code = code.replace(b'\r\n', b'\n')
         repairs.append('has Windows line endings: changed')
     first = code.partition(b'\n')[0]
-    python = PYTHON_LINE.match(first)
+    python = PYTHON_SHEBANG.match(first)
     if not code.startswith(b'#!'):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
         findings.append('It does not begin with #!/usr/bin/env python3: if its CMakeLists.txt has '
@@ -122,17 +124,15 @@ def _repair(node, remarks, findings):
     node.chmod(0o755)
 
 
-# -- messages and services
-
-def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
-          remarks: List[str], protection: Protection) -> Optional[Dict[str, Any]]:
+def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
+                remarks: List[str], protection: Protection) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
     or None if the packages define no type. `packages` is a dict {name: folder}.
 
     Python looks for a package's modules and messages in one folder. Therefore, if a package has
-    modules, its messages are made in the folder of these modules. A program that runs with
-    `protection` and `environment` reads the messages. Problems of a package are added to `remarks`
-    if the code of `node` names the package.
+    modules, its messages are made in the folder of these modules. The program
+    message_examples.py runs with `protection` and `environment`. Problems of a package are added to
+    `remarks` if the code of `node` names the package.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in module_folders(package, name)}
@@ -146,26 +146,26 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     if not definitions:
         return None
     try:
-        done = _examples_of(definitions, environment, protection)
+        built = _built_types(definitions, environment, protection)
     except (subprocess.SubprocessError, ValueError):
         remarks.append('The messages and services could not be built.')
-        done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
-    for package_name, kind, name, text in done['modules']:
-        is_expected = package_name in packages and kind in INTERFACES
-        if not is_expected or not MODULE_FILE.fullmatch(name):
+        built = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
+    for package_name, kind, name, text in built['modules']:
+        is_expected = package_name in packages and kind in DEFINITION_KINDS
+        if not is_expected or not MODULE_FILE_NAME.fullmatch(name):
             raise ValueError(f'a module is called {[package_name, kind, name]!r}')
         module_folder = folder / package_name / kind
         module_folder.mkdir(parents=True, exist_ok=True)
         (module_folder / name).write_text(text, encoding='utf-8')
         (folder / package_name / '__init__.py').touch()
     node_text = node.read_text(encoding='utf-8', errors='replace')
-    for path, problem in sorted(done['problems'].items()):
+    for path, problem in sorted(built['problems'].items()):
         package_name, _, file = path.split(os.sep)
         # the end of genmsg's text, which names folders of the marking machine, is cut off
         why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
         if package_name in node_text:
             remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
-    return done
+    return built
 
 
 def _definitions(packages):
@@ -173,21 +173,21 @@ def _definitions(packages):
     are invalid are left out."""
     definitions = []
     for package_name, package in packages.items():
-        for path in interface_files(package):
-            if is_name(path.stem):
+        for path in definition_files(package):
+            if is_valid_name(path.stem):
                 text = path.read_text(encoding='utf-8', errors='replace')
                 definitions.append([package_name, path.suffix[1:], path.stem, text])
     return definitions
 
 
-def _examples_of(definitions, environment, protection):
+def _built_types(definitions, environment, protection):
     # the answer is a file, since the sandbox limits the size of files but not of pipes
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
             protection.check_command(protection.program_command(
-                LIMIT_READER_COMMAND + ['python3', '-c', MAKE_MODULES])),
+                LIMIT_READER_COMMAND + ['python3', '-c', MAKE_MODULES_PROGRAM])),
             input=json.dumps({'search': system_messages(), 'definitions': definitions}),
-            stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME, check=True, cwd='/',
+            stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIMEOUT, check=True, cwd='/',
             env=protection.program_environment(environment), universal_newlines=True)
         answer.seek(0)
         return json.load(answer)
@@ -197,6 +197,6 @@ def _examples_of(definitions, environment, protection):
 def system_messages() -> Dict[str, List[str]]:
     """Returns {name: [folder of messages]} of all ROS packages of this machine. The result is
     cached. A folder of messages need not exist."""
-    # A RosPack changes during a query, so two threads must not share it.
+    # a RosPack changes during a query, so two threads must not share one
     ros = rospkg.RosPack()
     return {name: [os.path.join(ros.get_path(name), MESSAGES)] for name in ros.list()}

@@ -17,7 +17,7 @@ import rosservice
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import CTRL_RELINQ_TOPIC, JOY_TOPIC, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs.stimuli import START_TIME
-from tb3_labs.marking.student_nodes import OWN_FOLDERS, NodeStart
+from tb3_labs.marking.student_nodes import WRITABLE_FOLDERS, NodeStart
 from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import NodeOutput, ResourceWatch, RunningProgram
 from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES
@@ -60,7 +60,7 @@ class StudentNode:
         """The exit status of the process; None while the process runs, -N if signal N ended the
         process."""
         status = self._process.status
-        if self._node_start.isolated and status is not None:
+        if self._node_start.is_sandboxed and status is not None:
             return status if status <= SIGNAL_STATUS_BASE else SIGNAL_STATUS_BASE - status
         return status
 
@@ -84,7 +84,7 @@ class StudentNode:
         command = [*self._node_start.prefix, *self._command, *arguments]
         self._process = RunningProgram(command, environment, self._output.add)
         if self._node_start.program:        # mark.py has prepared a submission
-            own_folders = OWN_FOLDERS if self._node_start.isolated else ()
+            own_folders = WRITABLE_FOLDERS if self._node_start.is_sandboxed else ()
             self._resource_watch = ResourceWatch(self._process.pid, own_folders, os.getppid())
         is_ready = self._is_ready_in_time(earlier_nodes)
         self._was_ready = self._was_ready or is_ready

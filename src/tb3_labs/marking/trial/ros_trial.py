@@ -72,7 +72,7 @@ class Trial:
     def source_findings(self, *packages):
         """Returns the findings of source_analysis.read_findings in the submission. If mark.py has
         prepared no submission, the findings come from the node's package and from `packages`."""
-        copy = NodeStart.from_environment().copy
+        copy = NodeStart.from_environment().submission_folder
         if copy:
             return read_findings([copy])
         ros = rospkg.RosPack()

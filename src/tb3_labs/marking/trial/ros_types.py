@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, Dict, List, Optional
 import genpy
 
 from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
-from tb3_labs.marking.student_nodes import is_name
+from tb3_labs.marking.student_nodes import is_valid_name
 
 #: The packages of the services that handout, skeletons and sheets use. If a student's service has
 #: the checksum of a service in these packages, the two services have the same fields.
@@ -90,7 +90,7 @@ def _example_class(type_name, checksum, data, fields=()):
 
 def _class_in_a_package(type_name, submodule):
     package, _, name = type_name.partition('/')
-    if not (is_name(package) and is_name(name)):
+    if not (is_valid_name(package) and is_valid_name(name)):
         return None
     try:
         return getattr(importlib.import_module(f'{package}.{submodule}'), name, None)

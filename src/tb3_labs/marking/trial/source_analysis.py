@@ -16,7 +16,7 @@ import sys
 from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple
 
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
-from tb3_labs.marking.student_nodes import nodes_of
+from tb3_labs.marking.student_nodes import syntax_nodes_of
 
 #: This program prints the result of `analyse` for the files in its arguments.
 ANALYSE_FILES = '''import json, sys
@@ -64,7 +64,7 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     remarks: List[str] = []
     lines: Dict[str, List[int]] = {}
     for text in texts:
-        nodes = nodes_of(text)
+        nodes = syntax_nodes_of(text)
         if PUBLISHES_MOUSE.search(text):
             signs |= {1 if slope > 0.0 else -1 for slope in _sent_slopes(nodes)}
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
