@@ -30,7 +30,7 @@ class GivenDriveLaw:
     def start(self, pose, goal):
         self.starts += 1
 
-    def shortfall(self, pose, goal):
+    def shortfall_text(self, pose, goal):
         return self._shortfall
 
     def _answer(self, state, _motion, _goal, dt):
@@ -78,7 +78,7 @@ def test_a_canceled_drive_does_not_begin_again():
 def test_a_drive_that_ends_outside_the_tolerance_has_two_more_tries(misses, starts, reached):
     law = GivenDriveLaw(left=0.0)
     ends = iter(misses * ['stopped 30 mm from the goal'] + [''])
-    law.shortfall = lambda pose, goal: next(ends)
+    law.shortfall_text = lambda pose, goal: next(ends)
     machine = machine_with(law)
     assert [machine.step(STANDING, 0.033) for _ in range(30)][-1] is None
     assert law.starts == starts

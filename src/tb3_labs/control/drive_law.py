@@ -85,9 +85,9 @@ class DriveLaw:
         """Choose the line to the goal, and the direction of the drive along this line."""
         self._line = pose.bearing_to(goal)
         self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
-        backwards = wrap(self._line + math.pi)
+        reversed_line = wrap(self._line + math.pi)
         turns = sum_of_turns(pose.yaw, self._line, goal.yaw)
-        reverse_turns = sum_of_turns(pose.yaw, backwards, goal.yaw)
+        reverse_turns = sum_of_turns(pose.yaw, reversed_line, goal.yaw)
         self._is_reversed = self._config.allow_reverse and reverse_turns < turns
         self._begin_turn(pose, self._heading_along(self._line))
         self._approach.start()
@@ -125,7 +125,7 @@ class DriveLaw:
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, turn.is_finished)
 
-    def shortfall(self, pose: Pose2, goal: Pose2) -> str:
+    def shortfall_text(self, pose: Pose2, goal: Pose2) -> str:
         """Returns a text with the distance to the goal; '' if it is inside the tolerance."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:

@@ -125,7 +125,7 @@ class GoalMachine:
         elif self.state is GoalState.MOVE_FORWARD:
             self.state = GoalState.ROTATE_TO_FINAL
         else:
-            shortfall = self.law.shortfall(pose, goal)
+            shortfall = self.law.shortfall_text(pose, goal)
             if not shortfall:
                 self.state = GoalState.GOAL_REACHED
             elif self._retries_left:

@@ -116,11 +116,11 @@ class MotorResponse:
         self.gain += LEARNING_WEIGHT * (measured.gain - self.gain)
 
 
-def identify_at_start(time: float, steady_speed: float, travelled: float,
+def identify_at_start(time: float, steady_speed: float, travel: float,
                       speed: float) -> Optional[Tuple[float, float]]:
     """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if they are unknown.
 
-    `travelled` is the travel since the start. `speed` is the speed at one instant, and not a mean.
+    `travel` is the travel since the start. `speed` is the speed at one instant, and not a mean.
     The first command was sent `time` [s] before the sample, was not changed since, and leads to
     `steady_speed`.
     """
@@ -128,7 +128,7 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
     if not follows_command or abs(steady_speed) < MIN_FIRST_COMMAND:
         return None
     speed_share = speed / steady_speed
-    motion_time = travelled / steady_speed
+    motion_time = travel / steady_speed
     lag = 0.0
     if speed_share <= NO_LAG_SHARE:
         lag = motion_time / (-math.log1p(-speed_share) - speed_share)
@@ -148,7 +148,7 @@ class Identification:
         self._shared_response = response        # the response that all approaches share
         self._linearized_at = copy(response)    # the equations give changes of these values
         self._measures_instant_speed = measures_instant_speed
-        self._began_at_rest = False      # was the robot at rest at the start?
+        self._can_identify = False       # did the robot rest at the start, without a late sample since?
         self._has_seen_start = False     # did a sample show that the robot speeds up?
         lag_deviation = FIRST_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
         deviations = np.array([FIRST_GAIN_DEVIATION, FIRST_DELAY_DEVIATION, lag_deviation])
@@ -158,18 +158,18 @@ class Identification:
     def begin(self, speed: float) -> None:
         """Start at the measured `speed`, just before the first command. If the robot moves already,
         nothing is identified, since an earlier command may cause this motion."""
-        self._began_at_rest = abs(speed) <= ONSET_SPEED
+        self._can_identify = abs(speed) <= ONSET_SPEED
 
-    def update(self, history: CommandHistory, travelled: float, speed: float,
+    def update(self, history: CommandHistory, travel: float, speed: float,
                max_speed: float, age: float = 0.0) -> None:
         """Take in the travel since the start and the `speed`, which were measured `age` [s] ago."""
         if age > MAX_SAMPLE_AGE:
-            self._began_at_rest = False    # a slow network may delay commands, too
-        if not self._began_at_rest:
+            self._can_identify = False    # a slow network may delay commands, too
+        if not self._can_identify:
             return
         is_first_motion = not self._has_seen_start and abs(speed) > ONSET_SPEED
         if self._measures_instant_speed and is_first_motion:
-            self._identify_at_start(history, travelled, speed, age)
+            self._identify_at_start(history, travel, speed, age)
         command = history.command
         if abs(command) < MIN_COMMAND_SHARE * max_speed or history.now > LEARNING_TIME:
             return
@@ -179,26 +179,26 @@ class Identification:
         has_arrived = history.unchanged_for > self.estimate.delay + age    # the latest command
         speeds_up = self._has_seen_start and has_arrived and min_share < speed / command < max_share
         if is_steady or speeds_up:
-            self._solve(history, travelled, speed, max_speed, age)
+            self._solve(history, travel, speed, max_speed, age)
         if is_steady:
             self._shared_response.learn(self.estimate)
 
-    def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
+    def _identify_at_start(self, history: CommandHistory, travel: float, speed: float,
                            age: float) -> None:
         self._has_seen_start = True
         steady_speed = history.first_command * self._linearized_at.gain
-        observed = identify_at_start(history.now - age, steady_speed, travelled, speed)
+        observed = identify_at_start(history.now - age, steady_speed, travel, speed)
         if observed is not None:
             self._linearized_at.delay, self._linearized_at.lag = observed
             self.estimate = copy(self._linearized_at)
 
-    def _solve(self, history: CommandHistory, travelled: float, speed: float, max_speed: float,
+    def _solve(self, history: CommandHistory, travel: float, speed: float, max_speed: float,
                age: float) -> None:
         start = self._linearized_at
         travel_under_way = history.command * (start.delay + age)
         obeyed_travel = history.commanded_travel(history.now) - travel_under_way
         row = np.array([obeyed_travel, -start.gain * history.command, -speed])
-        residual = travelled - (start.gain * obeyed_travel - start.lag * speed)
+        residual = travel - (start.gain * obeyed_travel - start.lag * speed)
         weight = (TIME_DEVIATION * max_speed) ** -2.0
         self._normal_matrix += weight * np.outer(row, row)
         self._normal_vector += weight * residual * row
