@@ -148,7 +148,7 @@ class Identification:
         self._shared_response = response        # the response that all approaches share
         self._linearized_at = copy(response)    # the equations give changes of these values
         self._measures_instant_speed = measures_instant_speed
-        self._can_identify = False       # did the robot rest at the start, without a late sample since?
+        self._can_identify = False    # did it rest at the start, and was no sample late since?
         self._has_seen_start = False     # did a sample show that the robot speeds up?
         lag_deviation = FIRST_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
         deviations = np.array([FIRST_GAIN_DEVIATION, FIRST_DELAY_DEVIATION, lag_deviation])
