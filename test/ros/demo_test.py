@@ -11,7 +11,7 @@ import unittest
 import rospkg
 
 from tb3_labs.recording.ros_bag import read_run
-from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
 
 from masters import free_port, processes_with
@@ -56,7 +56,7 @@ class DemoTest(unittest.TestCase):
             table = [[float(number) for number in row] for row in ROW.findall(run.text)]
             path, = pathlib.Path(folder).glob('run_*.bag')
             recorded = read_run(str(path))
-        reported = drives(recorded)
+        reported = drive_reports(recorded)
         self.assertEqual((len(table), len(frame_intervals(recorded))), (2, 2), run.text)
         self.assertEqual([drive.outcome for drive in reported], ['reached'] * 2)
         for drive, printed in zip(reported, table):
