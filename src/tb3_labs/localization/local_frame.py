@@ -33,7 +33,7 @@ class LocalFrame:
         return cls(odom_T_base @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
     def pose(self, odom_T_base: Pose2, imu_yaw: float) -> Pose2:
-        """Returns the robot's pose in ``local``, from the odometry's place and the IMU's yaw."""
+        """Returns the robot's pose in ``local``."""
         place = self.odom_T_local.inverse() @ odom_T_base
         return Pose2(place.x, place.y, self.heading(imu_yaw))
 

@@ -28,8 +28,7 @@ from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: A pose is extrapolated with the latest speed, for at most this time [s].
-MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
+MAX_EXTRAPOLATION_TIME = 2.0 / CONTROL_RATE    # [s]; a pose is extrapolated with the latest speed
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,6 @@ class Reset:
 
     @property
     def is_done(self) -> bool:
-        """Was the reset carried out?"""
         return self.declared_pose is not None
 
     @property
@@ -95,9 +93,9 @@ class Localizer:
         self._awaits_imu = True    # has the IMU sent nothing since a silence of both sensors?
 
     def on_imu(self, timed: TimedSample) -> None:
-        jump = heading_jump_text(timed.previous_sample, timed.sample)
-        if jump:
-            self.jumps.append(Jump(jump))
+        jump_text = heading_jump_text(timed.previous_sample, timed.sample)
+        if jump_text:
+            self.jumps.append(Jump(jump_text))
         self._buffer.add_imu(timed)
         self._awaits_imu = False
         self._yaw_noise.learn(timed)
@@ -170,10 +168,10 @@ class Localizer:
             return None
         imu, odometry = self._timing.imu.sample, self._odometry.sample
         imu_age, odometry_age = self._timing.imu.age(now), self._odometry.age(now)
-        turn = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
+        turn = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION_TIME)
         heading = self.frame.heading(imu.yaw + turn)
         place = self.frame.pose(odometry.pose, imu.yaw)
-        distance = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION)
+        distance = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION_TIME)
         pose = Pose2(place.x + distance * math.cos(heading),
                      place.y + distance * math.sin(heading), heading)
         return Motion(pose, linear=odometry.linear, angular=imu.yaw_rate, imu_age=imu_age,

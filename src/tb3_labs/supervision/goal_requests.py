@@ -7,8 +7,6 @@ Each goal replaces the previous goal, even a goal of another sender. A sender ma
    this stamp. A cancel without name and stamp ends every goal.
 2. A repeated goal that was canceled or given up stays ended.
 3. A repetition of the present goal changes nothing.
-
-Units: seconds on a clock that never stands still or goes back (`now`).
 """
 import math
 from dataclasses import dataclass
@@ -108,7 +106,6 @@ class GoalRequests:
         #: and a cancel with a stamp ends this goal, too.
         self.present_request = GoalRequest(None, stamp=EARLIEST_STAMP)
         self._open_request: Optional[GoalRequest] = None    # its client waits for an answer
-        #: The answers to the clients of goals, in order.
         self.answers: Queue[GoalAnswer] = Queue()
         self._sleep = sleep
         self._sender_goals = SenderRequests(sleep)
@@ -141,7 +138,6 @@ class GoalRequests:
         self._open_request = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
-        """Answer the client of `request` that the goal is rejected."""
         self.answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
