@@ -15,8 +15,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-#: A robot has settled if its samples at rest span this time [s], nearly one control period.
-SETTLING_TIME = 0.03
+SETTLING_TIME = 0.03    # [s], nearly one control period
 
 
 class Settling:
@@ -24,13 +23,12 @@ class Settling:
     times of measurements are compared, since one sample may be read several times."""
 
     def __init__(self) -> None:
-        #: Time of the first sample at rest [s]; None while the robot moves.
-        self.rest_began_at: Optional[float] = None
+        self.rest_began_at: Optional[float] = None    # [s]; None while the robot moves
         self._measured_at = 0.0    # time [s] of the latest sample
 
-    def update(self, rests: bool, measured_at: float) -> None:
-        """Take in the latest sample. `rests`: does this sample show a robot at rest?"""
-        if not rests:
+    def update(self, is_resting: bool, measured_at: float) -> None:
+        """Take in the latest sample. `is_resting`: does this sample show a robot at rest?"""
+        if not is_resting:
             self.rest_began_at = None
         elif self.rest_began_at is None or measured_at < self.rest_began_at:
             self.rest_began_at = measured_at
@@ -74,9 +72,8 @@ class PreciseTurn:
     def start(self, yaw: float, angle: float) -> None:
         """Turn a robot that rests at the heading `yaw` [rad] by `angle` [rad]."""
         self._goal_yaw = yaw + angle    # heading [rad] at the end of the turn
-        #: The remaining angle [rad], which may be many whole turns.
-        self.remaining = angle
-        self._time = 0.0    # time [s] since the start
+        self.remaining = angle          # the remaining angle [rad], perhaps many whole turns
+        self._time = 0.0                # time [s] since the start
         self._settling = Settling()
         self._approach.start()
 
@@ -102,9 +99,9 @@ class PreciseTurn:
         self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, max_speed=self._max_rate, dt=dt,
                                       noise=noise, age=age)
-        rests = is_at_rest(0.0, rate) and self._approach.obeyed_only_stops(age)
-        self._settling.update(rests, self._time - age)
-        if rests:
+        is_resting = is_at_rest(0.0, rate) and self._approach.obeyed_only_stops(age)
+        self._settling.update(is_resting, self._time - age)
+        if is_resting:
             self.remaining = self._approach.predicted_remaining.value
         return LawStep(Twist2(0.0, command), self.remaining,
                        is_finished=self._settling.has_settled and self._is_inside_tolerance())

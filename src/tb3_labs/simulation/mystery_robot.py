@@ -14,10 +14,8 @@ from typing import Any, List, Mapping, Tuple
 
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: The last number of a mystery robot. The first number is 1.
-LAST_NUMBER = 9999
-#: The pause [s] between two occurrences of an intermittent fault.
-FAULT_PAUSE_TIME = 12.0
+LAST_NUMBER = 9999    # the first number is 1
+FAULT_PAUSE_TIME = 12.0    # [s], between two occurrences of an intermittent fault
 
 
 @dataclass(frozen=True)

@@ -39,13 +39,11 @@ class Simulator:
 
     def __init__(self, config: SimulatorConfig = SimulatorConfig()) -> None:
         self._model = robot_model(config.model)
-        #: The settings in force.
-        self.config = replace(config, gyro_bias_deg=0.0)
+        self.config = replace(config, gyro_bias_deg=0.0)    # _apply() compares the biases
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
         self.sensors = Sensors(self._model, self._body, self.config)
-        #: Time [s] since the start.
-        self.now = 0.0
+        self.now = 0.0    # time [s] since the start
         self._control_rhythm = Rhythm(CONTROL_RATE)
         self._command_link = NetworkLink('command', config.seed)
         self._sensor_link = NetworkLink('sensor', config.seed)
