@@ -78,8 +78,8 @@ class Approach:
 
     def start(self) -> None:
         """Start a new approach of a robot at rest."""
-        self._now = 0.0                     # time [s] since the start
-        self._measured_at = -math.inf       # time [s] of the latest sample
+        self._now = 0.0                  # time [s] since the start
+        self._measured_at = -math.inf    # time [s] of the latest sample
         self.predicted_remaining = Estimate()    # [m or rad]
         self._direction = 0.0        # sign of the latest motion; 0 before the first motion
         self._reversals = 0
@@ -140,9 +140,8 @@ class Approach:
         travel_before = history.commanded_travel(history.period_start)
         history.advance(dt)
         travel = history.commanded_travel(history.period_start) - travel_before
-        fastest = max(abs(speed), abs(history.command))
-        self.predicted_remaining.shift(-self._identification.estimate.gain * travel,
-                                       TIME_DEVIATION * fastest)
+        max_error = TIME_DEVIATION * max(abs(speed), abs(history.command))
+        self.predicted_remaining.shift(-self._identification.estimate.gain * travel, max_error)
 
     def _next_motor_speed(self, speed: float, dt: float) -> float:
         if self._config.measures_instant_speed:

@@ -6,8 +6,6 @@ period. A `Pace` finds when the next step is due. A command reaches the robot af
 the motors follow with a first-order *lag*.
 
 Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
-Edge cases: A step is due at once if the clock went back. For the first step after a start or a
-pause, `Pace.step` returns one period.
 """
 import math
 from collections import deque
@@ -58,7 +56,8 @@ class Pace:
         return clamp(self._next_step_at - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
-        """Take a step. Returns the time [s] since the previous step."""
+        """Take a step. Returns the time [s] since the previous step, or one period if it is the
+        first step after a start or a pause."""
         last = self._last_step_at
         self._last_step_at = now
         if last is None:
@@ -78,11 +77,9 @@ class Pace:
 
 
 class _SentCommand(NamedTuple):
-    """A command, and the travel of all commands before it."""
-
     start: float      # start [s] of the period in which the robot obeys the command
     command: float
-    travel: float     # [m or rad]
+    travel: float     # travel [m or rad] of all commands before this command
 
 
 class CommandHistory:
@@ -92,9 +89,8 @@ class CommandHistory:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
         self._sent = deque([_SentCommand(-COMMAND_MEMORY_TIME, 0.0, 0.0)])
-        self.now = 0.0        # time [s] since the start
-        #: Start [s] of the period in which the robot obeys a command that is sent now.
-        self.period_start = 0.0
+        self.now = 0.0             # time [s] since the start
+        self.period_start = 0.0    # start [s] of the period that obeys a command that is sent now
         self.command = 0.0          # the latest command
         self.first_command = 0.0    # 0 before the first command
         self._changed_at = 0.0

@@ -90,11 +90,8 @@ class PreciseTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """Returns the LawStep for a sample of `yaw` [rad] and `rate` [rad/s].
-
-        The sample is `age` [s] old, and `noise` [rad] is the standard deviation of its yaw. The
-        previous step was `dt` [s] ago.
-        """
+        """Returns the LawStep for a sample of `yaw` [rad] and `rate` [rad/s], which is `age` [s]
+        old. `noise` [rad] is the yaw's standard deviation. The previous step was `dt` [s] ago."""
         self._time += dt
         self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, max_speed=self._max_rate, dt=dt,

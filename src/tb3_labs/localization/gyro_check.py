@@ -9,11 +9,10 @@ differences are added up. If a person carries the robot, the gyro contradicts th
 Only stamps are compared, so delays of the network do not matter. Cases:
 
 1. Without stamps, or without samples of the wheels, a contradiction is not found.
-2. After a silence the comparison starts again.
-3. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. A motion waits
+2. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. A motion waits
    again after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its
    gyro. If the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.
-4. While the robot moves, an error of the gyro is found only if slip and uneven wheels cannot
+3. While the robot moves, an error of the gyro is found only if slip and uneven wheels cannot
    explain the error. If an error makes a turn look slower, the error looks like slip, and is found
    only when the wheels rest. The gyro of a real robot does not become wrong during a motion, since
    the board is silent for 2.6 s during a calibration.
@@ -49,7 +48,7 @@ GYRO_CONTRADICTION = (
 class _WheelTurn(NamedTuple):    # computed from two samples of the wheels
     begin: float
     end: float
-    rate: float                 # rate [rad/s] at which both wheels turned the robot
+    rate: float                 # [rad/s]
     rate_of_one_wheel: float    # rate [rad/s] at which the faster wheel alone would turn the robot
 
 

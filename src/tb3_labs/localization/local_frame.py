@@ -3,8 +3,7 @@
 In the lab, A is the frame ``odom``, and B is the frame ``local``. The pose of B in A is (t, theta).
 The place p_A in frame A is the place ``p_B = R(theta)^-1 (p_A - t)`` in frame B.
 
-A reset declares the robot's present pose in ``local``. A reset uses the odometry's pose and the
-IMU's yaw at one instant.
+A reset uses the odometry's pose and the IMU's yaw at one instant.
 
 1. The place comes from the odometry, and so theta comes from the *odometry's* yaw. A theta from the
    IMU's yaw would turn every displacement by a constant angle.

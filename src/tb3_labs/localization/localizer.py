@@ -5,9 +5,8 @@ and the stamp of an odometry message, and the IMU's yaw interpolated to this sta
 until both sensors have sent samples after the request. The samples of both sensors are interpolated
 to the moment of the request. A reset corrects any error of the old frame.
 
-If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
-(:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
-lost, and there is no local frame until the next reset.
+A jump of the odometry shifts ``local`` in ``odom``, or the pose is lost until the next reset
+(:mod:`tb3_labs.localization.odometry_jumps`).
 
 Units: metres, radians, seconds on the receiver's clock (`now`).
 """
@@ -79,10 +78,9 @@ class Localizer:
 
     def __init__(self, timing: SampleTiming) -> None:
         self._timing = timing
-        #: The present LocalFrame; None before the first samples, and while the pose is lost.
-        self.frame: Optional[LocalFrame] = None
+        self.frame: Optional[LocalFrame] = None    # None before samples, and if the pose is lost
         self._frame_number = 0
-        self.is_lost = False    # True from a loss of the pose to the next reset
+        self.is_lost = False    # is the pose lost, until the next reset?
         self._commanded_at = -math.inf    # time [s] of the latest known command to move
         self._jump_finder = JumpFinder()
         self.jumps: Queue[Jump] = Queue()    # jumps of both sensors

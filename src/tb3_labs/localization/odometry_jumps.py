@@ -82,8 +82,8 @@ class _OdometryMessage(NamedTuple):
         return min(stamp_interval, arrival_interval) if stamp_interval > 0.0 else arrival_interval
 
     def longest_gap(self, earlier: '_OdometryMessage') -> float:
-        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer. The
-        longest gap is at least 0, and at most LONGEST_COUNTED_SILENCE."""
+        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer, but
+        clipped to [0, LONGEST_COUNTED_SILENCE]."""
         return clamp(max(self._intervals_since(earlier)), 0.0, LONGEST_COUNTED_SILENCE)
 
     def _intervals_since(self, earlier: '_OdometryMessage') -> Tuple[float, float]:
@@ -191,11 +191,9 @@ class EncoderMonitor:
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
     of its encoders. In this case the odometry moves for ever, although the robot is at rest and the
-    angles of the wheels in `joint_states` do not change.
-
-    Only stamps are compared, so delays of the network do not matter. Without stamps, or without
-    samples of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls
-    calcOdometry() without updateMotorInfo() if the servos do not answer (turtlebot3_core.ino).
+    angles of the wheels in `joint_states` do not change. Only stamps are compared, so delays of the
+    network do not matter. Source: OpenCR firmware 1.2.6, which calls calcOdometry() without
+    updateMotorInfo() if the servos do not answer (turtlebot3_core.ino).
     """
 
     def __init__(self) -> None:

@@ -30,8 +30,8 @@ class Track:
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value. `time` must not be before :attr:`newest`. A second value for the same
-        time replaces the first value."""
+        """Append a value, which replaces an earlier value of the same `time`. `time` must not be
+        before :attr:`newest`."""
         if time == self.newest:
             self._samples.pop()
         self._samples.append((time, value))

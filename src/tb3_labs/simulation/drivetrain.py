@@ -67,8 +67,7 @@ class Drivetrain:
         return TurnCurve(self._yaw, self._steady_rate, self._fading_rate, self._lag)
 
     @property
-    def pose(self) -> Pose2:
-        """The robot's pose in `world`."""
+    def pose(self) -> Pose2:    # world_T_base
         return Pose2(self._x, self._y, wrap(self._yaw))
 
     @property
@@ -125,7 +124,6 @@ class Body:
         return self.drivetrain.turn_curve.yaw
 
     def advance_to(self, stamp: float) -> None:
-        """Advance the drivetrain and the error of the IMU to the time `stamp` [s]."""
         dt = stamp - self._moved_until
         if dt > 0.0:
             self.drivetrain.advance(dt)

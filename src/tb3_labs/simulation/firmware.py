@@ -62,7 +62,6 @@ def _whole_steps(rim_speed: float, model: RobotModel) -> float:
 
 
 def encoder_ticks(motor_angle: float) -> int:
-    """Returns the encoder's reading [ticks] at the angle `motor_angle` [rad]."""
     return math.floor(motor_angle / TICK_ANGLE)
 
 
@@ -119,7 +118,7 @@ class Board:
         self._unread: Deque[Arrival] = deque()    # messages that the board has not read yet
         self._calibrated_at = -math.inf    # end [s] of the last calibration
         self._calibration_time = 0.0       # length [s] of the last calibration
-        self._yaw_at_begin = 0.0           # true yaw [rad] at the start of the last calibration
+        self._yaw_at_begin = 0.0           # true yaw [rad] at its start
         #: Does the board calibrate its gyro? It then neither reads messages nor sends samples.
         self.is_calibrating = False
         self.calibration_end = math.inf    # [s]; infinity if the board does not calibrate

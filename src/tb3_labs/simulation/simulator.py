@@ -126,7 +126,6 @@ class Simulator:
                     sensors.measure_odometry(event_time)
 
     def _set_motors(self, stamp: float) -> None:
-        """Let the board set the motors by the latest command that has arrived."""
         self._read_messages(stamp)
         if self._board.is_calibrating:
             return

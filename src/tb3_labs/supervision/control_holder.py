@@ -19,8 +19,7 @@ class ControlHolder(Enum):
 
 
 class ControlEvent(Enum):
-    """An event that may change the holder. After LOST no node may drive, since the person no longer
-    has a stop button."""
+    """An event that may change the holder. After LOST the person has no stop button."""
 
     # the pad's messages arrive, and either its sticks rest, or its hold button was pressed again
     READY = 'pad ready'
@@ -54,11 +53,9 @@ class ControlMessages:
     def __init__(self) -> None:
         self.must_renew = False    # must this pad renew a permission that it gave?
         self.waiting: Queue[bool] = Queue()    # messages to publish
-        #: Time [s] of the latest True that move_to_goal has not answered yet.
-        self.granted_at = -math.inf
-        self._sent_at = -math.inf       # time [s] of the latest message or renewal
-        #: Time [s] at which a person or a node took control from move_to_goal.
-        self.stopped_at = -math.inf
+        self.granted_at = -math.inf    # [s], of the latest True without an answer of move_to_goal
+        self._sent_at = -math.inf      # [s], of the latest message or renewal
+        self.stopped_at = -math.inf    # [s]; then a person or a node took control of move_to_goal
 
     def pop_renewal(self, now: float) -> bool:
         """Must the caller send a renewal now?"""

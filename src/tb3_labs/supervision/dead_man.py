@@ -21,7 +21,7 @@ class DeadMan:
         self._sleep = SleepMonitor()
 
     def begin(self, now: float) -> None:
-        """Call this when the first page opens, and call :meth:`lost_for` often after that."""
+        """Call this when the first page opens, and :meth:`lost_for` often after that."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float,

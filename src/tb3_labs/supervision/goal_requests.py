@@ -24,7 +24,6 @@ MAX_COORDINATE = 100.0
 MAX_YAW_DEG = 360.0     # the largest heading [deg] that a person may type
 #: A goal with this stamp [ns] is older than every goal that a sender has stamped.
 EARLIEST_STAMP = 1
-#: A goal that was ended, but is repeated, is rejected for this reason.
 STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or pause for '
                f'{SENDER_PAUSE:.0f} s')
 
@@ -102,8 +101,7 @@ class GoalRequests:
     """The present goal, and the latest goal of each sender."""
 
     def __init__(self, sleep: SleepMonitor) -> None:
-        #: The latest request that was accepted. The first goal comes from the node's parameters,
-        #: and a cancel with a stamp ends this goal, too.
+        # a cancel with any stamp ends the first goal, which comes from the node's parameters
         self.present_request = GoalRequest(None, stamp=EARLIEST_STAMP)
         self._open_request: Optional[GoalRequest] = None    # its client waits for an answer
         self.answers: Queue[GoalAnswer] = Queue()

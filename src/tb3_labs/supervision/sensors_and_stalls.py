@@ -81,14 +81,13 @@ class SensorMonitor:
         self._sensors = sensors
         self.status = SensorStatus.SILENT    # RECOVERED lasts for one update
         self.hold_reason = ''    # why the robot must stand; '' if the robot may move
-        #: Length [s] of the latest silence, which cannot begin before the motion was requested.
-        self.silent_for = 0.0
+        self.silent_for = 0.0    # length [s] of the latest silence since the motion was requested
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a motion awaits the sensors
         self._silent_since = math.nan    # start [s] of the silence, or NaN
         self._were_ready = False         # were all sensors ready at the latest update?
 
     def request_motion(self) -> None:
-        """Begin to wait for the sensors, since a resting robot is asked to move now."""
+        """A resting robot is asked to move. Begin to wait for the sensors."""
         self._silent_since = math.nan
         self.forget_silences()
 
@@ -137,13 +136,13 @@ class SensorMonitor:
             sensor.forget_silences()
 
     def problem_text(self, now: float, with_age: bool = False) -> str:
-        """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
-        names each sensor that is silent for half of its timeout."""
+        """Returns a text about the silent sensors; '' while all sensors are fresh."""
         if self.are_fresh(now):
             return ''
-        lost = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
+        # a sensor that is silent for half of its timeout is probably lost, too
+        silent = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
         shown_time = now if with_age else None
-        return ', '.join(sensor.silence_text(shown_time) for sensor in lost)
+        return ', '.join(sensor.silence_text(shown_time) for sensor in silent)
 
     def frozen_text(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
@@ -162,8 +161,7 @@ class DriveSensors(SensorMonitor):
         self.imu = Sensor('imu')
         self.odometry = Sensor('odom')
         super().__init__(self.imu, self.odometry)
-        #: The latest command to the robot: forward speed [m/s], and rate of turn [rad/s].
-        self.last_command = (0.0, 0.0)
+        self.last_command = (0.0, 0.0)    # forward speed [m/s], and rate of turn [rad/s]
 
     def forget_silences(self) -> None:
         super().forget_silences()
@@ -173,18 +171,17 @@ class DriveSensors(SensorMonitor):
         """Find readings that did not change, although `last_command` moves the robot. If the
         odometry turns, the IMU must change, too, since the odometry takes its yaw from the IMU."""
         linear, angular = self.last_command
-        drives = abs(linear) > MIN_VISIBLE_SPEED
-        turns = abs(angular) > MIN_VISIBLE_TURN_RATE
-        self.imu.check_repetition(turns or (drives and odometry_turned), now)
-        self.odometry.check_repetition(drives or turns, now)
+        must_drive = abs(linear) > MIN_VISIBLE_SPEED
+        must_turn = abs(angular) > MIN_VISIBLE_TURN_RATE
+        self.imu.check_repetition(must_turn or (must_drive and odometry_turned), now)
+        self.odometry.check_repetition(must_drive or must_turn, now)
 
 
 class StallMonitor:
     """Finds a robot that is stalled, in one state of a drive or in one turn."""
 
     def __init__(self) -> None:
-        #: The shortest remaining way [m or rad] so far; None after a silence.
-        self._least_remaining: Optional[float] = math.inf
+        self._least_remaining: Optional[float] = math.inf    # [m or rad]; None after a silence
         self._stalled_for = 0.0    # [s]
         self._rested_for = 0.0     # [s]
 

@@ -28,8 +28,7 @@ RESET_SILENCE = 1.0    # least silence of a board that is reset; the firmware ne
 INPUT_TIMEOUT = 0.25    # of a pad, of a page that drives, or of an active mouse
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
-#: The allowed step of the odometry grows with its silence, up to a silence of this length.
-LONGEST_COUNTED_SILENCE = 5.0
+LONGEST_COUNTED_SILENCE = 5.0    # up to it, the allowed step of the odometry grows
 
 # -- two samples are too far apart to be compared
 
@@ -41,16 +40,14 @@ MAX_BRIDGED_GAP = 1.0
 
 # -- a message is late, or repeats an earlier one
 
-#: The least delay is the delay of the fastest message within this time.
-DELAY_WINDOW = 5.0
+DELAY_WINDOW = 5.0    # the fastest message in it shows the least delay
 #: `Lateness` counts a longer silence of a sender as a silence of this length.
 MAX_RECEIVED_STEP = 0.1
 MAX_SAMPLE_AGE = 0.1    # if a sample is older, the network stalls
 #: A message that arrives within this time after an event may have been sent before the event. An
 #: event is a button press, a sleep, a node's start, or a pad's first message.
 CROSSING_TIME = 0.3
-#: A pad that takes the robot back waits this long, so that move_to_goal can stop the robot.
-HAND_BACK_TIME = 0.15
+HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits until move_to_goal has stopped it
 
 # -- a person's permission
 
