@@ -36,10 +36,8 @@ class ApproachConfig:
     #: Deceleration [1/s^2] of the braking profile, which is less than the acceleration, so that the
     #: robot can follow the profile in spite of disturbances.
     deceleration: float
-    #: Near the goal, the speed is this gain [1/s] times the predicted remaining way.
-    gain: float
-    #: The lowest speed of a motion, since a slower robot would take too long to arrive.
-    min_speed: float
+    gain: float         # [1/s]; near the goal, the speed is the gain times the remaining way
+    min_speed: float    # of a motion, since a slower robot would take too long to arrive
     #: The command is 0 if the predicted remaining way is shorter than this. Without this limit, the
     #: robot would move to and fro about the goal at the lowest speed.
     dead_band: float

@@ -54,8 +54,7 @@ class DriveLaw:
     period = PreciseTurn.period
     FACING_ANGLE = 0.1    # [rad]; a robot whose heading is this near to the line may drive
     ARRIVAL_DISTANCE = 0.0005    # [m]; the longest way that may remain at the goal
-    #: The robot steers towards a point on the line, which is this distance [m] ahead of the robot.
-    #: A larger distance calms the steering. A smaller distance keeps the robot near the line.
+    #: A larger distance [m] calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD_DISTANCE = 0.20
     #: A robot that still moves may stop beyond the goal by at most this share of the tolerance.
     OVERSHOOT_SHARE = 0.3

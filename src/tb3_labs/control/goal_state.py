@@ -8,7 +8,7 @@ from tb3_labs import handout
 
 
 class GoalState(Enum):
-    """The state of a drive, in order."""
+    """The states of a drive, in order."""
 
     ROTATE_TO_GOAL = handout.ROTATE_TO_GOAL
     MOVE_FORWARD = handout.MOVE_FORWARD

@@ -47,8 +47,7 @@ INITIAL_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: Time [s] until a real robot's motors begin to follow a command. The network takes 8 ms (firmware
 #: 1.2.6, on a fast and on a slow host). The wait for the firmware takes half a control period.
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: The delay of a command varies by up to this time [s], even if samples are not delayed.
-COMMAND_SPREAD = 0.025
+COMMAND_SPREAD = 0.025    # [s], by which a command's delay varies, even if samples are not delayed
 MIN_SAMPLE_DELAY = 0.0135    # [s], measured on a fast host
 MAX_SAMPLE_DELAY = 0.15      # [s]
 MAX_DELAY = 0.4     # [s]
@@ -74,8 +73,7 @@ SPEEDING_UP_SHARES = 0.1, 1.5    # bounds of the speed of such a robot, as share
 #: A first command that is slower than this [rad/s] does not show delay and lag well. Without this
 #: limit, a turn by 0.2 degrees with a noisy gyro takes up to 3.5 s in place of 0.75 s.
 MIN_FIRST_COMMAND = 0.2
-#: If the first sample shows more than this share of the commanded speed, the lag is 0.
-NO_LAG_SHARE = 0.98
+NO_LAG_SHARE = 0.98    # if a first sample shows a larger share of the steady speed, the lag is 0
 
 
 class MotorResponse:

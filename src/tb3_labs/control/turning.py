@@ -52,8 +52,7 @@ class PreciseTurn:
 
     period = 1.0 / CONTROL_RATE    # [s], the control period of the firmware
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: If the IMU is noisy, a robot at rest waits at most this time [s] for more samples.
-    MAX_WAIT_AT_REST = 0.6
+    MAX_WAIT_AT_REST = 0.6         # [s], for more samples of a noisy IMU
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     MAX_UNCERTAINTY_SHARE = 0.35
 

@@ -30,7 +30,7 @@ class ImuSample(NamedTuple):    # a NamedTuple is faster than a dataclass
 
 
 class OdometrySample(NamedTuple):
-    """One message of the odometry, which comes from the wheels."""
+    """One message of the odometry, which is computed from the wheels and the IMU's yaw."""
 
     stamp: float
     pose: Any             # odom_T_base, a geometry.se2.Pose2
@@ -58,7 +58,6 @@ class Motion(NamedTuple):
     extrapolated_turn: float = 0.0    # part [rad] of the pose's yaw that is extrapolated
 
 
-#: A sample of the IMU or of the odometry.
 Sample = Union[ImuSample, OdometrySample]
 
 

@@ -10,8 +10,7 @@ from typing import Dict, Mapping, NamedTuple
 
 CONTROL_RATE = 30.0    # [1/s]; the firmware applies the latest command, and sends odometry
 COMMAND_TIMEOUT = 0.5    # [s]; without a command, the firmware then stops the wheels
-#: The wheels' names in the robot's messages, as in turtlebot3_description.
-WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
+WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'    # as in turtlebot3_description
 
 
 class Twist2(NamedTuple):

@@ -32,8 +32,7 @@ from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 from tb3_labs.simulation.network import Arrival
 
-#: Angle [rad] of a wheel between two ticks of the encoder, which has 4096 ticks per turn.
-TICK_ANGLE = 2.0 * math.pi / 4096.0
+TICK_ANGLE = 2.0 * math.pi / 4096.0    # [rad], of a wheel between two ticks of its encoder
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0    # [rad/s]
 #: A NetworkLink sends a reset as this text, and a command as (forward speed, rate of turn).
 RESET_COMMAND = 'reset'

@@ -21,8 +21,7 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: (time of arrival [s], message)
-Arrival = Tuple[float, Any]
+Arrival = Tuple[float, Any]    # (time of arrival [s], message)
 
 
 def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
