@@ -97,7 +97,6 @@ class CommandHistory:
 
     @property
     def unchanged_for(self) -> float:
-        """Time [s] since the latest change of the command."""
         return self.now - self._changed_at
 
     def advance(self, dt: float) -> None:
@@ -132,7 +131,6 @@ class CommandHistory:
         return self._command_at(self.now - delay).command
 
     def sent_only_stops_since(self, time: float) -> bool:
-        """Have all commands been stops since `time` [s]?"""
         return not any(sent.command for sent in self._sent if sent.start >= time)
 
     def _command_at(self, time: float) -> _SentCommand:

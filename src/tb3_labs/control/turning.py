@@ -77,7 +77,6 @@ class PreciseTurn:
         self._approach.start()
 
     def move_goal(self, angle: float) -> None:
-        """Move the goal of the turn by `angle` [rad]."""
         self._goal_yaw += angle
         self.remaining += angle
         self._approach.move_goal(angle)

@@ -39,8 +39,6 @@ class OdometrySample(NamedTuple):
 
 
 class WheelSample(NamedTuple):
-    """One message with the angles of the wheels."""
-
     stamp: float
     left: float           # angle [rad] of the left wheel, positive forwards
     right: float          # angle [rad] of the right wheel, positive forwards

@@ -95,7 +95,6 @@ class ImuModel:
 
 
 def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
-    """Yields pairs of independent standard normal numbers without end."""
     generator = np.random.default_rng(seed)
     while True:
         pairs: Any = generator.standard_normal((1000, 2)).tolist()

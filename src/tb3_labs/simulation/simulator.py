@@ -52,8 +52,7 @@ class Simulator:
         self._apply(config)
 
     @property
-    def truth(self) -> Pose2:
-        """The robot's true pose, world_T_base."""
+    def truth(self) -> Pose2:    # world_T_base
         return self._body.pose_at(self.now)
 
     def configure(self, config: SimulatorConfig) -> None:

@@ -148,8 +148,6 @@ class SenderRequests:
 
 
 class LogLine(NamedTuple):
-    """A line of text for the user."""
-
     text: str
     is_warning: bool    # is the line logged as a warning?
 
@@ -158,7 +156,6 @@ class Queue(List[Content]):
     """Entries that wait, in order, until the node takes them."""
 
     def pop_all(self) -> List[Content]:
-        """Returns all entries, and empties the queue."""
         entries = list(self)
         self.clear()
         return entries

@@ -62,8 +62,6 @@ class RequestedPose:
 
 
 class GoalRequest(NamedTuple):
-    """A goal as received."""
-
     goal: Optional[RequestedPose]    # None for the goal in the node's parameters
     sender: str = ''
     name: str = ''        # name in the GoalID, or ''
@@ -125,7 +123,6 @@ class GoalRequests:
         return request.goal.in_local(odom_T_local)
 
     def repeats_present(self, sender_goal: SenderRequest) -> bool:
-        """Does the sender repeat the present goal?"""
         return sender_goal.is_repeated and self._is_present(sender_goal)
 
     def accept(self, request: GoalRequest) -> None:

@@ -46,7 +46,6 @@ class Sensor(Freshness):
         self._changed_at = math.nan    # time [s] of the latest change, or NaN
 
     def on_message(self, now: float, reading: Any = None) -> float:
-        """Take in a valid message. Returns the silence [s] before the message."""
         silence = super().on_message(now)
         if self.count > 2 and silence > self.longest_gap:
             self.longest_gap = silence
