@@ -55,7 +55,7 @@ class ControlMessages:
         self.waiting: Queue[bool] = Queue()    # messages to publish
         self.granted_at = -math.inf    # [s], of the latest True without an answer of move_to_goal
         self._sent_at = -math.inf      # [s], of the latest message or renewal
-        self.stopped_at = -math.inf    # [s]; then a person or a node took control of move_to_goal
+        self.stopped_at = -math.inf    # [s]; then a person or node took control from move_to_goal
 
     def pop_renewal(self, now: float) -> bool:
         """Must the caller send a renewal now?"""

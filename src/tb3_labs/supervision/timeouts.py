@@ -47,7 +47,7 @@ MAX_SAMPLE_AGE = 0.1    # if a sample is older, the network stalls
 #: A message that arrives within this time after an event may have been sent before the event. An
 #: event is a button press, a sleep, a node's start, or a pad's first message.
 CROSSING_TIME = 0.3
-HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits until move_to_goal has stopped it
+HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits: move_to_goal stops it
 
 # -- a person's permission
 
