@@ -46,14 +46,13 @@ class DriveLaw:
     """Drives as fast as the limits allow, and stops at the goal.
 
     Each turn is a PreciseTurn. An Approach drives along the line from start to goal. While the
-    robot drives, it steers towards a point on the line, a little ahead of the robot. For each
-    driving state, the law has a method with the name of the state. `dt` is the time [s] since the
-    previous step.
+    robot drives, it steers towards a point on the line, a little ahead of the robot. The law has
+    one method for each driving state. `dt` is the time [s] since the previous step.
     """
 
     period = PreciseTurn.period
-    FACING_ANGLE = 0.1    # [rad]; a robot whose heading is this near to the line may drive
-    ARRIVAL_DISTANCE = 0.0005    # [m]; the longest way that may remain at the goal
+    FACING_ANGLE = 0.1    # [rad]; the robot drives when its heading is this near to the line
+    ARRIVAL_DISTANCE = 0.0005    # [m]; a robot has arrived if it would stop this near to the goal
     #: A larger distance [m] calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD_DISTANCE = 0.20
     #: A robot that still moves may stop beyond the goal by at most this share of the tolerance.

@@ -11,7 +11,7 @@ command is None.
 from collections import defaultdict
 from typing import Dict, Optional
 
-from tb3_labs.control.drive_law import DriveLaw
+from tb3_labs.control.drive_law import DriveLaw, LawStep
 from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.turning import Settling
 from tb3_labs.geometry.se2 import Pose2
@@ -84,8 +84,7 @@ class GoalMachine:
             return None
         if not self._law_is_started:
             self._start_law(motion.pose, goal)
-        law_method = getattr(self.law, self.state.name.lower())    # such as law.move_forward
-        step = law_method(motion, goal, dt)
+        step = self._law_step(motion, goal, dt)
         if step.is_finished:
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
@@ -102,6 +101,13 @@ class GoalMachine:
         self._law_is_started = True
         self.state = GoalState.ROTATE_TO_GOAL
         self.law.start(pose, goal)
+
+    def _law_step(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
+        if self.state is GoalState.ROTATE_TO_GOAL:
+            return self.law.rotate_to_goal(motion, goal, dt)
+        if self.state is GoalState.MOVE_FORWARD:
+            return self.law.move_forward(motion, goal, dt)
+        return self.law.rotate_to_final(motion, goal, dt)
 
     def _has_settled(self, motion: Motion) -> bool:
         """Do IMU and odometry show that the robot has settled? The law checks only the IMU."""
