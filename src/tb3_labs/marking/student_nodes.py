@@ -21,7 +21,7 @@ class NodeNames(NamedTuple):
     files: Tuple[str, ...]      # usual names of the node's file; this package uses the first name
     class_name: str             # the name of the node's class in the handout
     node_name: str              # the node's ROS name in the handout
-    needed_topics: Tuple[str, ...]      # a node is ready when it listens to the first topic
+    needed_topics: Tuple[str, ...]      # a node that listens to the first topic is ready
     other_signs: Tuple[str, ...]    # topics that a complete node uses, and its call for the reset
 
 
@@ -52,7 +52,6 @@ def syntax_nodes_of(text: bytes) -> List[Any]:
 
 # -- the start
 
-#: This package. A submission's program sees only a part of this package.
 OWN_PACKAGE = 'tb3_labs'
 #: The value of this environment variable identifies one trial of a submission.
 IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'
@@ -73,7 +72,7 @@ class NodeStart(NamedTuple):
     prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the command's first words
     environment: Optional[Dict[str, str]] = None        # None means the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
-    is_sandboxed: bool = False      # is the node in a Sandbox?
+    is_sandboxed: bool = False
     program: str = ''           # the node's path; if '', rosrun finds the node
     name: str = ''              # package/file, shown on the pages
     submission_folder: str = ''     # the folder of the submission
