@@ -160,7 +160,7 @@ def import_error(processes: Sequence[NodeProcess]) -> str:
 
 def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
     """Returns the Marks of a submission before its trial."""
-    return Marks(submission.student, number=submission.number, late=submission.late,
+    return Marks(submission.student, number=submission.number, late=submission.is_late,
                  unjudged=unjudged)
 
 

@@ -22,11 +22,10 @@ import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-#: An example has at most this many bytes.
 MAX_EXAMPLE_BYTES = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: The check fills in fields of these types. The values are formats of the module struct. In a
-#: header the check fills in only the stamp.
+#: {type of a field that the check fills in: format of the module struct}. In a header the check
+#: fills in only the stamp.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
@@ -101,7 +100,7 @@ def _bytes_of(message):
 
 def _first_byte(message, name, type_name, old_bytes):
     """Returns the index of the first byte that changes if all bytes of the field become 1. Returns
-    None if the type is not in FIELD_FORMATS. `old_bytes` has the bytes of the unchanged message."""
+    None if the type is not in FIELD_FORMATS."""
     if type_name not in FIELD_FORMATS:
         return None
     struct_format = FIELD_FORMATS[type_name]
