@@ -154,8 +154,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
         if not marks.unjudged:
             cells.update({verdict.criterion.label: symbol(verdict) for verdict in marks.verdicts})
         rows.append(list(cells.values()))
-    parts = [f'<p>{escape(note)}</p>' for note in notes]
-    if notes:
-        parts.insert(0, '<h2>Only for the instructor</h2>')
+    parts = ['<h2>Only for the instructor</h2>'] if notes else []
+    parts += [f'<p>{escape(note)}</p>' for note in notes]
     heads = list(cells_of(all_marks[0]))
     return document(f'{lab}: overview', [*parts, table(heads, rows, (REMARKS,))], LANDSCAPE_STYLE)

@@ -53,10 +53,9 @@ def syntax_nodes_of(text: bytes) -> List[Any]:
 # -- the start
 
 OWN_PACKAGE = 'tb3_labs'
-#: The value of this environment variable identifies one trial of a submission.
+# Environment variables: the identity of one trial, and the path of a file with a NodeStart.
 IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'
-#: This environment variable has the path of a file with a NodeStart.
-NODE_START_FILE = 'TB3_LABS_NODE_START'
+NODE_START_VARIABLE = 'TB3_LABS_NODE_START'
 #: A program in a sandbox can write only into these folders.
 SANDBOX_HOME = '/home/student'
 WRITABLE_FOLDERS = '/tmp', SANDBOX_HOME, '/dev/shm'
@@ -80,11 +79,11 @@ class NodeStart(NamedTuple):
     @classmethod
     def from_environment(cls) -> 'NodeStart':
         """Returns the NodeStart that mark.py wrote, or the default, which has no sandbox."""
-        if NODE_START_FILE not in os.environ:
+        if NODE_START_VARIABLE not in os.environ:
             return cls()
-        return cls(*json.loads(Path(os.environ[NODE_START_FILE]).read_text()))
+        return cls(*json.loads(Path(os.environ[NODE_START_VARIABLE]).read_text()))
 
     def write(self, path: Path) -> Dict[str, str]:
-        """Write the NodeStart into a file. Returns {NODE_START_FILE: path of the file}."""
+        """Write the NodeStart into a file. Returns {NODE_START_VARIABLE: path of the file}."""
         path.write_text(json.dumps(self))
-        return {NODE_START_FILE: str(path)}
+        return {NODE_START_VARIABLE: str(path)}

@@ -29,8 +29,7 @@ SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
 SEEN_HEADING = 'what was seen, and where to look'
-#: With this value, Gradescope shows a test to the student as soon as the marking has ended.
-VISIBILITY = 'visible'
+VISIBILITY = 'visible'      # Gradescope shows the test to the student at once
 
 PAGE_STYLE = '''
 td.words { min-width: 20em; }

@@ -75,8 +75,7 @@ class TrialRunner:
         identity = uuid.uuid4().hex
         marks = marks_before_trial(submission)
         marks.remarks, marks.findings = parsed.remarks, parsed.findings
-        with suppress(FileNotFoundError):
-            self.folder.bag(marks.student).unlink()
+        self.folder.bag(marks.student).unlink(missing_ok=True)
         try:
             self._record_trial(marks, parsed, work, identity)
         except NotJudged as problem:

@@ -16,6 +16,7 @@ import os
 import struct
 import sys
 import tempfile
+from pathlib import Path
 
 import genmsg
 import genpy
@@ -34,27 +35,23 @@ def describe(search, definitions):
     """Make the modules in the current folder. Returns the object that the program prints."""
     result = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
     for package, kind, name, text in definitions:
-        search[package] = [os.path.join('in', package, 'msg')]
-        os.makedirs(os.path.join('in', package, kind), exist_ok=True)
-        with open(_definition_path(package, kind, name), 'w', encoding='utf-8') as file:
-            file.write(text)
+        search[package] = [f'in/{package}/msg']
+        path = Path('in', package, kind, f'{name}.{kind}')
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding='utf-8')
     for package, kind, name, _ in definitions:
-        path, target = _definition_path(package, kind, name), os.path.join('out', package, kind)
-        module = os.path.join(target, f'_{name}.py')
+        file, target = f'{package}/{kind}/{name}.{kind}', Path('out', package, kind)
         try:
-            GENERATORS[kind]().generate(
-                genmsg.MsgContext.create_default(), f'{package}/{name}', path, target, search)
+            GENERATORS[kind]().generate(genmsg.MsgContext.create_default(), f'{package}/{name}',
+                                        f'in/{file}', str(target), search)
         except Exception as problem:    # an invalid file must not end the program
-            result['problems'][os.path.relpath(path, 'in')] = str(problem).replace(
-                path + ': ', '') or repr(problem)
-            if os.path.exists(module):
-                os.remove(module)
-        if os.path.isdir(target):
-            write_modules(target)
-    for folder, _, names in os.walk('out'):
-        for name in names:
-            with open(os.path.join(folder, name), encoding='utf-8') as file:
-                result['modules'].append(folder.split(os.sep)[1:] + [name, file.read()])
+            why = str(problem).replace(f'in/{file}: ', '')
+            result['problems'][file] = why or repr(problem)
+            (target / f'_{name}.py').unlink(missing_ok=True)
+        if target.is_dir():
+            write_modules(str(target))
+    for module in Path('out').rglob('*.py'):
+        result['modules'].append([*module.parts[1:], module.read_text(encoding='utf-8')])
     sys.path.insert(0, os.path.abspath('out'))
     for package, kind, name, _ in definitions:
         try:
@@ -63,10 +60,6 @@ def describe(search, definitions):
         except Exception:   # the type was not built, or its example is too large
             continue
     return result
-
-
-def _definition_path(package, kind, name):
-    return os.path.join('in', package, kind, f'{name}.{kind}')
 
 
 def example_of(type_class):

@@ -25,12 +25,8 @@ OLD_OR_COPY = re.compile(
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
     """Returns the nearest folder above `path`, up to `folder`, that has a package.xml, or None."""
-    for parent in path.parents:
-        if (parent / MANIFEST).is_file():
-            return parent
-        if parent == folder:
-            return None
-    return None
+    folders = [parent for parent in path.parents if parent == folder or folder in parent.parents]
+    return next((parent for parent in folders if (parent / MANIFEST).is_file()), None)
 
 
 def node_package(node: Path, folder: Path) -> Path:

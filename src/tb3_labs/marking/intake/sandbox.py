@@ -36,10 +36,8 @@ ETC_PATHS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.co
 #: A student's program sees only these parts of tb3_labs.
 SHARED_PATHS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
-#: In a sandbox, python3 -c first runs this program. The first argument is the number of a user, or
-#: ''. The further arguments are a command. The program makes the user's folders writable, and
-#: becomes the user. Next the program makes the folder of log files, since rospy would try to change
-#: the owner of this folder, and fail. Then the program runs the command.
+#: Runs a command in a sandbox. The arguments are the number of a user, or '', and the command. The
+#: folder of log files is made, since rospy would make it, and fail to change its owner.
 ENTER_PROGRAM = f'''import errno, os, signal, sys
 user, *command = sys.argv[1:]
 if user:

@@ -34,8 +34,7 @@ CANVAS_NAME = re.compile(
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
 #: These names are special in Linux or in the folder of marks, so a student's file is renamed.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
-#: A name has at most this many bytes. Linux allows 255 bytes, so there is space for an ending.
-MAX_NAME_LENGTH = 180
+MAX_NAME_BYTES = 180        # Linux allows 255, so there is space for an ending
 #: This program reads a submission. The program's input and output are JSON.
 READ_PROGRAM = '''import json, sys
 del sys.path[0]
@@ -53,7 +52,7 @@ def file_name(text: str) -> str:
     name = printable(text.strip()).replace('/', '_')
     if RESERVED_NAMES.fullmatch(name):
         name = f'_{name}_'
-    return name.encode()[:MAX_NAME_LENGTH].decode(errors='ignore')
+    return name.encode()[:MAX_NAME_BYTES].decode(errors='ignore')
 
 
 class PlatformName(NamedTuple):
