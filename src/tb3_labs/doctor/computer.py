@@ -52,8 +52,8 @@ def outgoing_address(address: str) -> str:
 
 
 @dataclass(frozen=True)
-class Address:
-    """The address that this computer advertises, and the addresses that it really has."""
+class Computer:
+    """The settings of this computer's address, and the addresses that it really has."""
 
     ros_ip: str = ''
     ros_hostname: str = ''
@@ -79,43 +79,41 @@ class Address:
         return f'{unset}export ROS_IP={address}, then start the nodes here again'
 
 
-def address_here(master: str) -> Address:
-    """Returns this computer's Address. `master` is the address of the master, or '' if unknown."""
-    here = Address(
+def this_computer(master: str) -> Computer:
+    """Returns this Computer. `master` is the address of the master, or '' if unknown."""
+    computer = Computer(
         ros_ip=os.environ.get('ROS_IP', ''), ros_hostname=os.environ.get('ROS_HOSTNAME', ''),
         hostname=socket.gethostname(), addresses=own_addresses(),
-        is_master_here=not os.environ.get('ROS_MASTER_URI'))
-    if master:
-        here = replace(here, outgoing_address=outgoing_address(master),
-                       is_master_here=is_own(master))
-    return replace(here, resolved=address_of(here.advertised))
+        outgoing_address=outgoing_address(master) if master else '',
+        is_master_here=is_own(master) if master else not os.environ.get('ROS_MASTER_URI'))
+    return replace(computer, resolved=address_of(computer.advertised))
 
 
-def judge_address(here: Address) -> Finding:
+def judge_address(computer: Computer) -> Finding:
     """Can other computers reach this computer at the address that its nodes advertise?"""
-    if not here.ros_ip and not here.ros_hostname:
+    if not computer.ros_ip and not computer.ros_hostname:
         text = 'neither ROS_IP nor ROS_HOSTNAME is set: '
-        if here.is_master_here:
+        if computer.is_master_here:
             return ok('Address', text + 'this is right for this computer alone')
-        text += f'the robot is told the name {here.hostname}, and may not resolve it'
-        return warning('Address', text, here.advice)
-    variable = 'ROS_HOSTNAME' if here.ros_hostname else 'ROS_IP'
-    text = f'{variable}={here.advertised!r}'
-    if here.resolved not in ('', here.advertised) and not is_loopback(here.resolved):
-        text += f' ({here.resolved})'
-    if here.ros_hostname and here.ros_ip:
-        text += f' (it goes before ROS_IP={here.ros_ip!r})'
-    if is_loopback(here.resolved) and here.is_master_here:
+        text += f'the robot is told the name {computer.hostname}, and may not resolve it'
+        return warning('Address', text, computer.advice)
+    variable = 'ROS_HOSTNAME' if computer.ros_hostname else 'ROS_IP'
+    text = f'{variable}={computer.advertised!r}'
+    if computer.resolved not in ('', computer.advertised) and not is_loopback(computer.resolved):
+        text += f' ({computer.resolved})'
+    if computer.ros_hostname and computer.ros_ip:
+        text += f' (it goes before ROS_IP={computer.ros_ip!r})'
+    if is_loopback(computer.resolved) and computer.is_master_here:
         text += ' is right for this computer alone; for a real robot set ROS_IP'
         return ok('Address', text)
-    if here.resolved in here.addresses:
+    if computer.resolved in computer.addresses:
         return ok('Address', text + ' is an address of this computer')
-    if not here.resolved:
+    if not computer.resolved:
         text += ' does not resolve, not even here'
-    elif is_loopback(here.resolved):
+    elif is_loopback(computer.resolved):
         text += (': on the robot this address is the robot itself, so the robot cannot reach this '
                  'computer')
     else:
-        addresses = ', '.join(here.addresses) or 'none'
+        addresses = ', '.join(computer.addresses) or 'none'
         text += f' is not an address of this computer (it has {addresses})'
-    return fault('Address', text, here.advice)
+    return fault('Address', text, computer.advice)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Collection, Iterator, Mapping
 
 from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
-from tb3_labs.doctor.computer import Address, address_of, is_loopback
+from tb3_labs.doctor.computer import Computer, address_of, is_loopback
 
 CALLER_ID = f'/doctor_{os.getpid()}'        # not registered at the master
 ANSWER_TIMEOUT = 1.0        # [s]
@@ -206,25 +206,27 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
 
 
 def judge_return_path(publishers: Mapping[str, str], connected: Collection[str], robot: str,
-                      here: Address, is_robot_elsewhere: bool) -> Finding:
+                      computer: Computer, is_robot_elsewhere: bool) -> Finding:
     """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `publishers`
     is {node of this computer that publishes cmd_vel: URI}. `connected` has the URIs of the nodes
-    from which `robot` receives messages. `here.outgoing_address` is the address from which this
+    from which `robot` receives messages. `computer.outgoing_address` is the address from which this
     computer sends to the robot."""
     for node, uri in sorted(publishers.items()):
         if uri.rstrip('/') not in connected:
-            return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
-                robot, node, uri.rstrip('/')), 'if sudo ufw status says active: sudo ufw allow '
-                'from ROBOTS_ADDRESS; else ' + here.advice)
+            text = f"{robot} cannot reach {node} at {uri.rstrip('/')}: commands do not arrive"
+            return fault('Way back', text, 'if sudo ufw status says active: sudo ufw allow from '
+                         'ROBOTS_ADDRESS; else ' + computer.advice)
     if publishers:
         return ok('Way back', f"{robot} is connected to {', '.join(sorted(publishers))}")
     if not is_robot_elsewhere:
         return ok('Way back', 'the robot is on this computer')
-    if here.resolved != here.outgoing_address:
-        return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(
-            here.advertised, here.outgoing_address or 'of this computer'), here.advice)
-    if here.advertised != here.outgoing_address:
-        return warning('Way back', 'the robot must resolve the name {}; start a lab, then this '
-                       'line shows whether it does'.format(here.advertised), here.advice)
-    return ok('Way back', '{} is the address towards the robot; start a lab, then this line shows '
-              'a firewall'.format(here.advertised))
+    name, address = computer.advertised, computer.outgoing_address
+    if computer.resolved != address:
+        needed = address or 'of this computer'
+        return fault('Way back', f'the robot cannot reach {name}: it needs the address {needed}',
+                     computer.advice)
+    if name != address:
+        return warning('Way back', f'the robot must resolve the name {name}; start a lab, then '
+                       'this line shows whether it does', computer.advice)
+    return ok('Way back', f'{name} is the address towards the robot; start a lab, then this line '
+              'shows a firewall')
