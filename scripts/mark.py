@@ -109,13 +109,14 @@ def mark_class(arguments, work):
 
 
 def _submissions(arguments):
-    marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
-    if source.is_dir() and source in (marks, *marks.parents):
-        raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
-                         'a folder beside them')
+    marks = arguments.folder.resolve()
+    source = arguments.submissions.resolve()
     if not source.is_dir():
         raise ValueError(f'{arguments.submissions} is not a folder (a zip file of a class: unzip '
                          f'{shlex.quote(source.name)} -d submissions)')
+    if source in (marks, *marks.parents):
+        raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
+                         'a folder beside them')
     submissions = submissions_in(arguments.submissions.absolute(), print_problem)
     check_names(arguments.only, [submission.student for submission in submissions])
     return [submission for submission in submissions

@@ -1,7 +1,7 @@
 """The labs that can be marked, the points of their criteria, and the marks of a submission.
 
-An instructor may edit the table of the points. The table has a section for each lab. Within a lab,
-the section `extra` has the points of the criteria beyond the handout:
+An instructor may edit the table of the points, which contains a section for each lab. Within a
+lab, the section `extra` contains the points of the criteria beyond the handout:
 
     turn:
       left: 3

@@ -1,10 +1,10 @@
-"""The page of one student, and results.json, which has the same content for Gradescope.
+"""The page of one student, and results.json, the same content for Gradescope.
 
-The page has the verdicts, and the timeline of the recorded trial. The page needs no other file.
+The page shows the verdicts, and the timeline of the recorded trial. The page needs no other file.
 
-In results.json each test has a score, and the whole score is the sum of the tests' scores. A
-student sees the results as soon as the marking has ended. An unjudged submission gets a file with
-the score 0 and the reason, because Gradescope would call a missing file a fault of the autograder.
+In results.json the whole score is the sum of the tests' scores. An unjudged submission gets a file
+with the score 0 and the reason, because Gradescope would call a missing file a fault of the
+autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import math
@@ -44,9 +44,10 @@ def student_page(marks: Marks, lab: str) -> str:
     observation = marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
-        parts.append(_verdicts(marks.graded_verdicts, has_timeline))
+        parts.append(_verdict_table(marks.graded_verdicts, has_timeline))
         if marks.extra_verdicts:
-            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra_verdicts, has_timeline)]
+            parts.append('<h2>Beyond the handout</h2>')
+            parts.append(_verdict_table(marks.extra_verdicts, has_timeline))
     if observation is not None:
         if has_timeline:
             parts += [section(timeline_of(recording_for_timeline(observation), marks)),
@@ -104,7 +105,7 @@ def recording_for_timeline(observation: Observation) -> RunData:
         frames=Poses.none())
 
 
-def _verdicts(verdicts, has_timeline):
+def _verdict_table(verdicts, has_timeline):
     rows = []
     for verdict in verdicts:
         sentence = verdict.sentence

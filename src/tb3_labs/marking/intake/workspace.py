@@ -190,8 +190,7 @@ def _built_types(definitions, environment, protection):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """Returns {name: [folder of messages]} of all ROS packages of this machine. The result is
-    cached. A folder of messages need not exist."""
+    """Returns {name: [folder of messages]} of all ROS packages here. The folder need not exist."""
     # a RosPack changes during a query, so two threads must not share one
     ros = rospkg.RosPack()
     return {name: [os.path.join(ros.get_path(name), MESSAGES)] for name in ros.list()}
