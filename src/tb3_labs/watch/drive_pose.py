@@ -103,7 +103,7 @@ def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks the variables of the local pose. If a variable and its reference are wrong, the
     BrokenLink of the reference is yielded first."""
-    for frame, name in product(node_run.cached(local_frames), REFERENCES_OF):
+    for frame, name in product(local_frames(node_run), REFERENCES_OF):
         for wrong in wrong_in_frame(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
                 yield from wrong_reference(node_run, frame, reference)

@@ -3,6 +3,7 @@ and the states come from the node's own variables.
 
 In this file a place (x, y) is the complex number x + iy, so a rotation is a product.
 """
+from functools import lru_cache
 from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
@@ -47,16 +48,17 @@ class NodeFrame(NamedTuple):
         return f'after the reset at {self.begin:.0f} s ' if self.is_reset else ''
 
 
+@lru_cache(maxsize=1)
 def local_frames(node_run: NodeRun) -> List[NodeFrame]:
     """Returns the local frames of a run in order. A frame begins at each recorded start of the
     node, and at each recorded reset. Starts are recorded only in a trial."""
-    run, times = node_run.run, node_run.reading_times
+    run = node_run.run
+    times = node_run.reading_times
     if not len(times) or not len(run.odometry) or not len(run.imu):
         return []
     declared = [NodeFrame(min(times[index_from(times, start)], start + REST_TIME))
                 for start in run.starts]
-    for time, x, y, yaw in zip(
-            run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw):
+    for time, x, y, yaw in zip(run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw):
         if time > times[0]:
             declared.append(NodeFrame(time, complex(x, y), yaw, is_reset=True))
     declared.sort(key=lambda frame: frame.begin)
@@ -97,7 +99,8 @@ class NodePose(NamedTuple):
 def own_pose(node_run: NodeRun, times: np.ndarray) -> NodePose:
     """Returns the NodePose at these times. In a trial, a missing goal is the handout's goal."""
     default = HANDOUT_GOAL if node_run.run.starts else {}
-    values, units = {}, {}
+    values = {}
+    units = {}
     for name in (*REFERENCES_OF, *HANDOUT_GOAL):
         series = node_run.variable(name)
         values[name] = np.full(len(times), default.get(name, np.nan))
@@ -119,14 +122,17 @@ def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -
     """Returns the `readings` at which the node has control and also had control `seconds` earlier.
     The variable has_control, or else ctrl_relinq, shows who has control. Without has_control and
     ctrl_relinq, all readings are returned."""
-    control, has_control = node_run.run.control, node_run.boolean_variable('has_control')
+    control = node_run.run.control
+    has_control = node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
     if has_control is not None:
         time, value = has_control.time, has_control.value
     if not len(time):
         return readings
-    has, had = last_until(time, readings.time), last_until(time, readings.time - seconds)
-    return readings.take((had >= 0) & (value[has] == 1.0) & (value[had] == 1.0))
+    index_now = last_until(time, readings.time)
+    index_earlier = last_until(time, readings.time - seconds)
+    is_known = index_earlier >= 0
+    return readings.take(is_known & (value[index_now] == 1.0) & (value[index_earlier] == 1.0))
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
@@ -149,14 +155,16 @@ class StateInterval(NamedTuple):
     pose: NodePose
 
 
+@lru_cache(maxsize=1)
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
     """Returns the StateIntervals of a run in order; [] if the node does not have a variable `state`
     with the handout's states."""
-    series, sent = node_run.variable('state'), node_run.commands
+    series = node_run.variable('state')
+    sent = node_run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
     # a new frame, a message on ctrl_relinq, and a gap in the readings also end an interval
-    cuts = [*(each.begin for each in node_run.cached(local_frames)), *node_run.run.control.arrival]
+    cuts = [*(each.begin for each in local_frames(node_run)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
     intervals = []
@@ -165,7 +173,7 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
         errors = own_pose(node_run, readings.time).error(ROTATE_TO_GOAL)
         if np.isnan(errors).all():
             continue
-        is_cut = end in gaps or (np.abs(np.subtract(cuts, end)) <= SHORT_LAG).any()
+        is_cut = end in gaps or any(abs(cut - end) <= SHORT_LAG for cut in cuts)
         next_state = series.text_at(end) if end in series.changes and not is_cut else ''
         first, last = readings.time[0], readings.time[-1]
         commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))

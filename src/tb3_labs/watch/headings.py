@@ -2,6 +2,7 @@
 import math
 import re
 from dataclasses import replace
+from functools import lru_cache
 from itertools import product
 from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
@@ -47,6 +48,7 @@ def angles_of(imu: Any) -> Dict[str, np.ndarray]:
             'yaw (of the quaternion read in the order x, y, z, w)': misread_yaw}
 
 
+@lru_cache(maxsize=1)
 def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     """Returns the quantities that a node may use as its heading. The correct quantity is first."""
     imu = node_run.run.imu
@@ -157,7 +159,7 @@ def printed_headings(node_run: NodeRun) -> Series:
 
 def wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the printed number follows the heading from 0 to 360 degrees."""
-    series, quantities = printed_headings(node_run), node_run.cached(heading_candidates)
+    series, quantities = printed_headings(node_run), heading_candidates(node_run)
     correct = quantities[0]
     if len(series.time) < 3 or not len(correct.time):
         return

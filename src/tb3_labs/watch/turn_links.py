@@ -33,8 +33,8 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the variable curr_yaw is a usable heading."""
     series = node_run.variable('curr_yaw')
     if series is not None and own_heading(node_run) is None:
-        correct = node_run.cached(heading_candidates)[0]
-        yield broken_heading(series, correct, node_run.cached(followed_by_curr_yaw))
+        correct = heading_candidates(node_run)[0]
+        yield broken_heading(series, correct, followed_by_curr_yaw(node_run))
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -46,7 +46,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         return
     unit = heading.per_degree
     correct_turn = None
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         if turning is not None and turning.at(turn.begin) == 1.0:
             continue        # the node is still in the previous turn, and has not read the letter
         change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
@@ -74,7 +74,7 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
     turning = node_run.boolean_variable('turning')
     if turning is None:
         return
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         end = min(turn.end, turn.begin + 1.0)
         readings = turning.between(turn.begin + FIRST_COMMAND_TIME, end)
         stays_false = len(readings.value) > 4 and not readings.value.any()
@@ -89,7 +89,7 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that commands come often enough, and that no other callback sends zeros."""
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         moving = turn.moving_indices
         if len(moving) >= 3:
             span = slice(moving[0], moving[-1] + 1)
@@ -108,7 +108,7 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that commands turn the robot, to the correct side, and within the limits."""
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         has_only_zeros = len(turn.time) > 5 and not len(turn.moving_indices)
         if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
             yield BrokenLink(
@@ -121,7 +121,7 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that no command turns the robot away from the goal."""
     wrong_commands = []
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         error_size = np.abs(turn.error)
         is_clear = (error_size > CLEAR_ERROR_DEG) & (error_size < 180.0 - CLEAR_ERROR_DEG)
         turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > 0.02)
@@ -134,7 +134,7 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
 def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the rate of each turn is within its limit, and that the forward speed is zero."""
     sent = node_run.commands
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         moving = turn.moving_indices
         if not len(moving):
             continue
@@ -152,7 +152,7 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that each turn ends within the tolerance, in time, and by a zero command. Also checks
     that the variable `turning` becomes False."""
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         if len(turn.moving_indices):
             yield from wrong_last_command(node_run, turn)
             yield from late_stop(node_run, turn)
@@ -207,7 +207,7 @@ def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
     if turning is None or not len(node_run.run.letters):
         return
     was_cut = False
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         if turning.at(turn.begin - READING_PERIOD) == 1.0 and not was_cut:
             yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
                              'not become False at the goal before', turn.begin, turning.name)
