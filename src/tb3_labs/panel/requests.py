@@ -34,11 +34,9 @@ from tb3_labs.supervision.goal_requests import MAX_COORDINATE, MAX_YAW_DEG, Type
 #: The panel reads a message with at most this many characters. The longest valid message has about
 #: 250 characters. In 500 characters JSON cannot be nested so deeply that Python fails.
 MAX_REQUEST_LENGTH = 500
-#: The largest valid value of the entry "t" [s].
-MAX_SENT_TIME = 1e12
+MAX_SENT_TIME = 1e12        # [s]
 #: A browser's clock may be ahead of the panel's clock by at most this time [s].
 MAX_CLOCK_AHEAD = 0.2
-#: The largest valid turn [deg].
 MAX_TURN_DEG = 360.0
 
 

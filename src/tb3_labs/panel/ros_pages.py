@@ -15,14 +15,12 @@ from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe
 
-#: Time [ms] between two checks of the page that drives.
 DEAD_MAN_PERIOD_MS = 20.0
 #: When the node ends, it waits at most this time [s] until the robot has been stopped.
 RELEASE_TIMEOUT = 0.5
 #: A new page gets at most this many older log lines.
 MAX_KEPT_LINES = 200
-#: A page gets at most this many characters of a log line.
-MAX_LINE_LENGTH = 500
+MAX_LINE_LENGTH = 500       # [characters]
 #: (lowest level of a message, name of the level on a page)
 LOG_LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
 

@@ -20,20 +20,15 @@ from tb3_labs.ros.node import guarded
 
 #: Requests for files with these suffixes need no token. The page and the socket need the token.
 PUBLIC_SUFFIXES = ('.css', '.js', '.svg')
-#: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
-#: A regular expression for the names of the files in `drawing`, which draw a robot.
-DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
-                         if path.suffix in PUBLIC_SUFFIXES)
-#: Time [s] between two pings of a page.
-PING_PERIOD = 1.0
+DRAWING_FILE = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
+                        if path.suffix in PUBLIC_SUFFIXES)
+PING_PERIOD = 1.0           # [s]
 #: If a page does not answer a ping within this time [s], the server disconnects the page. The
 #: page's computer may be suspended, or the network may stall. The page tries to connect again.
 PONG_TIMEOUT = 3.0
-#: After this time [s] the server closes a connection without a complete request.
-REQUEST_TIMEOUT = 10.0
-#: The panel tries at most this many ports.
-MAX_PORTS = 10
+REQUEST_TIMEOUT = 10.0      # [s] until a connection without a complete request is closed
+MAX_TRIED_PORTS = 10
 #: With these headers the page loads only files of this server, and no other site can show the page
 #: in a frame.
 HEADERS = {
@@ -88,7 +83,7 @@ class Server:
         asyncio.set_event_loop(self._loop)
         application = web.Application([
             (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page}),
-            (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FOLDER)}),
+            (f'/({DRAWING_FILE})', _File, {'access': self._access, 'path': str(drawing.FOLDER)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * MAX_REQUEST_LENGTH,
@@ -159,7 +154,7 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
 
 def _bind(port, address):
     """Returns (sockets, port) of a free port. Raises ``ValueError`` if no port can be used."""
-    for number in range(port, port + MAX_PORTS):
+    for number in range(port, port + MAX_TRIED_PORTS):
         try:
             sockets = netutil.bind_sockets(number, address)
         except OSError as problem:

@@ -34,8 +34,7 @@ OPTIONAL_TOPICS = {
 MESSAGE_CLASSES = {(each._type, each._md5sum): each for each in (
     Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(message_type for _, message_type in OPTIONAL_TOPICS.values()))}
-#: A person drives the robot through these topics. The types of these topics are not checked.
-DEVICE_TOPICS = 'joy', 'mouse_info'
+DEVICE_TOPICS = 'joy', 'mouse_info'     # of any type
 
 
 def read_run(path, namespace=None):

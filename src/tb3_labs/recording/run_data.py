@@ -19,10 +19,8 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: A longer pause [s] between two messages of a topic is a gap.
-MIN_GAP = 0.3
-#: A larger distance [m] between two successive poses is a leap.
-MIN_LEAP = 0.3
+MIN_GAP = 0.3       # [s] between two messages of a topic
+MIN_LEAP = 0.3      # [m] between two successive poses
 
 SamplesType = TypeVar('SamplesType', bound='Samples')
 
@@ -52,7 +50,6 @@ class Samples:
 
     @classmethod
     def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
-        """Returns the samples of all `parts`, in order."""
         if not parts:
             return cls.none()
         return cls(*(np.concatenate([getattr(part, column.name) for part in parts])
@@ -68,7 +65,6 @@ class Samples:
 
     @classmethod
     def none(cls: Type[SamplesType]) -> SamplesType:
-        """Returns samples of length 0."""
         return cls(*(np.empty(0) for _ in fields(cls)))
 
 
@@ -109,7 +105,7 @@ class Poses(Yaws):
 
     @property
     def length(self) -> float:
-        """The length [m] of the path. Driving backwards makes the path longer, too."""
+        """The length [m] of the path, forwards and backwards."""
         return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
 
     @property
@@ -127,11 +123,9 @@ class Poses(Yaws):
         return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
 
     def pose_at(self, time: float) -> Pose2:
-        """Returns the interpolated pose at one time [s]."""
         return self.at(np.array([time])).pose(0)
 
     def inverse(self) -> 'Poses':
-        """Returns the inverse of each pose."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))

@@ -13,14 +13,12 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_
 from tb3_labs.watch.broken_link import MAX_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series
 
-#: A pose is correct if it differs by at most this much [m, rad] from the correct pose.
-POSE_TOLERANCE = 0.03
+POSE_TOLERANCE = 0.03           # [m, rad]
 #: Values follow a formula if the formula is correct for at least this share of the values.
 MIN_CORRECT_SHARE = 0.9
 #: The probe shows each change within MAX_PROBE_LAG [s], and most changes within SHORT_LAG [s].
 MAX_PROBE_LAG, SHORT_LAG = 0.4, 0.1
-#: The robot rests for this time [s] after the node's start.
-REST_TIME = 1.5
+REST_TIME_AFTER_START = 1.5     # [s]
 #: {variable of the pose: references from which the node computes this variable}.
 REFERENCES_OF = {
     'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
@@ -56,7 +54,7 @@ def local_frames(node_run: NodeRun) -> List[NodeFrame]:
     times = node_run.reading_times
     if not len(times) or not len(run.odometry) or not len(run.imu):
         return []
-    declared = [NodeFrame(min(times[index_from(times, start)], start + REST_TIME))
+    declared = [NodeFrame(min(times[index_from(times, start)], start + REST_TIME_AFTER_START))
                 for start in run.starts]
     for time, x, y, yaw in zip(run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw):
         if time > times[0]:

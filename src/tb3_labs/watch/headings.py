@@ -85,11 +85,9 @@ def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Qu
     """Returns the quantity that a variable follows, or None. The first of the `quantities` is the
     correct heading. If a node cannot turn by the returned quantity, `per_degree` is 0."""
     correct = quantities[0]
-    matching = candidates = matching_quantities(series, quantities)
-    if not matching:
-        candidates = matching_quantities(
-            series, [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities])
-    for candidate in candidates:
+    matching = matching_quantities(series, quantities)
+    coarse = [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities]
+    for candidate in matching or matching_quantities(series, coarse):
         if is_usable_heading(candidate, correct):
             return candidate
     if matching:

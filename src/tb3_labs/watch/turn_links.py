@@ -13,16 +13,16 @@ from tb3_labs.watch.typed_turns import (
     own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. If the robot is
-#: already turning, it turns some degrees before the node reads the letter.
+#: A robot that is already turning turns some degrees before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
 #: The side of a turn is judged only if the error differs by more than this angle [deg] from 0 and
 #: from 180.
 CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
-#: A node sends the first command of a turn within this time [s] after the letter.
-FIRST_COMMAND_TIME = 0.4
+MAX_FIRST_COMMAND_DELAY = 0.4       # [s] after the letter
+MIN_TURNING_SPEED = 0.02            # [rad/s]
+SPEED_TOLERANCE = 0.01              # [m/s, rad/s]
 #: When the error is below half the handout's tolerance, the turn must end within this time [s].
 MAX_STOP_TIME = 0.5
 #: A turn with a finer tolerance must end within this time [s].
@@ -41,7 +41,8 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that each letter sets goal_yaw to curr_yaw plus or minus 90 degrees."""
     series = node_run.variable('curr_yaw')
     heading = own_heading(node_run)
-    goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
+    goal = node_run.variable('goal_yaw')
+    turning = node_run.boolean_variable('turning')
     if series is None or heading is None or goal is None:
         return
     unit = heading.per_degree
@@ -76,7 +77,7 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
         return
     for turn in letter_turns(node_run):
         end = min(turn.end, turn.begin + 1.0)
-        readings = turning.between(turn.begin + FIRST_COMMAND_TIME, end)
+        readings = turning.between(turn.begin + MAX_FIRST_COMMAND_DELAY, end)
         stays_false = len(readings.value) > 4 and not readings.value.any()
         if stays_false and not len(turn.moving_indices):
             clause = ''
@@ -123,9 +124,9 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     wrong_commands = []
     for turn in letter_turns(node_run):
         error_size = np.abs(turn.error)
-        is_clear = (error_size > CLEAR_ERROR_DEG) & (error_size < 180.0 - CLEAR_ERROR_DEG)
-        turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > 0.02)
-        wrong_commands += [(turn, k) for k in np.flatnonzero(is_clear & turns_away)]
+        has_one_side = (error_size > CLEAR_ERROR_DEG) & (error_size < 180.0 - CLEAR_ERROR_DEG)
+        turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > MIN_TURNING_SPEED)
+        wrong_commands += [(turn, k) for k in np.flatnonzero(has_one_side & turns_away)]
     if len(wrong_commands) >= 2:
         turn, k = wrong_commands[0]
         yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
@@ -139,11 +140,11 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
         if not len(moving):
             continue
         k = int(np.argmax(np.abs(turn.command)))
-        if abs(turn.command[k]) > MAX_ANG_Z + 0.01:
+        if abs(turn.command[k]) > MAX_ANG_Z + SPEED_TOLERANCE:
             yield BrokenLink(f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for',
                              turn.time[k], 'angular.z')
         forward = sent.linear[np.isin(sent.arrival, turn.time[moving])]
-        if (np.abs(forward) > 0.01).sum() > 2:
+        if (np.abs(forward) > SPEED_TOLERANCE).sum() > 2:
             fastest = forward[np.argmax(np.abs(forward))]
             yield BrokenLink(f'in the turn after {turn.letter} linear.x was {fastest:.2g}',
                              turn.begin, 'linear.x')

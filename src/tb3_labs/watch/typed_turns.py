@@ -11,11 +11,9 @@ from tb3_labs.watch.broken_link import MAX_COMMAND_PAUSE, NodeRun
 from tb3_labs.watch.headings import followed_quantity, heading_candidates
 from tb3_labs.watch.variables import Quantity
 
-#: A node reads a typed letter within this time [s].
-MAX_LETTER_DELAY = 3.0
+MAX_LETTER_DELAY = 3.0      # [s]
 #: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
-#: The letter of a turn whose letter was not recorded.
 UNKNOWN_LETTER = 'a letter'
 #: {value in RunData.letters: letter}, and {letter: requested angle [deg]}.
 LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}
@@ -123,13 +121,13 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     """Returns the times at which `turning` became True. Returns no times if goal_yaw changes in a
     turn, since the node may then keep letters in a queue."""
-    turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
+    turning = node_run.boolean_variable('turning')
+    goal = node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)
-    goal_changes = np.empty(0) if goal is None else goal.changes
+    goal_changes = () if goal is None else goal.changes
     for time in goal_changes:
-        was_turning = turning.at(time - 2.0 * READING_PERIOD)
-        if was_turning and turning.at(time):
+        if turning.at(time - 2.0 * READING_PERIOD) and turning.at(time):
             return np.empty(0)
     becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
     # the probe may show the change up to two periods after the node read the letter

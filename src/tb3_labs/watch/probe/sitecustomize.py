@@ -31,8 +31,7 @@ MAX_VALUE_LENGTH = 200
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
-#: The parts of an object, and the parts of these parts, are shown down to this depth.
-MAX_NESTED = 3
+MAX_DEPTH_OF_PARTS = 3
 
 
 def leave_the_path():
@@ -109,8 +108,8 @@ class WatchedNode:
         """Returns {name: text of the value} of at most MAX_SHOWN_VARIABLES variables."""
         if time.monotonic() > self._next_search:
             self._search()
-        objects = [reference() for reference in self._objects]
-        objects = [each for each in objects if each is not None]
+        referents = (reference() for reference in self._objects)
+        objects = [each for each in referents if each is not None]
         attributes_of = {id(each): attributes(each) for each in objects}
         part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
         shown = {}
@@ -142,8 +141,7 @@ class WatchedNode:
                 if is_wanted and len(self._objects) < MAX_OBJECTS:
                     with suppress(TypeError):   # a class with __slots__ has no weak references
                         self._objects.append(weakref.ref(each))
-        duration = time.thread_time() - begin
-        self._next_search += duration / SEARCH_SHARE
+        self._next_search += (time.thread_time() - begin) / SEARCH_SHARE
 
     def _add(self, shown, variables, owner, shown_ids):
         for name, value in variables.items():
@@ -166,7 +164,7 @@ class WatchedNode:
         if text is not None:
             yield name, text
             return
-        if depth < MAX_NESTED:
+        if depth < MAX_DEPTH_OF_PARTS:
             for part, each in self._parts(value, shown_ids).items():
                 yield from self._texts(f'{name}.{part}', each, shown_ids, depth + 1)
 
