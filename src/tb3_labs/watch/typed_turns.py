@@ -125,7 +125,7 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     goal = node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)
-    goal_changes = () if goal is None else goal.changes
+    goal_changes = np.empty(0) if goal is None else goal.changes
     for time in goal_changes:
         if turning.at(time - 2.0 * READING_PERIOD) and turning.at(time):
             return np.empty(0)
