@@ -108,8 +108,7 @@ class RobotView:
         return ''
 
     def stop_problem(self, since: float) -> Optional[str]:
-        """Returns the reason why the stop at `since` [s] is not confirmed yet. Returns None if the
-        robot stands still and move_to_goal has no control."""
+        """Returns the reason why the stop at `since` [s] is not confirmed yet, or None."""
         odom = self.latest('odom')
         if self.latest('has_control'):
             return 'move_to_goal does not answer'

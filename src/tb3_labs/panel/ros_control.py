@@ -210,8 +210,7 @@ class PanelRobot:
 
     def _send_mouse(self, position):
         """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
-        mouse_client.py, an inactive message is sent before the first active message and after the
-        last active message."""
+        mouse_client.py, inactive messages surround the active messages."""
         if self._is_mouse_active != bool(position):
             self._publish_mouse(active=False)
         self._is_mouse_active = bool(position)

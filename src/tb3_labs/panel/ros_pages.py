@@ -29,8 +29,7 @@ class Pages:
     """The open pages, and their robot. The methods run in the thread of the server."""
 
     def __init__(self, config, body_radius):
-        """Offer the page with the settings of a PanelConfig. `body_radius` is the radius [m] of
-        the robot's body."""
+        """`config` is a PanelConfig. `body_radius` is the radius [m] of the robot's body."""
         self._greeting = {'control': config.control, 'radius': body_radius,
                           'robot': rospy.get_namespace().strip('/')}
         self._pages = []
@@ -45,8 +44,7 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since this node ends. Any thread may call this
-        method."""
+        """Stop the robot if a page drives, since this node ends. Any thread may call this."""
         released = threading.Event()
 
         def release():
@@ -64,7 +62,7 @@ class Pages:
                 timer.start()
         self._pages.append(page)
         page.send('hello', **self._greeting)
-        page.lines = list(self._lines)
+        page.unsent_lines = list(self._lines)
         return partial(self._on_text, page), partial(self._on_end, page)
 
     def _on_end(self, page):
@@ -80,9 +78,9 @@ class Pages:
         now = steady_time()
         picture = self._robot.picture(now)
         for page in self._pages:
-            if page.lines:
-                page.send('log', lines=page.lines)
-                page.lines = []
+            if page.unsent_lines:
+                page.send('log', lines=page.unsent_lines)
+                page.unsent_lines = []
             page.send('picture', **picture, now=now, page=self._driving_page_seen_by(page))
 
     def _driving_page_seen_by(self, page):
@@ -104,7 +102,7 @@ class Pages:
     def _add_line(self, line):
         self._lines.append(line)
         for page in self._pages:
-            page.lines.append(line)
+            page.unsent_lines.append(line)
 
     # -- requests of pages
 

@@ -29,8 +29,7 @@ PING_PERIOD = 1.0           # [s]
 PONG_TIMEOUT = 3.0
 REQUEST_TIMEOUT = 10.0      # [s] until a connection without a complete request is closed
 MAX_TRIED_PORTS = 10
-#: With these headers the page loads only files of this server, and no other site can show the page
-#: in a frame.
+#: The page loads only files of this server, and no other site can show the page in a frame.
 HEADERS = {
     'Content-Security-Policy': "default-src 'self'; connect-src 'self' ws: wss:; "
                                "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
@@ -43,9 +42,9 @@ class Server:
     """Offers the page at the address of a PanelConfig, in a separate thread.
 
     The server calls `open_page(send)` for each page that connects. `send(text)` sends a message to
-    this page. `open_page` returns two functions, `on_text` and `on_end`. The server calls
-    `on_text(text)` with each message of the page, and `on_end()` when the page is closed. Raises
-    ``ValueError`` if the address cannot be used.
+    this page. `open_page` returns two functions: the server calls `on_text(text)` with each message
+    of the page, and `on_end()` when the page is closed. Raises ``ValueError`` if the address cannot
+    be used.
     """
 
     def __init__(self, config, open_page):
@@ -61,7 +60,6 @@ class Server:
         self._access = Access(names, token)
         self._open_page = open_page
         self._sockets, port = _bind(config.port, config.address)
-        #: The address to open in a browser.
         self.address = f'http://{shown_name}:{port}/'
         if token:
             self.address += '?token=' + token

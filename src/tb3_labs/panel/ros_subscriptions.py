@@ -74,7 +74,6 @@ class RobotSubscriptions:
             return function(self._view)
 
     def latest(self, kind):
-        """Returns the latest value of a kind; None before the first value."""
         return self.use_view(lambda view: view.latest(kind))
 
     @property

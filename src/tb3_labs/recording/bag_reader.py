@@ -15,7 +15,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 #: An hour of record.launch needs 1.2e9 bytes, or 1.6e9 bytes if the bag is packed.
 MAX_MEMORY_BYTES = 2e9
-#: The memory [bytes] that a message, or a connection, needs in addition to its data.
+#: The memory that a message, or a connection, needs in addition to its data.
 MESSAGE_OVERHEAD_BYTES, CONNECTION_OVERHEAD_BYTES = 500, 10000
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
@@ -61,8 +61,8 @@ class Bag:
     that is not wanted. `problem` says why the reading ended early, or is ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
-        """Read the file. A message is kept if ``is_wanted(connection)`` is true. Raises BagProblem
-        if the file is not a bag."""
+        """Keep the messages with ``is_wanted(connection)``. Raises BagProblem if the file is not a
+        bag."""
         self.streams: Dict[Connection, Optional[Stream]] = {}
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]
         self.problem = ''

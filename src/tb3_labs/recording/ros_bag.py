@@ -92,8 +92,7 @@ def _run(bag, path, namespace):
 
 
 def _in_order(bag, topic, message_type):
-    """Returns (arrival, sender, bytes) of each message of this type on a topic, sorted by arrival.
-    Each stream in a bag has the messages of only one sender."""
+    """Returns (arrival, sender, bytes) of each message of this type on a topic, by arrival."""
     received = [(arrival, connection.sender, message)
                 for connection, stream in bag.streams.items()
                 if connection.topic == topic and _class_of(connection) is message_type

@@ -117,8 +117,7 @@ class Poses(Yaws):
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, times: np.ndarray) -> 'Poses':
-        """Returns the interpolated poses at the `times` [s]. Outside of the samples, the first or
-        the last pose is returned."""
+        """Returns the interpolated poses at the `times` [s], as in `yaw_at`."""
         x, y = (np.interp(times, self.time, column) for column in (self.x, self.y))
         return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
 
@@ -137,7 +136,7 @@ class Poses(Yaws):
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
     def seen_from(self, parent_T_frame: Pose2) -> 'Poses':
-        """Returns the poses, converted from `frame` to `parent` by `parent_T_frame`."""
+        """Returns the poses, converted from `frame` to `parent`."""
         x, y = parent_T_frame.act(np.column_stack([self.x, self.y])).T
         return Poses(self.arrival, self.time, x, y, wrap_all(self.yaw + parent_T_frame.yaw))
 

@@ -144,7 +144,6 @@ def _data(message, sender, prefix):
     return None, [(message.data,)]
 
 
-#: {field of RunData: (class of its samples, function that reads a message)}.
 FIELD_READERS = {
     'imu': (ImuSamples, _imu), 'odometry': (OdometrySamples, _odometry),
     'commands': (Commands, _command), 'local_pose': (Poses, _pose), 'ground_truth': (Poses, _pose),

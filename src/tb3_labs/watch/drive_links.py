@@ -17,16 +17,14 @@ from tb3_labs.watch.drive_states import (
     control_intervals, local_frames, own_pose, state_intervals)
 from tb3_labs.watch.variables import shortened_value
 
-#: The tolerance of each state, an angle [rad] or a distance [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
-              ROTATE_TO_FINAL: ANGLE_TOLERANCE}
+              ROTATE_TO_FINAL: ANGLE_TOLERANCE}      # [rad] or [m]
 MIN_WRONG_READINGS = 4
 #: With this heading error [rad] or more, the robot may turn to either side.
 EITHER_SIDE_ERROR = 3.0
 #: A node needs at most this time [s] for its first command in a state, and to leave the state.
 MAX_REACTION_TIME = 1.0
-#: The gain [1/s] of each rotation.
-GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
+GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}      # [1/s]
 
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:

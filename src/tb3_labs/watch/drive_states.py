@@ -19,11 +19,10 @@ MIN_CORRECT_SHARE = 0.9
 #: The probe shows each change within MAX_PROBE_LAG [s], and most changes within SHORT_LAG [s].
 MAX_PROBE_LAG, SHORT_LAG = 0.4, 0.1
 REST_TIME_AFTER_START = 1.5     # [s]
-#: {variable of the pose: references from which the node computes this variable}.
+#: {variable of the pose: references from which the node computes it}.
 REFERENCES_OF = {
     'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
     'local_y': ('initial_global_y', 'initial_odom_yaw')}
-#: {variable of the goal: its value [m] or [rad] in the handout}.
 HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
 
 

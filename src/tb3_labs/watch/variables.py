@@ -22,8 +22,7 @@ MIN_FOLLOWING_SHARE = 0.98
 #: A variable follows a quantity with a delay if this share of its values is late by at most
 #: MAX_DELAY [s].
 DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
-#: A sample is recent for this time [s] after the next sample arrives. The last sample is always
-#: recent.
+#: A sample is recent until this time [s] after the next sample arrives.
 RECENT_TIME = 0.5
 #: A sample may reach the node up to this time [s] earlier than the recorder.
 MAX_ARRIVAL_LEAD = 0.03
@@ -117,8 +116,8 @@ class Quantity(NamedTuple):
     per_degree: float = 0.0
 
     def at(self, time: Any) -> Any:
-        """Returns the last number before a time, or the first number if none is before. If `time`
-        is an array, an array of numbers is returned."""
+        """Returns the last number before a time, or before each time of an array. Returns the first
+        number if none is before."""
         return self.value[last_before(self.time, time).clip(0)]
 
 

@@ -69,8 +69,7 @@ def frame_intervals(run: RunData) -> List[FrameInterval]:
 
 
 def _interval_begins(run: RunData) -> List[float]:
-    """Returns the begin [s] of each frame interval after the first. Two resets never begin the same
-    interval."""
+    """Returns the begin [s] of each frame interval after the first."""
     local = run.local_pose
     moved_in_local = _displacements(local)
     moved_in_odom = _displacements(run.odometry.at(local.time))
@@ -82,6 +81,7 @@ def _interval_begins(run: RunData) -> List[float]:
         window = time - RESET_SEARCH_TIME, time + RESET_SEARCH_TIME
         first, last = np.searchsorted(local.time, window)
         near_jumps = range(max(0, first - 1), min(last, len(jumps)))
+        # two resets never begin the same interval
         candidates = [k for k in near_jumps if k not in reset_indices]
         if candidates and local.time[0] < time:
             delays = np.abs(begins[candidates] - time)

@@ -83,8 +83,7 @@ def _separate_turns(run: RunData, movement: Movement,
 
 def _turn_report(run: RunData, begin: float, end: float, next_command: float,
                  previous_end: float) -> Optional[TurnReport]:
-    """Returns the report of the turn that the commands from `begin` to `end` make; None if these
-    commands are not a turn."""
+    """Returns the report of the turn by the commands from `begin` to `end`; None if it is none."""
     times_before = begin - np.arange(0.0, MAX_MISSED_TIME, RATE_MEAN_TIME / 3.0)
     before = _first_rest(run.imu, times_before - RATE_MEAN_TIME, times_before)
     latest = min(end + MAX_STOPPING_TIME, next_command)

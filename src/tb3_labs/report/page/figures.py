@@ -32,7 +32,7 @@ from tb3_labs.report.motion.turns import HEADING_MEAN_TIME, turn_reports
 DOTS_PER_INCH = 150
 WIDTH = 7.2     # [inch], of an A4 page between its margins
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
-#: Successive curves have these (colour, line style).
+#: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 # the renderer Agg in Noetic fails on a longer line, so matplotlib draws the line in parts
 matplotlib.rcParams['agg.path.chunksize'] = 20000

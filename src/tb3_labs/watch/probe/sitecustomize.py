@@ -22,10 +22,9 @@ from contextlib import suppress
 from enum import Enum
 from types import FunctionType, ModuleType
 
-#: The pause [s] between two readings, and the shortest pause [s] between two searches for objects.
-READ_PAUSE, SEARCH_PAUSE = 0.05, 0.25
+READ_PAUSE, MIN_SEARCH_PAUSE = 0.05, 0.25       # [s]
 #: The searches for objects take at most this share of the time.
-SEARCH_SHARE = 0.003
+MAX_SEARCH_SHARE = 0.003
 MAX_SHOWN_VARIABLES, MAX_OBJECTS, MAX_OBJECTS_OF_A_CLASS = 40, 20, 3
 MAX_VALUE_LENGTH = 200
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
@@ -130,7 +129,7 @@ class WatchedNode:
         return shown
 
     def _search(self):
-        self._next_search = time.monotonic() + SEARCH_PAUSE
+        self._next_search = time.monotonic() + MIN_SEARCH_PAUSE
         begin = time.thread_time()
         counts = Counter()
         self._objects = []
@@ -141,7 +140,7 @@ class WatchedNode:
                 if is_wanted and len(self._objects) < MAX_OBJECTS:
                     with suppress(TypeError):   # a class with __slots__ has no weak references
                         self._objects.append(weakref.ref(each))
-        self._next_search += (time.thread_time() - begin) / SEARCH_SHARE
+        self._next_search += (time.thread_time() - begin) / MAX_SEARCH_SHARE
 
     def _add(self, shown, variables, owner, shown_ids):
         for name, value in variables.items():
@@ -232,8 +231,7 @@ def run():
     status = DiagnosticStatus(name=rospy.get_name())
     message = DiagnosticArray(status=[status])
 
-    def read():
-        """Publish the variables once. The node's stack frames are not kept."""
+    def publish_once():         # a function, so that the node's stack frames are not kept
         nonlocal node
         frames = script_frames()
         if node is None and frames:
@@ -246,7 +244,7 @@ def run():
     while not rospy.is_shutdown():
         time.sleep(READ_PAUSE)
         with suppress(Exception):       # an error of the probe must not disturb the node
-            read()
+            publish_once()
 
 
 def run_quietly():
