@@ -111,8 +111,8 @@ class Bag:
         if at > len(data):
             raise ValueError('the last record is not whole')
 
-    def _spend(self, memory: int) -> None:
-        self._memory_left -= memory
+    def _spend(self, memory_bytes: int) -> None:
+        self._memory_left -= memory_bytes
         if self._memory_left < 0:
             raise ReadingEnded(f'it takes more than {MAX_MEMORY_BYTES:.0e} bytes of memory')
 

@@ -19,11 +19,12 @@ from tb3_labs.watch.variables import shortened_value
 
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}      # [rad] or [m]
-MIN_WRONG_READINGS = 4
+#: A mistake is reported if at least so many readings or commands show it.
+MIN_WRONG_READINGS, MIN_WRONG_TURNS, MIN_LATE_COMMANDS = 5, 3, 4
+MIN_FITTED_COMMANDS, MIN_PACED_COMMANDS = 5, 4
 #: With this heading error [rad] or more, the robot may turn to either side.
 EITHER_SIDE_ERROR = 3.0
-#: A node needs at most this time [s] for its first command in a state, and to leave the state.
-MAX_REACTION_TIME = 1.0
+MAX_REACTION_TIME = 1.0     # [s] until the first command in a state, and to leave the state
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}      # [1/s]
 
 
@@ -37,7 +38,7 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue
         readings = series.between(begin + MAX_PROBE_LAG, min(end, node_run.end_after(begin)))
         wrong_count = (readings.value == 1.0 - value).sum()
-        if wrong_count > MIN_WRONG_READINGS and wrong_count > len(readings.value) / 2:
+        if wrong_count >= MIN_WRONG_READINGS and wrong_count > len(readings.value) / 2:
             delay = readings.time[-1] - begin
             yield BrokenLink(f'{delay:.1f} s after a {bool(value)} on ctrl_relinq {series.name} '
                              f'was {readings.text[-1]}', readings.time[0], series.name)
@@ -110,7 +111,7 @@ def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, flo
         if is_normalized:
             is_used &= np.abs(error) < EITHER_SIDE_ERROR
         command, error = angular[is_used], error[is_used]
-        if len(error) < 5:
+        if len(error) < MIN_FITTED_COMMANDS:
             continue
         gain = float(np.median(command / error))
         has_handouts_gain = abs(abs(gain) / handouts_gain - 1.0) < 0.05
@@ -181,7 +182,7 @@ def wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[Broke
     is_large = np.abs(error) > 2.0 * TOLERANCES[interval.state]
     has_one_side = np.abs(error) < EITHER_SIDE_ERROR
     wrong_indices = np.flatnonzero(has_wrong_side & is_large & has_one_side)
-    if len(wrong_indices) > 2:
+    if len(wrong_indices) >= MIN_WRONG_TURNS:
         k = wrong_indices[0]
         yield BrokenLink(f'{text}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
                          interval.commands.arrival[k], 'angular.z')
@@ -241,7 +242,7 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
         is_forbidden = is_moving | (not may_send_zeros)
         is_late = (sent.arrival > seen_at) & (sent.arrival < end)
         late_indices = np.flatnonzero(is_forbidden & is_late)
-        if len(late_indices) > 3:
+        if len(late_indices) >= MIN_LATE_COMMANDS:
             first = late_indices[0]
             yield BrokenLink(f'{event}, and {len(late_indices)} commands came later: '
                              + command_text(sent, first), sent.arrival[first])
@@ -258,5 +259,5 @@ def command_text(sent: Any, k: int) -> str:
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the commands of a state come often enough."""
     for interval in state_intervals(node_run):
-        if len(interval.commands) > 3 and interval.state in TOLERANCES:
+        if len(interval.commands) >= MIN_PACED_COMMANDS and interval.state in TOLERANCES:
             yield from slow_commands(interval.commands.arrival, interval.begin)

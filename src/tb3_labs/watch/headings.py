@@ -19,8 +19,7 @@ from tb3_labs.watch.variables import (
 COARSE_FACTOR = 30.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: (name, formula) of each range that a node may use for a yaw. The arguments of a formula are a yaw
-#: (from -180 to 180 degrees) and a whole turn, both in the node's unit. The third formula adds the
-#: number 360 even if the unit is not degrees.
+#: (from -180 to 180 degrees) and a whole turn, both in the node's unit.
 YAW_RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
     ('from 0 to 360', lambda yaw, turn: np.where(yaw < 0.0, yaw + turn, yaw)),
     ('from -180 to 180', lambda yaw, turn: yaw),

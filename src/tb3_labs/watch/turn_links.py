@@ -21,6 +21,9 @@ CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
 MAX_FIRST_COMMAND_DELAY = 0.4       # [s] after the letter
+#: A mistake is reported if at least so many readings or commands show it.
+MIN_FALSE_READINGS, MIN_ZERO_COMMANDS, MIN_ZERO_PAUSES = 5, 6, 3
+MIN_COMMANDS_AWAY, MIN_FORWARD_COMMANDS, MIN_PACED_COMMANDS = 2, 3, 3
 MIN_TURNING_SPEED = 0.02            # [rad/s]
 SPEED_TOLERANCE = 0.01              # [m/s, rad/s]
 #: When the error is below half the handout's tolerance, the turn must end within this time [s].
@@ -78,7 +81,7 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
     for turn in letter_turns(node_run):
         end = min(turn.end, turn.begin + 1.0)
         readings = turning.between(turn.begin + MAX_FIRST_COMMAND_DELAY, end)
-        stays_false = len(readings.value) > 4 and not readings.value.any()
+        stays_false = len(readings.value) >= MIN_FALSE_READINGS and not readings.value.any()
         if stays_false and not len(turn.moving_indices):
             clause = ''
             if np.isfinite(turn.error[:1]).any():
@@ -92,12 +95,12 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that commands come often enough, and that no other callback sends zeros."""
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
-        if len(moving) >= 3:
+        if len(moving) >= MIN_PACED_COMMANDS:
             span = slice(moving[0], moving[-1] + 1)
             is_zero = turn.command[span] == 0.0
             yield from slow_commands(turn.time[span], turn.begin)
             becomes_zero = is_zero[1:] & ~is_zero[:-1]
-            if becomes_zero.sum() >= 3:
+            if becomes_zero.sum() >= MIN_ZERO_PAUSES:
                 yield BrokenLink(
                     f'{is_zero.sum()} of {len(is_zero)} commands in the turn after {turn.letter} '
                     'were zero: another callback publishes, too', turn.begin)
@@ -110,7 +113,7 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
 def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that commands turn the robot, to the correct side, and within the limits."""
     for turn in letter_turns(node_run):
-        has_only_zeros = len(turn.time) > 5 and not len(turn.moving_indices)
+        has_only_zeros = len(turn.time) >= MIN_ZERO_COMMANDS and not turn.command.any()
         if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
             yield BrokenLink(
                 f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, angular.z '
@@ -121,14 +124,14 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that no command turns the robot away from the goal."""
-    wrong_commands = []
+    commands_away = []
     for turn in letter_turns(node_run):
         error_size = np.abs(turn.error)
         has_one_side = (error_size > CLEAR_ERROR_DEG) & (error_size < 180.0 - CLEAR_ERROR_DEG)
         turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > MIN_TURNING_SPEED)
-        wrong_commands += [(turn, k) for k in np.flatnonzero(has_one_side & turns_away)]
-    if len(wrong_commands) >= 2:
-        turn, k = wrong_commands[0]
+        commands_away += [(turn, k) for k in np.flatnonzero(has_one_side & turns_away)]
+    if len(commands_away) >= MIN_COMMANDS_AWAY:
+        turn, k = commands_away[0]
         yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
 
 
@@ -144,7 +147,7 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
             yield BrokenLink(f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for',
                              turn.time[k], 'angular.z')
         forward = sent.linear[np.isin(sent.arrival, turn.time[moving])]
-        if (np.abs(forward) > SPEED_TOLERANCE).sum() > 2:
+        if (np.abs(forward) > SPEED_TOLERANCE).sum() >= MIN_FORWARD_COMMANDS:
             fastest = forward[np.argmax(np.abs(forward))]
             yield BrokenLink(f'in the turn after {turn.letter} linear.x was {fastest:.2g}',
                              turn.begin, 'linear.x')

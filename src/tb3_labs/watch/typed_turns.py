@@ -15,8 +15,7 @@ MAX_LETTER_DELAY = 3.0      # [s]
 #: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
 UNKNOWN_LETTER = 'a letter'
-#: {value in RunData.letters: letter}, and {letter: requested angle [deg]}.
-LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}
+LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}       # sides as in RunData.letters
 TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG}
 
 

@@ -47,7 +47,7 @@ class MovementKind(Enum):
 @dataclass(frozen=True)
 class Movement:
     """A movement from `begin` to `end`. The commands have a forward speed from `forward_begin`
-    to `forward_end`. `forward_begin` equals `forward_end` if no command has a forward speed."""
+    to `forward_end`. Both equal `end` if no command has a forward speed."""
 
     kind: MovementKind
     begin: float
