@@ -109,7 +109,7 @@ def _verdicts(verdicts, has_timeline):
         sentence = verdict.sentence
         if has_timeline and verdict.moment is not None and verdict.outcome is Outcome.MISSED:
             sentence = Markup(f'{escape(sentence)} <a href="#t={verdict.moment:.1f}">Watch it</a>')
-        points = f'{verdict.points:g} / {verdict.worth:g}' if verdict.worth else ''
+        points = f'{verdict.points:g} / {verdict.full_points:g}' if verdict.full_points else ''
         rows.append([verdict.criterion.meaning, symbol(verdict), points, sentence])
     heads = ['what is asked', '', 'points', SEEN_HEADING]
     return table(heads, rows, text_columns=(SEEN_HEADING,), is_plain=True)
@@ -160,7 +160,7 @@ def results(marks: Marks) -> Dict[str, Any]:
 
 def _test(number, verdict):
     name = verdict.criterion.meaning
-    max_score = verdict.worth
+    max_score = verdict.full_points
     if verdict.criterion.extra:
         name = f'Beyond the handout: {name}'
         max_score = 0.0

@@ -41,7 +41,7 @@ class Criterion:
     """A requirement on a node, and the function that judges the node."""
 
     name: str
-    part: str                # the part of the lab that tests the requirement
+    part: str                # the part of the lab
     meaning: str             # the requirement
     sheet_step: SheetStep    # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
@@ -61,13 +61,12 @@ class Verdict:
     criterion: Criterion
     outcome: Outcome
     reason: Reason
-    worth: float             # the points of a met criterion
+    full_points: float       # the points of a met criterion
     moment: Optional[float] = None      # the time [s] at which the judged stimulus began
 
     @property
     def points(self) -> float:
-        """The earned points: `worth` or 0."""
-        return self.worth if self.outcome is Outcome.MET else 0.0
+        return self.full_points if self.outcome is Outcome.MET else 0.0
 
     @property
     def sentence(self) -> str:
@@ -79,8 +78,8 @@ class Verdict:
     @property
     def line(self) -> str:
         """A line with the outcome, the points, the requirement and the property `sentence`."""
-        points = f'{self.points:g} of {self.worth:g}'
-        if self.criterion.extra and not self.worth:
+        points = f'{self.points:g} of {self.full_points:g}'
+        if self.criterion.extra and not self.full_points:
             points = 'extra'
         text = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
         return f'  {self._printed_outcome:11}  {points:8}  {text}'
@@ -119,7 +118,6 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
 # ----- criteria of several labs: start and Ctrl+C -----
 
 def within(seconds: float) -> str:
-    """Returns the words for a time limit."""
     return f'within {seconds:g} s'
 
 
@@ -183,7 +181,7 @@ NO_ZERO_VELOCITY = 'it sent no zero velocity after {}: the robot went on until i
 
 def ends_in_motion(commands: np.ndarray) -> bool:
     """Does the last command move the robot? Returns False if there is no command."""
-    return bool(commands[-1:, 1:].any())
+    return len(commands) > 0 and bool(commands[-1, 1:].any())
 
 
 def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
@@ -211,12 +209,9 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
 
 # ----- criteria of several labs: driving by a stick or a mouse -----
 
-#: The least and the greatest value of a command.
-Bounds = Tuple[float, float]
-#: The columns of an array of commands.
-TIME, LINEAR, ANGULAR = 0, 1, 2
-#: A speed that should be zero may have up to this value [m/s or rad/s].
-ZERO_TOLERANCE = 0.05
+Bounds = Tuple[float, float]    # the least and the greatest value of a command
+TIME, LINEAR, ANGULAR = 0, 1, 2     # the columns of an array of commands
+ZERO_TOLERANCE = 0.05       # [m/s or rad/s] of a speed that should be zero
 ZERO_BOUNDS = (-ZERO_TOLERANCE, ZERO_TOLERANCE)
 ANY_BOUNDS = (-np.inf, np.inf)
 #: A command may exceed a limit by this value [m/s or rad/s], because nodes round their numbers.
