@@ -36,11 +36,11 @@ SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_mo
 class Trial:
     """One robot, one node, and the recording of both."""
 
-    def __init__(self, lab, package, executable, path, pad, print_line):
-        """`path` is the path of the bag. `pad` has the numbers of the gamepad's axes and buttons. A
-        call of ``print_line(line)`` announces each step of the trial."""
+    def __init__(self, lab, package, executable, bag_path, pad, print_line):
+        """`pad` has the numbers of the gamepad's axes and buttons. A call of ``print_line(line)``
+        announces each step of the trial."""
         node = f'{package}/{executable}'
-        self.recording = Recording(path)
+        self.recording = Recording(bag_path)
         self.recording.event('trial', lab=lab, node=node)
         self.recorder = Recorder(self.recording)
         self.robot = Robot(self.recorder)
@@ -87,8 +87,10 @@ class Trial:
             files = {program}
         else:
             folder = Path(rospkg.RosPack().get_path(self._package))
-            patterns = ['*/' * depth + self._executable for depth in range(MAX_PACKAGE_DEPTH + 1)]
-            files = {str(path.resolve()) for pattern in patterns for path in folder.glob(pattern)}
+            files = set()
+            for depth in range(MAX_PACKAGE_DEPTH + 1):
+                pattern = '*/' * depth + self._executable
+                files.update(str(path.resolve()) for path in folder.glob(pattern))
         assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
         self.recording.event('program', assigned=assigned)
 
@@ -203,10 +205,10 @@ def end_with_the_marker(recording):
     rospy.on_shutdown(on_shutdown)
 
 
-def record_trial(lab, package, executable, parts, path, pad, print_line):
+def record_trial(lab, package, executable, parts, bag_path, pad, print_line):
     """Test a node in the `parts` of a lab, or in all parts if `parts` is empty, and write the bag
     of the trial. The class Trial explains all other arguments."""
-    trial = Trial(lab, package, executable, path, pad, print_line)
+    trial = Trial(lab, package, executable, bag_path, pad, print_line)
     end_with_the_marker(trial.recording)
     try:
         trial.record_assigned_lines()
