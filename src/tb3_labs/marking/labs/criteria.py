@@ -174,8 +174,7 @@ def why_not_printed(observation: Observation, text: str) -> Reason:
 
 # ----- criteria of several labs: stopping the robot -----
 
-#: The Reason if a node ends its commands without a zero velocity. Half a second after the last
-#: command, the robot's firmware stops the wheels.
+#: Half a second after the last command, the robot's firmware stops the wheels.
 NO_ZERO_VELOCITY = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
@@ -186,7 +185,7 @@ def ends_in_motion(commands: np.ndarray) -> bool:
 
 def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
-    scene began. `event` is a clause that says how the scene began."""
+    `event`, a clause that says how the scene began."""
     soon, late = scene.commands_before_and_after(limit)
     if late[:, LINEAR:].any():
         return f'the robot was still driven {limit:g} s after {event}'
@@ -196,8 +195,7 @@ def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reaso
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
                           sheet_step: SheetStep) -> Criterion:
-    """Returns a criterion beyond the handout. In the stimulus `stimulus`, a `device` falls silent.
-    Then the node must stop the robot."""
+    """Returns a criterion beyond the handout: if a `device` falls silent, the robot must stop."""
     def why_not_stopped_when_lost(observation: Observation) -> Reason:
         scene = observation.scene(stimulus)
         if not scene.facts[WAS_MOVING]:

@@ -24,13 +24,11 @@ from tb3_labs.watch.lab_links import GAMEPAD_SECTION
 
 FULL_STICK_SPEED_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
 FULL_STICK_RATE_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)        # [rad/s]
-#: The command for a half stick must be within these shares of the command for a full stick.
-HALF_STICK_SHARES = (0.25, 0.75)
+HALF_STICK_SHARES = (0.25, 0.75)    # of the command for a full stick
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a
 #: service takes 1 s or more.
 UNBLOCKED_TIME = 0.7
 HANDOUT_PAD = 'handout'
-#: This step of the sheet explains the usual mistakes in a reset.
 Y_STEP = GAMEPAD_SECTION.at_step(3)
 
 

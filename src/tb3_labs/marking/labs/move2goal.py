@@ -42,7 +42,6 @@ HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees),
     f'{COAST_DEG:g} degrees for stopping'
 
 ANALYSIS_STEP = SheetStep(TRANSFORMATION_SHEET, '6. Analysis')
-#: This step of the sheet explains the usual mistakes in a drive after a reset.
 SECOND_DRIVE_STEP = RESET_SECTION.at_step(2)
 TWO_ZEROS_STEP = LOCAL_POSE_SECTION.at_step(4)
 

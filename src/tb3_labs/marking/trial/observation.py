@@ -48,8 +48,7 @@ class NotTried(NotObserved):
 
 
 class Ended(NotObserved):
-    """The node ended during a stimulus. The exception's text is the node's output during the
-    stimulus."""
+    """The node ended during a stimulus. The exception's text is the node's output until then."""
 
 
 @dataclass
@@ -97,8 +96,7 @@ class Observation:
     parts: List[Tuple[str, float]] = field(default_factory=list)
     stimuli: List[Stimulus] = field(default_factory=list)
     processes: List[NodeProcess] = field(default_factory=list)
-    #: {stimulus: the reason why the node could not get the stimulus}
-    not_offered: Dict[str, str] = field(default_factory=dict)
+    not_offered: Dict[str, str] = field(default_factory=dict)   # {stimulus: reason}
     remarks: List[str] = field(default_factory=list)    # sentences for the student
     marker_error: str = ''      # the marker's own error, which ended the trial
     findings: List[str] = field(default_factory=list)   # sentences for the instructor
@@ -182,8 +180,7 @@ class Observation:
         return (self.scene(name, may_die) for name in tried)
 
     def set_moment_of_fastest(self, commands: np.ndarray, column: int) -> None:
-        """Sets `moment` to the start of the stimulus with the greatest speed in a column of
-        `commands`."""
+        """Sets `moment` to the start of the stimulus with the fastest of the `commands`."""
         fastest_row = np.abs(commands[:, column]).argmax()
         begins = [stimulus.begin for stimulus in self.stimuli]
         self.moment = max(begin for begin in begins if begin <= commands[fastest_row, 0])

@@ -107,8 +107,8 @@ class Trial:
     # -- patterns that several labs use
 
     def causes_motion(self, act, seconds):
-        """Call `act()`. Returns True as soon as the node commands a movement. Returns False after
-        `seconds` [s], or if the node ends."""
+        """Call `act()`. Does the node command a movement before it ends, and within `seconds` [s]?
+        """
         begin = ros_time()
         act()
         wait_until(lambda: self.recorder.node_moved_since(begin) or not self.node.is_alive, seconds)
@@ -119,10 +119,9 @@ class Trial:
         """Record the stimulus `name`, in which `act()` should start a motion of the robot. All
         times are in [s].
 
-        The stimulus ends if no motion begins within `begins_within`. The stimulus also ends if the
-        robot rests and got no command to move for `rest_time`, if the node ends, or if
-        `is_astray()` is True. At the latest, the stimulus ends `ends_within` after the start of the
-        motion.
+        The stimulus ends if no motion begins within `begins_within`, if the robot rests and got no
+        command to move for `rest_time`, if the node ends, if `is_astray()` is True, or if
+        `ends_within` has passed since the motion began.
         """
         def is_over():
             return not self.node.is_alive or self.recorder.is_at_rest(rest_time) or is_astray()
@@ -135,8 +134,8 @@ class Trial:
     def set_in_motion(self, is_ready, act, reaction_time):
         """Call `act()`. Returns whether the node moves the robot within `reaction_time` [s].
 
-        If `is_ready()` is False, this method starts the node first. After a failed attempt, this
-        method starts a new process, because the previous stimulus may have disturbed the node.
+        If `is_ready()` is False, the node is started first. The second attempt has a new process,
+        because the previous stimulus may have disturbed the node.
         """
         for _ in range(2):
             if not is_ready():
