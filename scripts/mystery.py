@@ -12,7 +12,7 @@ from argparse import RawDescriptionHelpFormatter
 
 from tb3_labs.command_line import Parser
 from tb3_labs.geometry.arrays import wrap_all
-from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, draw
+from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, fault_of
 from tb3_labs.terminal import run_tool
 
 #: The error of a right value may exceed the tolerance by this number, because of rounding.
@@ -24,7 +24,7 @@ def judge(number, name, value):
     an angle are ignored. Returns (is the answer right?, the text for the student). If the fault is
     wrong, the text does not name the right fault. Raises ``ValueError`` if the number of the robot
     is not valid."""
-    fault, right_value, _ = draw(number)
+    fault, right_value, _ = fault_of(number)
     if name != fault.name:
         return False, f'Wrong: mystery {number} has another fault.'
     error = value - right_value
