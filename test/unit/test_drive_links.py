@@ -12,11 +12,11 @@ from tb3_labs.marking.marks import _broken_link
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.recording.run_data import Numbers
-from tb3_labs.watch.broken_link import NodeRun
+from tb3_labs.watch.broken_link import NodeRun, find_broken_link
 from tb3_labs.watch.drive_links import not_silent, state_not_reset
 from tb3_labs.watch.drive_pose import place_quantities
 from tb3_labs.watch.drive_states import NodeFrame, StateInterval
-from tb3_labs.watch.lab_links import LINKS, find_broken_link
+from tb3_labs.watch.lab_links import LINKS
 
 X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
 #: Wrong nodes: (the changes, texts in the sentence, the variable)

@@ -29,7 +29,7 @@ from tb3_labs.marking.trial.observation import MAX_FINDINGS, NodeProcess, Observ
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.recording.run_data import Poses
-from tb3_labs.watch.lab_links import SheetStep
+from tb3_labs.watch.broken_link import SheetStep
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
 

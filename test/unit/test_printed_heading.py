@@ -6,8 +6,8 @@ import pytest
 from made_run import made, speeds_sent
 
 from tb3_labs.recording.run_data import ImuSamples, States
-from tb3_labs.watch.broken_link import NodeRun
-from tb3_labs.watch.lab_links import LINKS, find_broken_link
+from tb3_labs.watch.broken_link import NodeRun, find_broken_link
+from tb3_labs.watch.lab_links import LINKS
 
 
 def told(node_run, lab='imu'):

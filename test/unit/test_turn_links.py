@@ -7,9 +7,9 @@ import pytest
 from made_run import made, speeds_sent, values
 
 from tb3_labs.recording.run_data import Commands, ImuSamples, MouseSamples, Variables
-from tb3_labs.watch.broken_link import NodeRun, sentence
+from tb3_labs.watch.broken_link import NodeRun, find_broken_link, sentence
 from tb3_labs.watch.headings import heading_candidates, is_usable_heading
-from tb3_labs.watch.lab_links import LINKS, find_broken_link
+from tb3_labs.watch.lab_links import LINKS
 from tb3_labs.watch.variables import Quantity, Series, longest_delay, matching_quantities
 
 #: A letter every EVERY [s], and the time between two steps of robot and IMU [s]; a node's callback and a

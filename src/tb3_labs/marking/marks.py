@@ -25,8 +25,7 @@ from tb3_labs.marking.trial.observation import (
 from tb3_labs.marking.trial.remarks import (
     remarks_on, tracebacks_before_the_end, version_errors)
 from tb3_labs.watch import lab_links
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
-from tb3_labs.watch.lab_links import Link, find_broken_link
+from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, find_broken_link, sentence
 
 MAX_POINTS = 1000000        # of a criterion
 MAX_SENTENCES = 100         # of the remarks, and also of the findings

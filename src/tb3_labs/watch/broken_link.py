@@ -6,7 +6,8 @@ handout's formula from the node's *own* numbers in the previous links. So the co
 mistake is not reported as another mistake.
 """
 from functools import cached_property
-from typing import Any, Callable, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import (
+    Any, Callable, Iterable, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple)
 
 import numpy as np
 
@@ -73,6 +74,46 @@ class NodeRun:
         later_times = self.reading_times[self.reading_times >= time]
         is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP
         return float(min(later_times[is_before_gap], default=np.inf))
+
+
+class SheetStep(NamedTuple):
+    """A place in a lab sheet: a numbered `step` in the section with this `heading`. If `step` is 0,
+    the place is the whole section."""
+
+    sheet: str
+    heading: str
+    step: int = 0
+
+    def at_step(self, step: int) -> 'SheetStep':
+        return SheetStep(self.sheet, self.heading, step)
+
+    def __str__(self) -> str:
+        step = f', step {self.step}' if self.step else ''
+        return f'doc/{self.sheet}, "{self.heading}"{step}'
+
+
+class Link(NamedTuple):
+    """A link of a chain. A student can answer the `question` by looking at the node. `parts` names
+    the parts of the lab that use the link, as in marking/labs. If `is_remarked`, a mistake gets a
+    remark even if it costs no points."""
+
+    question: str
+    check: Check
+    place: SheetStep
+    parts: Tuple[str, ...]
+    is_remarked: bool = False
+
+
+def find_broken_link(node_run: NodeRun, links: Iterable[Link],
+                     parts: Optional[Iterable[str]] = None) -> Optional[Tuple[Link, BrokenLink]]:
+    """Returns the first (Link, BrokenLink), or None. Checks only the links that these `parts` of
+    the lab use, or all links if `parts` is None."""
+    for link in links:
+        if parts is None or set(link.parts) & set(parts):
+            broken = next(link.check(node_run), None)
+            if broken is not None:
+                return link, broken
+    return None
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:

@@ -1,38 +1,10 @@
-"""Lists the links of each lab, and finds the first broken link of a node."""
-from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+"""Lists the links of each lab."""
+from typing import Any, Dict, List, Sequence, Tuple
 
 from tb3_labs.watch import drive_links, drive_pose, headings, turn_links
-from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun, sentence
+from tb3_labs.watch.broken_link import (
+    BrokenLink, Link, NodeRun, SheetStep, find_broken_link, sentence)
 from tb3_labs.watch.variables import bare_name
-
-
-class SheetStep(NamedTuple):
-    """A place in a lab sheet: a numbered `step` in the section with this `heading`. If `step` is 0,
-    the place is the whole section."""
-
-    sheet: str
-    heading: str
-    step: int = 0
-
-    def at_step(self, step: int) -> 'SheetStep':
-        return SheetStep(self.sheet, self.heading, step)
-
-    def __str__(self) -> str:
-        step = f', step {self.step}' if self.step else ''
-        return f'doc/{self.sheet}, "{self.heading}"{step}'
-
-
-class Link(NamedTuple):
-    """A link of a chain. A student can answer the `question` by looking at the node. `parts` names
-    the parts of the lab that use the link, as in marking/labs. If `is_remarked`, a mistake gets a
-    remark even if it costs no points."""
-
-    question: str
-    check: Check
-    place: SheetStep
-    parts: Tuple[str, ...]
-    is_remarked: bool = False
-
 
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
 HEADING_SECTION = SheetStep(IMU_SHEET, '2. Exercise: the heading')
@@ -85,18 +57,6 @@ LINKS: Dict[str, Sequence[Link]] = {
 #: A node with these variables of the handout belongs to the lab.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
-
-
-def find_broken_link(node_run: NodeRun, links: Iterable[Link],
-                     parts: Optional[Iterable[str]] = None) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first (Link, BrokenLink), or None. Checks only the links that these `parts` of
-    the lab use, or all links if `parts` is None."""
-    for link in links:
-        if parts is None or set(link.parts) & set(parts):
-            broken = next(link.check(node_run), None)
-            if broken is not None:
-                return link, broken
-    return None
 
 
 def remarks(run: Any, lab: str) -> List[str]:

@@ -15,7 +15,8 @@ from tb3_labs.marking.trial.observation import (
     CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import (
     CLOSED_TOPIC, exceptions_in, other_fields, reason_of, why_idle, why_missing)
-from tb3_labs.watch.lab_links import IMU_SHEET, TRANSFORMATION_SHEET, SheetStep
+from tb3_labs.watch.broken_link import SheetStep
+from tb3_labs.watch.lab_links import IMU_SHEET, TRANSFORMATION_SHEET
 
 #: A clause that says why a node does not meet a criterion; '' if the node meets the criterion. The
 #: functions why_... return a Reason. The expression `a or b` gives the first Reason that is not ''.

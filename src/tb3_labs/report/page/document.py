@@ -5,8 +5,7 @@ from html import escape
 from pathlib import Path
 from typing import Optional, Sequence, Tuple
 
-from tb3_labs.watch.broken_link import BrokenLink
-from tb3_labs.watch.lab_links import Link
+from tb3_labs.watch.broken_link import BrokenLink, Link
 
 STYLE_FILE = Path(__file__).with_name('document.css')
 PAGE = '''<!DOCTYPE html>
