@@ -7,8 +7,7 @@ import difflib
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, Iterable, Mapping, Optional, Sequence, Type, TypeVar
 
-#: A parameter that was not given has this value.
-NOT_GIVEN = 'default'
+NOT_GIVEN = 'default'    # the value of a parameter that was not given
 TYPE_TEXTS = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}
 ConfigType = TypeVar('ConfigType', bound='Config')
 

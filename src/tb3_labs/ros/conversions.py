@@ -4,7 +4,9 @@ with NaN, infinity or an invalid quaternion raises ``ValueError``.
 import math
 
 import rospy
-from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
+from geometry_msgs.msg import (
+    Point, Pose, PoseStamped, Quaternion, Transform, TransformStamped, Twist, Vector3)
+from std_msgs.msg import Header
 
 from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
@@ -58,33 +60,21 @@ def to_odometry_sample(message):
 
 def to_pose_stamped(pose, frame_id, stamp):
     """Returns the geometry_msgs/PoseStamped of a Pose2. `stamp` is in [s]."""
-    message = PoseStamped()
-    message.header.frame_id = frame_id
-    message.header.stamp = rospy.Time.from_sec(stamp)
-    message.pose.position.x = pose.x
-    message.pose.position.y = pose.y
-    message.pose.orientation = to_quaternion(pose.yaw)
-    return message
+    header = Header(frame_id=frame_id, stamp=rospy.Time.from_sec(stamp))
+    return PoseStamped(header, Pose(Point(x=pose.x, y=pose.y), to_quaternion(pose.yaw)))
 
 
 def to_transform(parent_T_child, parent, child, stamp):
     """Returns the geometry_msgs/TransformStamped of a Pose2. `stamp` is in [s]."""
-    message = TransformStamped()
-    message.header.frame_id = parent
-    message.header.stamp = rospy.Time.from_sec(stamp)
-    message.child_frame_id = child
-    message.transform.translation.x = parent_T_child.x
-    message.transform.translation.y = parent_T_child.y
-    message.transform.rotation = to_quaternion(parent_T_child.yaw)
-    return message
+    header = Header(frame_id=parent, stamp=rospy.Time.from_sec(stamp))
+    translation = Vector3(x=parent_T_child.x, y=parent_T_child.y)
+    return TransformStamped(
+        header, child, Transform(translation, to_quaternion(parent_T_child.yaw)))
 
 
 def to_twist(linear, angular):
     """Returns the geometry_msgs/Twist of a forward speed [m/s] and a rate of turn [rad/s]."""
-    message = Twist()
-    message.linear.x = linear
-    message.angular.z = angular
-    return message
+    return Twist(Vector3(x=linear), Vector3(z=angular))
 
 
 def _finite(pose):

@@ -25,8 +25,7 @@ from tb3_labs.ros.topics import INVALID_COUNTS
 from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
-#: Time [s, wall clock] between two messages of the diagnostics.
-DIAGNOSTICS_PERIOD = 1.0
+DIAGNOSTICS_PERIOD = 1.0    # [s, wall clock]
 
 
 class CoreRunner:
@@ -79,9 +78,9 @@ class CoreRunner:
             self._waiting_outputs.put(output)
         return output
 
-    def _on_clock(self, runs):
+    def _on_clock(self, clock_runs):
         with self._lock:
-            has_stopped = self._cmd_vel.set_clock_runs(runs)
+            has_stopped = self._cmd_vel.set_clock_runs(clock_runs)
         if has_stopped:
             rospy.logwarn('/clock stands still: nothing is driven until it goes on')
 
@@ -100,8 +99,8 @@ class CoreRunner:
 
 class Watchdog:
     """Calls `check()` in a separate thread while no message arrives. If time is simulated, the
-    thread also calls `on_clock(runs)`; `runs` is False if the clock stands still. The first call of
-    :meth:`set_awake` starts the thread. A rospy.Timer would stop with simulated time."""
+    thread also calls `on_clock(clock_runs)`. The first call of :meth:`set_awake` starts the thread.
+    A rospy.Timer would stop with simulated time."""
 
     def __init__(self, check, on_clock):
         self._check, self._on_clock = check, on_clock
@@ -111,11 +110,11 @@ class Watchdog:
         self._last_time = 0.0
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
-    def set_awake(self, awake):
-        """If `awake` is True, check often, else seldom. The caller holds the lock."""
+    def set_awake(self, is_awake):
+        """If `is_awake`, check often, else seldom. The caller holds the lock."""
         if not self._thread.ident:
             self._thread.start()
-        if awake:
+        if is_awake:
             self._awake.set()
         else:
             self._awake.clear()
@@ -143,29 +142,26 @@ class Watchdog:
             self._on_clock(self._clock.is_fresh(steady_time()))
 
 
-class Diagnostics:
-    """Publishes the result of ``report()`` on `/diagnostics` every second. ``report()`` returns
-    ``(problem, {name: value})``, and is called without a lock."""
-
-    def __init__(self, hardware, report):
-        self._report = report
-        self._updater = Updater()
-        self._updater.setHardwareID(hardware)
-        self._updater.add('state', self._fill)    # the Updater puts the node's name before 'state'
-        threading.Thread(target=guarded(self._run), name='diagnostics', daemon=True).start()
-
-    def _run(self):
-        while True:
-            time.sleep(DIAGNOSTICS_PERIOD)
-            self._updater.force_update()
-
-    def _fill(self, status):
-        problem, values = self._report()
+def publish_diagnostics(hardware, report):
+    """Publish the result of ``report()`` on `/diagnostics` every second from now on. ``report()``
+    returns ``(problem, {name: value})``, and is called without a lock."""
+    def fill(status):
+        problem, values = report()
         level = DiagnosticStatus.WARN if problem else DiagnosticStatus.OK
         status.summary(level, problem or 'OK')
         for name, value in values.items():
             status.add(name, str(value))
         return status
+
+    def run():
+        while True:
+            time.sleep(DIAGNOSTICS_PERIOD)
+            updater.force_update()
+
+    updater = Updater()
+    updater.setHardwareID(hardware)
+    updater.add('state', fill)    # the Updater puts the node's name before 'state'
+    threading.Thread(target=guarded(run), name='diagnostics', daemon=True).start()
 
 
 def values_of(freshness, now):

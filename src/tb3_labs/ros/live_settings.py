@@ -101,7 +101,6 @@ def _description(config, offered_fields):
 
 
 def _bounds(offered_fields, bound_key, bool_bound):
-    """Returns the bound 'low' or 'high' of each field. The bound of a bool is `bool_bound`."""
-    bounds = {item.name: item.metadata[bound_key] for item in offered_fields}
-    bounds.update({name: bool_bound for name, bound in bounds.items() if bound is None})
-    return encode(bounds)
+    return encode({
+        item.name: bool_bound if type(item.default) is bool else item.metadata[bound_key]
+        for item in offered_fields})

@@ -24,13 +24,11 @@ from tb3_labs.ros.rospy_internals import (
     find_late_publishers, log_without_the_master, record_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
-#: The main thread waits for the master, or for the end of the node. Time [s] between two checks.
-MAIN_THREAD_PERIOD = 0.2
-#: Time [s] for rospy's queues to send the last messages.
-FLUSH_TIME = 0.1
+MAIN_THREAD_POLL_PERIOD = 0.2    # [s]
+FLUSH_TIME = 0.1    # time [s] for rospy's queues to send the last messages
 #: A node that ends waits at most this time [s] for its shutdown hooks and for the master.
 END_TIMEOUT = 4.0
-END_POLL_PERIOD = 0.01
+END_POLL_PERIOD = 0.01    # [s]
 XML_RPC_LIMIT_TEXT = 'int exceeds XML-RPC limits'
 #: The signals that end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
@@ -53,7 +51,7 @@ def run(name, make_node, interface):
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
-                pause(MAIN_THREAD_PERIOD)
+                pause(MAIN_THREAD_POLL_PERIOD)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_shutdown_has_begun.set)
         log_without_the_master()
@@ -63,7 +61,7 @@ def run(name, make_node, interface):
         node = make_node()    # noqa: F841 (without a name Python would delete the node)
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
-            pause(MAIN_THREAD_PERIOD)
+            pause(MAIN_THREAD_POLL_PERIOD)
     except (ValueError, OverflowError) as problem:
         ignore_signals()
         end_roslaunch()

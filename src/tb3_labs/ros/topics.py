@@ -20,11 +20,9 @@ from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 RENEWAL_HEADER = {'renewed': '1'}
 #: {topic: number of invalid messages, which are dropped}
 INVALID_COUNTS = Counter()
-#: Time [s, wall clock] between two warnings of one WarningThrottle.
-WARNING_PERIOD = 1.0
-#: Times [s, wall clock] before the first reminder of missing topics, and between two reminders.
-FIRST_REMINDER_DELAY = 2.0
-REMINDER_PERIOD = 10.0
+WARNING_PERIOD = 1.0          # [s, wall clock]
+FIRST_REMINDER_DELAY = 2.0    # [s, wall clock]
+REMINDER_PERIOD = 10.0        # [s, wall clock]
 
 
 class WarningThrottle:

@@ -23,8 +23,7 @@ from tb3_labs.supervision.sensors_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
 
-#: Refused turns are logged at most once in this time [s].
-REFUSAL_PERIOD = 1.0
+REFUSAL_LOG_PERIOD = 1.0    # [s]
 
 
 class ControllerCore:
@@ -34,7 +33,7 @@ class ControllerCore:
         self._timing = SampleTiming()
         self.imu = Sensor('imu')
         self.driver = Driver.NOBODY
-        self._last_driver = Driver.NOBODY        # at the last tick
+        self._driver_at_last_tick = Driver.NOBODY
         self._law = law
         self._pace = Pace(law.period)
         self._heading = Heading()
@@ -45,7 +44,7 @@ class ControllerCore:
         self._log = LogQueue()
         self.mouse = Mouse(self._log)
         self._turn_requests = SenderRequests(self._sleep)
-        self._refused_at = -math.inf             # time of the last log line about a refused turn
+        self._refusal_logged_at = -math.inf
         self._mouse_is_due = False               # must the next tick send the mouse's command?
 
     # -- inputs
@@ -65,7 +64,6 @@ class ControllerCore:
             self._log_result(now)
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels, which only the check of the gyro uses."""
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
@@ -73,7 +71,7 @@ class ControllerCore:
         stop_reason = self.mouse.on_message(message)
         if stop_reason:
             self._release_mouse(stop_reason)
-        elif self.mouse.active:
+        elif self.mouse.is_active:
             is_centred = self.mouse.twist == Twist2()
             event = DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED
             self._mouse_is_due = True
@@ -91,7 +89,7 @@ class ControllerCore:
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A repetition is never refused."""
         self._check_sleep_and_mouse(turn.arrived_at)
-        self._refused_at = -math.inf
+        self._refusal_logged_at = -math.inf
         self._request_or_log(turn, now)
 
     def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
@@ -101,8 +99,8 @@ class ControllerCore:
             self._log_refusal(str(refusal), turn.arrived_at)
 
     def _log_refusal(self, text: str, steady_now: float) -> None:
-        if steady_now - self._refused_at >= REFUSAL_PERIOD:
-            self._refused_at = steady_now
+        if steady_now - self._refusal_logged_at >= REFUSAL_LOG_PERIOD:
+            self._refusal_logged_at = steady_now
             self._log.add(text, warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
@@ -127,7 +125,7 @@ class ControllerCore:
             self._turn_requests.end_repetitions()
             if self.driver is Driver.TURN:
                 self._change_driver(DriverEvent.TURN_OVER, self._sleep.as_text())
-        stop_reason = self.mouse.check_silence(steady_now, slept=self._sleep.slept_for > 0.0)
+        stop_reason = self.mouse.check_silence(steady_now, has_slept=self._sleep.slept_for > 0.0)
         if stop_reason:
             self._mouse_is_due = True
             self._release_mouse(stop_reason)
@@ -147,13 +145,13 @@ class ControllerCore:
         step_is_due = self._pace.is_due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due
         command = self._command(now) if self._mouse_is_due or turn_is_due else None
-        is_new_driver = self.driver is not self._last_driver
-        self._last_driver = self.driver
+        is_new_driver = self.driver is not self._driver_at_last_tick
+        self._driver_at_last_tick = self.driver
         return Output(command, must_stop_first=is_new_driver, log_lines=self._log.pop_all(),
-                      needs_fast_ticks=self.driver is not Driver.NOBODY or self.mouse.active)
+                      needs_fast_ticks=self.driver is not Driver.NOBODY or self.mouse.is_active)
 
     def problem_text(self, now: float) -> str:
-        """Returns a text about the problem of the IMU; '' if the IMU has no problem."""
+        """Returns a text about a problem of the IMU; '' if there is none."""
         return self._sensors.problem_text(now) or self._gyro.problem_text()
 
     def idle_for(self, now: float) -> float:

@@ -60,10 +60,8 @@ class Heading:
     """The heading of a robot, measured by the IMU alone. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
-        #: The yaw [rad], which does not jump at +/-pi; NaN before the first sample.
-        self.yaw = math.nan
-        #: Rate of turn [rad/s].
-        self.rate = 0.0
+        self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
+        self.rate = 0.0        # [rad/s]
         self._noise = YawNoise()
         self._steady = Estimate()
 
@@ -95,12 +93,10 @@ class ActiveTurn:
     """A turn, from its request until its result is logged. Angles [rad] do not jump at +/-pi."""
 
     def __init__(self, requested: float, yaw: float, now: float) -> None:
-        """Turn from the heading `yaw` by the angle `requested`."""
         self.requested = requested
         self.goal = yaw + requested
         self.stall = StallMonitor()
-        #: The angle that remains after the turn, computed by the law from many samples.
-        self.remaining_at_end = 0.0
+        self.remaining_at_end = 0.0    # computed by the law from many samples
         self._begun_at = now
 
     def move_goal(self, angle: float) -> None:

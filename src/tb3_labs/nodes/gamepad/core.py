@@ -67,7 +67,7 @@ class GamepadCore:
             self._change_holder(ControlEvent.REGAIN, now)
         elif presses.relinquish and not state.regain:
             self._relinquish(now)
-        is_ready = presses.hold if self._config.has_hold else state.at_rest
+        is_ready = presses.hold if self._config.has_hold else state.is_at_rest
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
@@ -97,7 +97,7 @@ class GamepadCore:
             self._on_control_taken(message.arrived_at)
 
     def on_leave(self, now: float) -> None:
-        """Take back the control that this pad gave, since this node ends."""
+        """Take back the control that this pad gave."""
         if self.messages.must_renew:
             self._on_control_taken(now)
 
@@ -131,7 +131,7 @@ class GamepadCore:
         waits_for_rest = self.holder is ControlHolder.NOBODY and not self._config.has_hold
         if state is None or not waits_for_rest:
             self._stick_warning_at = None
-        elif state.at_rest:
+        elif state.is_at_rest:
             self._stick_warning_at = None
             if self._is_current(now):
                 self._change_holder(ControlEvent.READY, now)
@@ -160,11 +160,11 @@ class GamepadCore:
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
         is_held = state.hold or not self._config.has_hold
-        return is_held and not state.at_rest
+        return is_held and not state.is_at_rest
 
     def _check_sleep(self, now: float) -> None:
-        """Find whether this process slept. After a sleep the pad must become ready again. A long
-        sleep also ends the permission that the pad gave."""
+        """After a sleep of this process the pad must become ready again. A long sleep also ends the
+        permission that the pad gave."""
         self._sleep.update(now)
         if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
@@ -177,7 +177,7 @@ class GamepadCore:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
-        """Is a press accepted? Its age must be at most `max_lateness` [s]. A refusal is logged."""
+        """Is a press accepted? A refusal is logged. `max_lateness` is in [s]."""
         lateness = self.pad.lateness
         was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:
@@ -224,7 +224,7 @@ class GamepadCore:
         advice = ''
         if self.pad.joy_node_hangs:
             advice = '. joy_node repeats one message: start it again'
-        elif not self.pad.has_repeated:
+        elif not self.pad.has_repeated_state:
             advice = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                       'gamepad.launch does')
         silence = self.pad.freshness.silence_text(now).capitalize()

@@ -28,8 +28,7 @@ from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, GoalReq
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import DriveSensors, SensorStatus
 
-#: If another node also commands motions for this time [s], a warning names that node.
-RIVAL_WARNING_TIME = 0.3
+RIVAL_WARNING_TIME = 0.3    # [s]
 
 
 class MoveToGoalCore:
@@ -47,8 +46,7 @@ class MoveToGoalCore:
         self._log = LogQueue()
         self._permission = Permission(has_control, self._log)
         self._requests = GoalRequests(self._permission.sleep)
-        #: Was this node allowed to drive at the last tick?
-        self.may_drive = has_control
+        self.may_drive = has_control    # at the last tick
         self._pace = Pace(law.period)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
@@ -73,7 +71,6 @@ class MoveToGoalCore:
         self._check_localizer()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels, which only the checks of gyro and odometry use."""
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
@@ -168,11 +165,10 @@ class MoveToGoalCore:
 
     def tick(self, now: float, steady_now: float) -> DriveOutput:
         self._update_control(steady_now)
-        # a command is due after each period of the law, and also if a sensor is lost
-        is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
-        command = self._command(now) if is_due else None
+        command_is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
+        command = self._command(now) if command_is_due else None
         self._check_end()
-        keeps_command = self._drives and not is_due
+        keeps_command = self._drives and not command_is_due
         must_stop = command is None and not keeps_command
         return DriveOutput(
             command, must_stop_first=must_stop, status=self._new_status(now),
@@ -197,7 +193,7 @@ class MoveToGoalCore:
         return None
 
     def _step(self, motion: Motion, now: float) -> Optional[Twist2]:
-        """Do one step of the drive. Returns None if the drive was given up."""
+        """Returns the next command; None if the drive was given up."""
         dt = self._pace.step(now)
         self._check_readings(now)
         command = self._machine.step(motion, dt)
@@ -241,8 +237,8 @@ class MoveToGoalCore:
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
-            attempt=machine.attempt, begun=machine.has_begun,
-            active=machine.is_active and not failure, failure=failure,
+            attempt=machine.attempt, has_begun=machine.has_begun,
+            is_active=machine.is_active and not failure, failure=failure,
             hold_reason=self.sensors.hold_reason, may_drive=self.may_drive,
             sensor_problem=self.sensors.problem_text(now) or self._sensor_conflict())
 

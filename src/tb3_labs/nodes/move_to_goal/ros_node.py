@@ -23,7 +23,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.conversions import (
     frame, to_odometry_sample, to_pose_stamped, to_transform)
-from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
+from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
@@ -31,18 +31,13 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
-#: The path gets a new point after this distance [m].
+#: The path gets a new point after this distance [m], or after a turn by this angle [rad].
 PATH_POINT_DISTANCE = 0.02
-#: The path also gets a new point after a turn by this angle [rad].
 PATH_POINT_ANGLE = math.radians(10.0)
-#: The path has at most this many points. Older points are removed.
-MAX_PATH_POINTS = 1000
-#: Time [s] between two transforms, if the frame does not change.
-TRANSFORM_PERIOD = 0.1
-#: Time [s] between two messages of the path.
-PATH_PERIOD = 0.2
-#: Time [s] between two messages of the markers.
-MARKER_PERIOD = 1.0
+MAX_PATH_POINTS = 1000    # the oldest points are removed
+TRANSFORM_PERIOD = 0.1    # [s], if the frame does not change
+PATH_PERIOD = 0.2         # [s]
+MARKER_PERIOD = 1.0       # [s]
 
 MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
@@ -108,7 +103,7 @@ class MoveToGoalNode:
                   lambda sample: runner.call(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
         runner.check()    # look for sleeps from now on, since a slow start is not a sleep
-        Diagnostics(self._model.name, lambda: runner.call(self._diagnose))
+        publish_diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
     def _law(self, drive):

@@ -24,12 +24,9 @@ from tb3_labs.srv import (
 from tb3_labs.supervision.events import Age
 from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, RequestedPose, TypedPose
 
-#: The node answers a reset within this time [s].
-RESET_TIMEOUT = 0.85
-#: Time [s] between two checks whether a reset is over.
-RESET_POLL_PERIOD = 0.005
-#: Time [s] between two messages of the action's status.
-STATUS_PERIOD = 0.5
+RESET_TIMEOUT = 0.85         # [s]
+RESET_POLL_PERIOD = 0.005    # [s]
+STATUS_PERIOD = 0.5          # between two messages of the action's status [s]
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
