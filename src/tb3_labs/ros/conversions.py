@@ -1,6 +1,5 @@
-"""Converts messages to the types of the cores, and back. Also makes the names of frames. A message
-with NaN, infinity or an invalid quaternion raises ``ValueError``.
-"""
+"""Converts messages to the types of the cores, and back. A message with NaN, infinity or an invalid
+quaternion raises ``ValueError``."""
 import math
 
 import rospy
@@ -14,12 +13,12 @@ from tb3_labs.robot.samples import (
     MAX_STAMP, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_TURN_RATE, OdometrySample,
     within_bound)
 
-#: This environment variable has the path of the pipe for the true poses of the simulated robot. A
+#: This environment variable has the path of the pipe for the simulated robot's true poses, since a
 #: student's node could read a topic. Each line of the pipe has x [m], y [m], yaw [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
-def frame(name):
+def frame_name(name):
     """Returns the name of a frame in this node's namespace, such as `robot3/odom`."""
     namespace = rospy.get_namespace().strip('/')
     return f'{namespace}/{name}' if namespace else name

@@ -29,10 +29,10 @@ DIAGNOSTICS_PERIOD = 1.0    # [s, wall clock]
 
 
 class CoreRunner:
-    """Guards a core (:mod:`tb3_labs.nodes`) by one lock. Each message takes the lock once. The lock
-    is also held while a command is sent. So a command that was decided before a stop is never sent
-    after the stop. A separate thread carries out all other parts of an Output in order, without the
-    lock. So neither a blocked terminal nor actionlib can delay a stop."""
+    """Guards a core (:mod:`tb3_labs.nodes`) by one lock. The lock is also held while a command is
+    sent. So a command that was decided before a stop is never sent after the stop. A separate
+    thread carries out all other parts of an Output in order, without the lock. So neither a blocked
+    terminal nor actionlib can delay a stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the core's next Output. ``publish(output)`` is called after the
@@ -47,8 +47,8 @@ class CoreRunner:
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
-        decide. Returns the Output. `method` itself must read the clock. A time that was read
-        before the lock was taken could be older than the time of the core's last decision."""
+        decide. Returns the Output. `method` itself must read the clock: a time from before the lock
+        was taken could be older than the core's last decision."""
         with self._lock:
             method(*arguments)
             output = self._decide()

@@ -2,9 +2,8 @@
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
 package begins with a parameter whose value is the output of ``python3 PATH/run.py launch
-FILE.launch``. ``run.py`` reads the arguments of the roslaunch. If an argument is unknown or
-missing, ``run.py`` prints one line and fails, and roslaunch does not start a node. Any Python can
-run this module, which imports only the standard library.
+FILE.launch``. If an argument is unknown or missing, ``run.py`` prints one line and fails, and
+roslaunch does not start a node. Any Python can run this module.
 """
 import difflib
 import os
@@ -23,7 +22,7 @@ FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
 def _words_of(process):
-    """Returns the words after `roslaunch` on the command line of a process, or []."""
+    """Returns the words after `roslaunch` on a process's command line, or []."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     names = [os.path.basename(word) for word in argv[:2]]    # the first word may be python3
     return argv[names.index('roslaunch') + 1:] if 'roslaunch' in names else []

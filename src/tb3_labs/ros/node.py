@@ -42,7 +42,7 @@ def run(name, make_node, interface):
     """Initialise the node `name`, call ``make_node()``, wait for the end, and exit. The option
     --help only prints `interface`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
-    if set(rospy.myargv()[1:]) & {'-h', '--help'}:
+    if {'-h', '--help'} & set(rospy.myargv()[1:]):
         print(interface.strip())
         sys.exit(0)
     catch_signals()
@@ -130,8 +130,9 @@ def roslaunch_of_this():
 
 def end_roslaunch():
     """End the roslaunch that started this process. After SIGTERM roslaunch prints no red lines."""
-    if roslaunch_of_this():
-        os.kill(roslaunch_of_this(), signal.SIGTERM)
+    launch = roslaunch_of_this()
+    if launch:
+        os.kill(launch, signal.SIGTERM)
 
 
 class Interrupted(BaseException):
@@ -139,8 +140,8 @@ class Interrupted(BaseException):
 
 
 def catch_signals():
-    """From now on the first signal of END_SIGNALS raises Interrupted in the main thread. A
-    background job also obeys SIGINT from now on. After nohup a node ignores SIGHUP."""
+    """From now on the first signal of END_SIGNALS raises Interrupted in the main thread, even in a
+    background job. After nohup a node ignores SIGHUP."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)

@@ -87,11 +87,10 @@ def is_wall_time():
 
 
 def find_late_publishers(manager=None):
-    """Find publishers that register just after a subscriber. The master answers a new subscriber
-    with a list of publishers. If a publisher registers at the same moment, the master sends a
-    second list. The subscriber uses the list that arrives last. If the first list arrives last, the
-    two nodes never connect. So this function joins all waiting lists. A publisher that has ended
-    refuses the connection. Internals: `updates`, `publisher_update` of RegManager; test:
+    """Find publishers that register just after a subscriber. The master then sends two lists of
+    publishers, and the subscriber uses the list that arrives last. If the first list arrives last,
+    the two nodes never connect. So this function joins all waiting lists. A publisher that has
+    ended refuses the connection. Internals: `updates`, `publisher_update` of RegManager; test:
     test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))

@@ -42,10 +42,10 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
     latest `queue_size` messages, or all messages if `queue_size` is None.
 
     `read` converts a message to the argument of `callback`. If `read` raises ``ValueError``, the
-    message is dropped and counted in INVALID_COUNTS, and at most one warning a second is logged.
+    message is dropped and counted in INVALID_COUNTS.
 
-    If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message.
-    The pauses save most of a node's computing time. If time is simulated, every message is read.
+    If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message,
+    which saves most of a node's computing time. If time is simulated, every message is read.
     """
     must_pause = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
@@ -67,7 +67,7 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
 
 def subscribe_events(topic, message_type, callback, read=lambda message: message.data):
     """Returns a subscriber that reads every message. `callback` gets an events.Event, whose content
-    is the result of `read`. See :func:`subscribe`."""
+    is the result of `read`."""
     to_age = age_reader(topic)
 
     def to_event(message):

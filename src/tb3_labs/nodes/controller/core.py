@@ -45,7 +45,7 @@ class ControllerCore:
         self.mouse = Mouse(self._log)
         self._turn_requests = SenderRequests(self._sleep)
         self._refusal_logged_at = -math.inf
-        self._mouse_is_due = False               # must the next tick send the mouse's command?
+        self._mouse_command_is_due = False
 
     # -- inputs
 
@@ -74,7 +74,7 @@ class ControllerCore:
         elif self.mouse.is_active:
             is_centred = self.mouse.twist == Twist2()
             event = DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED
-            self._mouse_is_due = True
+            self._mouse_command_is_due = True
             self._change_driver(event, 'the mouse took over')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
@@ -127,7 +127,7 @@ class ControllerCore:
                 self._change_driver(DriverEvent.TURN_OVER, self._sleep.as_text())
         stop_reason = self.mouse.check_silence(steady_now, has_slept=self._sleep.slept_for > 0.0)
         if stop_reason:
-            self._mouse_is_due = True
+            self._mouse_command_is_due = True
             self._release_mouse(stop_reason)
 
     def set_law(self, law: PreciseTurn) -> None:
@@ -144,7 +144,8 @@ class ControllerCore:
         self._check_sleep_and_mouse(steady_now)
         step_is_due = self._pace.is_due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due
-        command = self._command(now) if self._mouse_is_due or turn_is_due else None
+        command_is_due = self._mouse_command_is_due or turn_is_due
+        command = self._command(now) if command_is_due else None
         is_new_driver = self.driver is not self._driver_at_last_tick
         self._driver_at_last_tick = self.driver
         return Output(command, must_stop_first=is_new_driver, log_lines=self._log.pop_all(),
@@ -158,7 +159,7 @@ class ControllerCore:
         return self._pace.idle_for(now) if self.driver is Driver.TURN else IDLE_SAMPLE_PERIOD
 
     def _command(self, now: float) -> Twist2:
-        self._mouse_is_due = False
+        self._mouse_command_is_due = False
         if self.driver is Driver.MOUSE:
             return self.mouse.twist
         turn = self._turn

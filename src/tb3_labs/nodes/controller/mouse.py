@@ -31,8 +31,6 @@ def to_mouse(message) -> MouseState:
 
 
 class _OneMouse:
-    """Finds whether one mouse is active or lost."""
-
     def __init__(self) -> None:
         self.freshness = Freshness('mouse', INPUT_TIMEOUT)
         self.is_reported_active = False    # an active mouse repeats its messages
@@ -79,8 +77,7 @@ class Mouse:
     mouse.
 
     Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
-    lost or deactivated, all other mice are lost, too, since a user may have forgotten an active
-    mouse.
+    lost or deactivated, all mice are lost, since a user may have forgotten an active mouse.
     """
 
     def __init__(self, log: LogQueue) -> None:

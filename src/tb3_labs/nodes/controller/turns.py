@@ -80,17 +80,17 @@ class Heading:
 
     @property
     def steady_yaw(self) -> float:
-        """The yaw [rad] of a robot at rest, with less noise than the yaw of one sample."""
+        """The yaw of a robot at rest, with less noise than the yaw of one sample."""
         return self._steady.value
 
     @property
     def noise(self) -> float:
-        """Standard deviation [rad] of one sample's yaw."""
+        """Standard deviation of one sample's yaw."""
         return self._noise.deviation
 
 
 class ActiveTurn:
-    """A turn, from its request until its result is logged. Angles [rad] do not jump at +/-pi."""
+    """A turn, from its request until its result is logged. Angles do not jump at +/-pi."""
 
     def __init__(self, requested: float, yaw: float, now: float) -> None:
         self.requested = requested

@@ -66,21 +66,18 @@ class GamepadCore:
             self.messages.stop(sent_at)
             self._change_holder(ControlEvent.REGAIN, now)
         elif presses.relinquish and not state.regain:
-            self._relinquish(now)
+            if self._is_accepted('A', RESUME_TIME, now) and not self.messages.must_renew:
+                self.messages.grant(now, self.pad.lateness)
+                self._change_holder(ControlEvent.RELINQUISH, now)
         is_ready = presses.hold if self._config.has_hold else state.is_at_rest
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._change_holder(ControlEvent.LOST, now)    # the pad was silent before this message
-        elif self._drives() and sent_at < self.messages.stopped_at:
+        elif self._drives and sent_at < self.messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if presses.reset and self._is_accepted('Y', MAX_RESET_AGE, now):
             self._reset_requested = True
-
-    def _relinquish(self, now: float) -> None:
-        if self._is_accepted('A', RESUME_TIME, now) and not self.messages.must_renew:
-            self.messages.grant(now, self.pad.lateness)
-            self._change_holder(ControlEvent.RELINQUISH, now)
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """Take in whether move_to_goal has control."""
@@ -92,7 +89,7 @@ class GamepadCore:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a message of another node. False also stops a robot that this pad drives."""
+        """Take in a message of another node. A False stops a robot that this pad drives."""
         if not message.content:
             self._on_control_taken(message.arrived_at)
 
@@ -105,7 +102,7 @@ class GamepadCore:
         self.messages.stopped_at = now
         if self.messages.must_renew:
             self._change_holder(ControlEvent.TAKEN, now)
-        elif self._drives():
+        elif self._drives:
             self._change_holder(ControlEvent.STOPPED, now)
 
     # -- outputs
@@ -116,7 +113,7 @@ class GamepadCore:
         self._check_loss(now)
         command = self._command(now) if self._command_is_due else None
         waits_for_ready = self.pad.state is not None and self.holder is ControlHolder.NOBODY
-        needs_fast_ticks = self.messages.must_renew or self._drives() or waits_for_ready
+        needs_fast_ticks = self.messages.must_renew or self._drives or waits_for_ready
         output = PadOutput(
             command, log_lines=self._log.pop_all(), needs_fast_ticks=needs_fast_ticks,
             holder=self.holder, reset_requested=self._reset_requested,
@@ -148,13 +145,14 @@ class GamepadCore:
         self._command_is_due = False
         state = self.pad.state
         hands_back = now < self._zero_until
-        if state is None or hands_back or not self._drives():
+        if state is None or hands_back or not self._drives:
             return Twist2()
         model, config = self._model, self._config
         linear = state.forward * min(config.linear_scale, model.max_linear)
         angular = state.left * min(config.angular_scale, model.max_angular)
         return saturate(Twist2(linear, angular), model.max_linear, model.max_angular, model)
 
+    @property
     def _drives(self) -> bool:
         state = self.pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
@@ -218,7 +216,7 @@ class GamepadCore:
         return action + ' to drive again'
 
     def _check_loss(self, now: float) -> None:
-        needs_pad = self._drives() or self.messages.must_renew
+        needs_pad = self._drives or self.messages.must_renew
         if self.pad.freshness.is_fresh(now) or not needs_pad:
             return
         advice = ''

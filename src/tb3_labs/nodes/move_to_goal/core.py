@@ -130,8 +130,8 @@ class MoveToGoalCore:
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested_pose` now. The reset is refused if the
-        request may be from before a sleep of this process. Afterwards `reset.is_over` is True."""
+        """Declare that the robot is at `reset.requested_pose` now. Refused if the request may be
+        from before a sleep of this process. Afterwards `reset.is_over` is True."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
         problem = self.sensors.problem_text(now, with_age=True)
@@ -266,7 +266,7 @@ class MoveToGoalCore:
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
     def _check_readings(self, now: float) -> None:
-        """Give up if a reading is the same, although the last command should have changed it."""
+        """Give up if a sensor repeats a reading that the last command should have changed."""
         odometry = self._timing.odometry
         assert odometry is not None
         previous = odometry.previous_sample

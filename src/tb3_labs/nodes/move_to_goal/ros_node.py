@@ -17,12 +17,12 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
-from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
+from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, ResetServer
 from tb3_labs.nodes.move_to_goal.status import MoveToGoalConfig
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.conversions import (
-    frame, to_odometry_sample, to_pose_stamped, to_transform)
+    frame_name, to_odometry_sample, to_pose_stamped, to_transform)
 from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
@@ -90,7 +90,7 @@ class MoveToGoalNode:
         self._runner = runner
         self._goals = GoalServer(runner, core)
         self._goals.offer()
-        Resets(runner, core)
+        ResetServer(runner, core)
         subscribe('cmd_vel', Twist, self._on_command)
         LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
         subscribe_events('ctrl_relinq', Bool,
@@ -150,10 +150,10 @@ class LocalPath:
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._frame_id = frame_id
         self._frame_number = 0
-        self._last_pose = None         # the pose of the latest point
+        self._latest_pose = None
         self._points = deque(maxlen=MAX_PATH_POINTS)    # messages
-        self._sent_at = -math.inf      # stamp
-        self._has_new_points = False   # since the last message
+        self._sent_at = -math.inf         # stamp
+        self._has_unsent_points = False
 
     def show(self, stamped):
         """Add a localizer.StampedPose to the path. Publish the path at most once in PATH_PERIOD."""
@@ -162,18 +162,18 @@ class LocalPath:
             self._points.clear()
             self._sent_at = -math.inf
         here = stamped.local_T_base
-        if not self._points or _is_farther(self._last_pose, here):
-            self._last_pose = here
+        if not self._points or _is_farther(self._latest_pose, here):
+            self._latest_pose = here
             self._points.append(to_pose_stamped(here, self._frame_id, stamped.stamp))
-            self._has_new_points = True
-        if self._has_new_points and abs(stamped.stamp - self._sent_at) >= PATH_PERIOD:
+            self._has_unsent_points = True
+        if self._has_unsent_points and abs(stamped.stamp - self._sent_at) >= PATH_PERIOD:
             self._sent_at = stamped.stamp
-            self._has_new_points = False
+            self._has_unsent_points = False
             self._publisher.publish(Path(header=self._points[-1].header, poses=list(self._points)))
 
 
 def _is_farther(last, here):
-    """Is the pose `here` far enough from the pose `last` for a new point of the path?"""
+    """Is the pose `here` far enough from `last` for a new point of the path?"""
     turn = abs(difference(here.yaw, last.yaw))
     return last.distance_to(here) >= PATH_POINT_DISTANCE or turn >= PATH_POINT_ANGLE
 
@@ -182,12 +182,12 @@ class Display:
     """Publishes each StampedPose and each new DriveStatus for people to see.
 
     The thread of the IMU calls `show`, and the thread of the CoreRunner calls `show_status`. Making
-    a message costs more time than a step of a control law. Poses and transforms are made only for
-    subscribers. Transforms, path and markers are made less often than poses.
+    a message costs more time than a step of a control law. So poses and transforms are made only
+    for subscribers, and transforms, path and markers less often than poses.
     """
 
     def __init__(self):
-        self._local_frame, self._odom_frame = frame('local'), frame('odom')
+        self._local_frame, self._odom_frame = frame_name('local'), frame_name('odom')
         self._pose_publisher = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._tf = tf2_ros.TransformBroadcaster()
         self._state_publisher = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
@@ -231,7 +231,7 @@ class Display:
         disc = _marker(goal, self._local_frame, ns='goal', id=1, type=Marker.CYLINDER,
                        color=PALE_YELLOW, scale=Vector3(diameter, diameter, 0.005))
         disc.pose.position.z = 0.02
-        text = _marker(Pose2(), frame('base_footprint'), ns='words', id=2, color=WHITE,
+        text = _marker(Pose2(), frame_name('base_footprint'), ns='words', id=2, color=WHITE,
                        type=Marker.TEXT_VIEW_FACING, scale=Vector3(0.0, 0.0, 0.1))
         text.pose.position.z = 0.3
         text.text = status.text + '\n\n\n\n'    # empty lines lift the text above the robot

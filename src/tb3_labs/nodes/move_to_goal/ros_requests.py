@@ -15,7 +15,7 @@ from move_base_msgs.msg import (
 from tb3_labs.handout import SET_POSE_SERVICE
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
-from tb3_labs.ros.conversions import frame, to_pose2, to_pose_stamped
+from tb3_labs.ros.conversions import frame_name, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, subscribe
@@ -43,10 +43,10 @@ class GoalServer(ActionServer):
     This class holds actionlib's lock while it hands a goal or a cancel to the core. So actionlib
     and the core receive goals and cancels in the same order.
 
-    This class reads each message before actionlib does (test/ros/stops.test). The library actionlib
-    (1.14.0) treats a goal with a known GoalID as a new goal after 5 s, and treats a repeated
-    latched goal as a new goal at once. actionlib ignores a cancel of an ended goal, but after a
-    reset the robot may drive to an ended goal again.
+    This class reads each message before actionlib (1.14.0) does. For actionlib, a goal with a known
+    GoalID is a new goal after 5 s, and a repeated latched goal is a new goal at once. actionlib
+    ignores a cancel of an ended goal, but after a reset the robot may drive to an ended goal again.
+    Test: test/ros/stops.test.
     """
 
     def __init__(self, runner, core):
@@ -83,7 +83,7 @@ class GoalServer(ActionServer):
         handle = self._present_handle
         if handle is not None and self.feedback_pub.get_num_connections():
             handle.publish_feedback(MoveBaseFeedback(base_position=to_pose_stamped(
-                stamped.local_T_base, frame('local'), stamped.stamp)))
+                stamped.local_T_base, frame_name('local'), stamped.stamp)))
 
     def initialize(self):
         """Replace actionlib's status timer, which would end if the clock jumps back."""
@@ -124,8 +124,8 @@ class GoalServer(ActionServer):
                 if handle:
                     self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
-            take_in = self._core.on_goal if handle else self._core.register_goal
-            self._runner.handle(lambda: take_in(request, steady_time()))
+            method = self._core.on_goal if handle else self._core.register_goal
+            self._runner.handle(lambda: method(request, steady_time()))
 
     def _on_cancel(self, goal_id):
         with self.lock:
@@ -134,7 +134,7 @@ class GoalServer(ActionServer):
             super().internal_cancel_callback(goal_id)
 
 
-class Resets:
+class ResetServer:
     """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset when
     IMU and odometry have sent a sample after the request."""
 
@@ -169,7 +169,7 @@ class Resets:
         return SetInitialPoseResponse()
 
     def _on_initialpose(self, stamped):
-        """Returns the reason if the reset is refused, else None."""
+        """Returns the reason of a refusal, or None."""
         try:
             self._reset(to_requested_pose(stamped.header, stamped.pose.pose))
         except ValueError as problem:
@@ -201,8 +201,8 @@ def _in_degrees(pose):
 
 
 def only_new(topic, callback):
-    """Returns a function that passes messages of `topic` to `callback`. If a message is latched and
-    may be old, the function logs a warning instead."""
+    """Returns a function that passes messages of `topic` to `callback`. For a message that is
+    latched and may be old, the function logs a warning instead."""
     to_age = age_reader(topic)
 
     def on_message(message):
@@ -220,8 +220,8 @@ def to_requested_pose(header, pose):
     """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The name of the
     frame may begin with this node's namespace. Other frames raise ``ValueError``."""
     name = header.frame_id.lstrip('/')
-    in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
-    if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
+    in_odom = name in (ODOM_FRAME, frame_name(ODOM_FRAME))
+    if not in_odom and name not in LOCAL_FRAMES + (frame_name('local'),):
         raise ValueError(f'frame {name[:40]!r} is not valid: local, odom, or map (or none), which '
                          'means local')
     return RequestedPose(to_pose2(pose), in_odom)
