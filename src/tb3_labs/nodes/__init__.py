@@ -3,7 +3,7 @@ folder has the node's core, without ROS and clocks, and the files `ros_*.py`, wh
 
 The class :class:`tb3_labs.ros.core_runner.CoreRunner` calls the methods of every core. A core takes
 in a sample, a message or a request by ``on_<what>(...)``. A message that a person may have caused
-is an events.Event.
+is an events.Event. A *steady* clock never stands still and never goes back.
 
 The core decides in ``tick(now)``, which returns one events.Output. CoreRunner calls `tick` after
 each message, and ten times a second. After an Output with `needs_fast_ticks`, CoreRunner calls

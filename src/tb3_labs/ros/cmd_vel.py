@@ -8,7 +8,7 @@ import math
 import rospy
 from geometry_msgs.msg import Twist, Vector3
 
-from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
+from tb3_labs.ros.rospy_internals import is_wall_time, make_writes_immediate
 
 #: A speed below this value [m/s or rad/s] is sent as 0. A lower speed does not turn a motor, and
 #: the firmware even reads 1e-40 as full speed.
@@ -23,7 +23,7 @@ class CmdVel:
         self._is_driving = False
         self._is_closed = False
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-        write_at_once(self._publisher)
+        make_writes_immediate(self._publisher)
 
     def send(self, command):
         """Send `command`, a Twist2. A zero command, or a clock that stands still, stops the robot.

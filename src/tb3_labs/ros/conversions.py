@@ -37,13 +37,19 @@ def to_quaternion(yaw, *tilt):
 
 def to_pose2(pose):
     """Returns the planar part of a geometry_msgs/Pose."""
-    return _finite(Pose2(pose.position.x, pose.position.y, yaw_of(pose.orientation)))
+    return _to_finite_pose2(pose.position, pose.orientation)
 
 
 def transform_to_pose2(transform):
     """Returns the planar part of a geometry_msgs/Transform."""
-    return _finite(Pose2(transform.translation.x, transform.translation.y,
-                         yaw_of(transform.rotation)))
+    return _to_finite_pose2(transform.translation, transform.rotation)
+
+
+def _to_finite_pose2(place, orientation):
+    pose = Pose2(place.x, place.y, yaw_of(orientation))
+    if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+        raise ValueError(f'a number is not finite: {pose}')
+    return pose
 
 
 def to_odometry_sample(message):
@@ -74,9 +80,3 @@ def to_transform(parent_T_child, parent, child, stamp):
 def to_twist(linear, angular):
     """Returns the geometry_msgs/Twist of a forward speed [m/s] and a rate of turn [rad/s]."""
     return Twist(Vector3(x=linear), Vector3(z=angular))
-
-
-def _finite(pose):
-    if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
-        raise ValueError(f'a number is not finite: {pose}')
-    return pose

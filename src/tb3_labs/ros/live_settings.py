@@ -1,11 +1,9 @@
 """Lets a user change settings of a running node, by dynparam or in rqt_reconfigure.
 
-LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12). Three defects of
-this server were measured. LiveSettings does not have these defects, as test/ros/live_test.py shows.
-
-The server silently clips an invalid value to the nearest bound, before a callback can refuse the
-value. The server writes each change to the parameter server, so a simulated fault is also present
-after the next start. The import of the server calls rosdep, which may print a line.
+LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12), which silently
+clips an invalid value to the nearest bound, before a callback can refuse the value. That server
+also writes each change to the parameter server, so a simulated fault is present after the next
+start. Its import calls rosdep, which may print a line. Test: test/ros/live_test.py.
 """
 import threading
 from dataclasses import asdict, fields, replace

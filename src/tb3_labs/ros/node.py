@@ -21,7 +21,7 @@ import rosgraph
 import rospy
 
 from tb3_labs.ros.rospy_internals import (
-    find_late_publishers, log_without_the_master, record_connections, serve_connections_in_threads)
+    join_publisher_lists, log_without_the_master, record_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
 MAIN_THREAD_POLL_PERIOD = 0.2    # [s]
@@ -38,8 +38,8 @@ _received_signals = []
 _shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until the hooks have run
 
 
-def run(name, make_node, interface):
-    """Initialise the node `name`, call ``make_node()``, wait for the end, and exit. The option
+def run(name, start_node, interface):
+    """Initialise the node `name`, call ``start_node()``, wait for the end, and exit. The option
     --help only prints `interface`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if {'-h', '--help'} & set(rospy.myargv()[1:]):
@@ -56,9 +56,9 @@ def run(name, make_node, interface):
         rospy.on_shutdown(_shutdown_has_begun.set)
         log_without_the_master()
         serve_connections_in_threads()
-        find_late_publishers()
+        join_publisher_lists()
         record_connections()
-        node = make_node()    # noqa: F841 (without a name Python would delete the node)
+        node = start_node()    # noqa: F841 (without a name Python would delete the node)
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
             pause(MAIN_THREAD_POLL_PERIOD)

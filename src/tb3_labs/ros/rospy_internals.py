@@ -86,7 +86,7 @@ def is_wall_time():
     return rospy.rostime.is_wallclock()
 
 
-def find_late_publishers(manager=None):
+def join_publisher_lists(manager=None):
     """Find publishers that register just after a subscriber. The master then sends two lists of
     publishers, and the subscriber uses the list that arrives last. If the first list arrives last,
     the two nodes never connect. So this function joins all waiting lists. A publisher that has
@@ -110,7 +110,7 @@ def subscribers_of(publisher):
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
-def write_at_once(publisher, max_waiting=1):
+def make_writes_immediate(publisher, max_waiting=1):
     """From now on ``publish()`` itself writes to each subscriber. Messages in rospy's queue
     would be lost when the process ends. If a subscriber's buffers are full, the last `max_waiting`
     messages wait. Internals: `impl`, its `add_connection`; test: test/unit/test_node.py."""

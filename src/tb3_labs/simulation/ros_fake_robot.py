@@ -23,7 +23,7 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.conversions import (
     TRUTH_PIPE, frame_name, to_pose_stamped, to_quaternion, to_transform, to_twist)
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import publish_together, write_at_once
+from tb3_labs.ros.rospy_internals import publish_together, make_writes_immediate
 from tb3_labs.simulation.sensors import MAX_SAMPLES
 from tb3_labs.simulation.simulator import Simulator
 
@@ -214,7 +214,7 @@ def _pop_earlier(wheel_readings, stamp):
 def make_publisher(topic, message_type, **options):
     """Returns a publisher that sends each message at once."""
     publisher = rospy.Publisher(topic, message_type, queue_size=50, tcp_nodelay=True, **options)
-    write_at_once(publisher, max_waiting=50)
+    make_writes_immediate(publisher, max_waiting=50)
     return publisher
 
 

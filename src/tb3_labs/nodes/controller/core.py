@@ -1,10 +1,8 @@
 """Decides whether a turn or the mouse drives the robot, and with which command.
 
-The package :mod:`tb3_labs.nodes` describes how a core is used.
-
-The time `now` [s] is on the receiver's clock. The time `steady_now` [s], and the `arrived_at` of an
-Event, are on a clock that never stands still and never goes back. Turns are requested in degrees;
-all other angles are in radians. Speeds are in m/s.
+The package :mod:`tb3_labs.nodes` describes how a core is used. The time `now` [s] is on the
+receiver's clock. The time `steady_now` [s], and the `arrived_at` of an Event, are on a steady
+clock. Turns are requested in degrees; all other angles are in radians. Speeds are in m/s.
 """
 import math
 from typing import Optional
@@ -189,7 +187,7 @@ class ControllerCore:
 
     def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
         self._log_result(now)
-        self._turn = ActiveTurn(angle, self._heading.steady_yaw, now)
+        self._turn = ActiveTurn(angle, self._heading.resting_yaw, now)
         self._sensors.request_motion()
         self._start_law(self._turn)
         return self._turn
@@ -219,7 +217,8 @@ class ControllerCore:
         imu = self._timing.imu
         assert imu is not None
         dt = self._pace.step(now)
-        step = self._law.step(heading.yaw, heading.rate, dt, imu.age(now), heading.noise)
+        step = self._law.step(
+            heading.yaw, heading.rate, dt, imu.age(now), heading.noise.deviation)
         self.imu.check_repetition(must_change=True, now=now)
         problem = self._sensors.frozen_text() or self._gyro.problem_text()
         if not problem and not step.is_finished:

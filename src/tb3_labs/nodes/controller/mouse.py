@@ -1,7 +1,7 @@
 """Finds the velocity that a mouse asks for, and whether the mouse is active or lost.
 
 Positions of the mouse are from -1 to 1, x to the right, y up. Speeds are in m/s and rad/s, left
-positive. The clock of `now` [s] never stands still and never goes back. Source: the mouse lab.
+positive. The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Source: the mouse lab.
 """
 import math
 from collections import defaultdict

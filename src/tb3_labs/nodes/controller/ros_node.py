@@ -87,10 +87,9 @@ class ControllerNode:
     def _diagnose(self):
         core = self._core
         now = ros_time()
-        values = values_of(core.imu, now)
-        values.update(values_of(core.mouse.freshness, steady_time()))
-        mouse = 'active' if core.mouse.is_active else 'not active'
-        values.update(driver=core.driver.value, mouse=mouse)
+        values = {**values_of(core.imu, now), **values_of(core.mouse.freshness, steady_time()),
+                  'driver': core.driver.value,
+                  'mouse': 'active' if core.mouse.is_active else 'not active'}
         return core.problem_text(now), values
 
 

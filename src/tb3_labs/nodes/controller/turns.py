@@ -62,31 +62,26 @@ class Heading:
     def __init__(self) -> None:
         self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
         self.rate = 0.0        # [rad/s]
-        self._noise = YawNoise()
-        self._steady = Estimate()
+        self.noise = YawNoise()
+        self._resting_yaw = Estimate()
 
     def on_imu(self, timed: TimedSample) -> None:
         sample = timed.sample
         is_first = math.isnan(self.yaw)
         self.yaw = sample.yaw if is_first else unwrap(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate
-        self._noise.learn(timed)
-        if self.noise:
-            self._steady.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.interval))
-            self._steady.add(self.yaw, self.noise)
+        self.noise.learn(timed)
+        if self.noise.deviation:
+            self._resting_yaw.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.interval))
+            self._resting_yaw.add(self.yaw, self.noise.deviation)
         else:    # the noise is not known yet
-            self._steady = Estimate()
-            self._steady.shift(self.yaw)
+            self._resting_yaw = Estimate()
+            self._resting_yaw.shift(self.yaw)
 
     @property
-    def steady_yaw(self) -> float:
+    def resting_yaw(self) -> float:
         """The yaw of a robot at rest, with less noise than the yaw of one sample."""
-        return self._steady.value
-
-    @property
-    def noise(self) -> float:
-        """Standard deviation of one sample's yaw."""
-        return self._noise.deviation
+        return self._resting_yaw.value
 
 
 class ActiveTurn:

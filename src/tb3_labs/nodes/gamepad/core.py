@@ -6,7 +6,7 @@ Old presses of A and Y are refused. A silent pad is treated as lost if a stick i
 move_to_goal drives by the pad's permission. Without the autorepeat_rate of joy_node, a motionless
 stick looks like a lost pad.
 
-The clock of `now` [s] never stands still and never goes back. Speeds are in m/s and rad/s.
+The time `now` [s] is on a steady clock. Speeds are in m/s and rad/s.
 """
 import math
 from dataclasses import dataclass

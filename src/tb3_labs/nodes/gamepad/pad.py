@@ -1,7 +1,7 @@
 """The settings and the messages of one pad. The default settings fit the pad of the course's lab.
 
-The values of axes are from -1 to 1, forward and left positive, as in joy_node. The clock of `now`
-[s] never stands still and never goes back. The time `stamp` [s] is by the sender's clock.
+The values of axes are from -1 to 1, forward and left positive, as in joy_node. The time `now` [s]
+is on a steady clock (:mod:`tb3_labs.nodes`), and `stamp` [s] on the sender's clock.
 """
 import math
 from dataclasses import dataclass

@@ -4,8 +4,8 @@ The package :mod:`tb3_labs.nodes` describes how a core is used. This node moves 
 the node has control, IMU and odometry are fresh, gyro and wheels agree, the pose is known, and the
 goal is not reached. If the sensors stay silent, a new grant is void, and a drive is given up.
 
-The time `now` [s] is on the receiver's clock. The time `steady_now` [s] is on a clock that never
-stands still and never goes back. Poses are in the local frame, in metres and radians.
+The time `now` [s] is on the receiver's clock, and `steady_now` [s] on a steady clock. Poses are in
+the local frame, in metres and radians.
 """
 import math
 from typing import Dict, Optional
@@ -76,7 +76,7 @@ class MoveToGoalCore:
 
     def on_command(self, command: Twist2, now: float, rival: str = '') -> None:
         """Take in a command, which may move the robot. `rival` is another node that sent the
-        command. If `rival` and this node both drive for RIVAL_WARNING_TIME, log a warning."""
+        command. If both nodes drive for RIVAL_WARNING_TIME, log a warning."""
         if command == Twist2():
             return
         self._localizer.on_command(now)
@@ -103,8 +103,7 @@ class MoveToGoalCore:
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal. A refused goal, or a repetition of the present goal, changes nothing."""
         sender_goal = self.register_goal(request, steady_now)
-        requests = self._requests
-        machine = self._machine
+        requests, machine = self._requests, self._machine
         try:
             goal = requests.pose_of(request, sender_goal, self.odom_T_local)
         except ValueError as refusal:
@@ -236,8 +235,8 @@ class MoveToGoalCore:
         machine = self._machine
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
-            state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
-            attempt=machine.attempt, has_begun=machine.has_begun,
+            state=machine.state, goal=machine.goal, attempt=machine.attempt,
+            distance_tolerance=machine.law.distance_tolerance, has_begun=machine.has_begun,
             is_active=machine.is_active and not failure, failure=failure,
             hold_reason=self.sensors.hold_reason, may_drive=self.may_drive,
             sensor_problem=self.sensors.problem_text(now) or self._sensor_conflict())

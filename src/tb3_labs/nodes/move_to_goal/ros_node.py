@@ -1,4 +1,4 @@
-"""Connects the MoveToGoalCore to ROS. The file scripts/move2goal_tf.py describes the interface."""
+"""Connects the MoveToGoalCore to ROS."""
 import math
 import sys
 from collections import deque
@@ -71,7 +71,7 @@ def _permission():
 
 
 class MoveToGoalNode:
-    """Gives all messages for move_to_goal to a MoveToGoalCore, and publishes the core's Outputs."""
+    """Drives to goals in a local frame. See scripts/move2goal_tf.py for the interface."""
 
     def __init__(self):
         start, drive = read_config(
@@ -82,7 +82,7 @@ class MoveToGoalNode:
         core = MoveToGoalCore(self._law(drive), start.has_control, self._response, gyro)
         core.set_goal(start.goal)
         self._display = Display()
-        self._has_control = None
+        self._published_control = None
         self._control_publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
         runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
                             self._publish_output, self._carry_out)
@@ -123,8 +123,8 @@ class MoveToGoalNode:
             self._goals.feedback(output.stamped_pose)
 
     def _publish_output(self, output):
-        if output.has_control is not self._has_control:
-            self._has_control = output.has_control
+        if output.has_control is not self._published_control:
+            self._published_control = output.has_control
             self._control_publisher.publish(output.has_control)
 
     def _carry_out(self, output):
@@ -136,10 +136,9 @@ class MoveToGoalNode:
         core = self._core
         now = ros_time()
         status = core.status(now)
-        values = values_of(core.sensors.imu, now)
-        values.update(values_of(core.sensors.odometry, now))
-        values.update(control='granted' if status.may_drive else 'not granted', goal=status.goal,
-                      state=status.text or 'about to begin')
+        values = {**values_of(core.sensors.imu, now), **values_of(core.sensors.odometry, now),
+                  'control': 'granted' if status.may_drive else 'not granted',
+                  'goal': status.goal, 'state': status.text or 'about to begin'}
         return status.failure or status.sensor_problem, values
 
 
@@ -162,7 +161,7 @@ class LocalPath:
             self._points.clear()
             self._sent_at = -math.inf
         here = stamped.local_T_base
-        if not self._points or _is_farther(self._latest_pose, here):
+        if not self._points or _needs_point(self._latest_pose, here):
             self._latest_pose = here
             self._points.append(to_pose_stamped(here, self._frame_id, stamped.stamp))
             self._has_unsent_points = True
@@ -172,10 +171,9 @@ class LocalPath:
             self._publisher.publish(Path(header=self._points[-1].header, poses=list(self._points)))
 
 
-def _is_farther(last, here):
-    """Is the pose `here` far enough from `last` for a new point of the path?"""
-    turn = abs(difference(here.yaw, last.yaw))
-    return last.distance_to(here) >= PATH_POINT_DISTANCE or turn >= PATH_POINT_ANGLE
+def _needs_point(latest, here):
+    turn = abs(difference(here.yaw, latest.yaw))
+    return latest.distance_to(here) >= PATH_POINT_DISTANCE or turn >= PATH_POINT_ANGLE
 
 
 class Display:
@@ -197,8 +195,8 @@ class Display:
             'goal_marker', MarkerArray, queue_size=1, latch=True)
         self._markers = MarkerArray()
         self._transform_sent_at = -math.inf      # stamp
-        self._sent_odom_T_local = None
         self._markers_sent_at = -math.inf        # stamp
+        self._sent_odom_T_local = None
         self._local_path = LocalPath(self._local_frame)
 
     def show(self, stamped, odom_T_local):
@@ -227,7 +225,7 @@ class Display:
         self._goal_publisher.publish(to_pose_stamped(goal, self._local_frame, ros_time()))
         arrow = _marker(goal, self._local_frame, ns='goal', id=0, type=Marker.ARROW,
                         color=MARKER_ORANGE, scale=Vector3(0.20, 0.03, 0.03))
-        diameter = 2.0 * status.tolerance
+        diameter = 2.0 * status.distance_tolerance
         disc = _marker(goal, self._local_frame, ns='goal', id=1, type=Marker.CYLINDER,
                        color=PALE_YELLOW, scale=Vector3(diameter, diameter, 0.005))
         disc.pose.position.z = 0.02

@@ -147,20 +147,14 @@ class ResetServer:
                   only_new('initialpose', self._on_initialpose))
 
     def _on_reset_pose(self, request):
-        response = ResetPoseResponse()
         try:
             typed_pose = TypedPose(request.x, request.y, request.yaw_deg)
             reset = self._reset(RequestedPose(typed_pose.pose))
         except ValueError as problem:
-            response.message = self._log_refusal(problem)
-            return response
-        response.success = True
-        response.message = reset.answer
-        response.stamp = reset.stamp
-        if reset.pose_before is not None:
-            response.before = _in_degrees(reset.pose_before)
-        response.after = _in_degrees(reset.declared_pose)
-        return response
+            return ResetPoseResponse(message=self._log_refusal(problem))
+        before = [] if reset.pose_before is None else _in_degrees(reset.pose_before)
+        return ResetPoseResponse(success=True, message=reset.answer, stamp=reset.stamp,
+                                 before=before, after=_in_degrees(reset.declared_pose))
 
     def _on_set_pose(self, request):
         problem = self._on_initialpose(request.pose)

@@ -38,7 +38,7 @@ class DriveStatus(NamedTuple):
 
     state: GoalState
     goal: Optional[Pose2]         # in local
-    tolerance: float              # the goal is reached within this distance [m]
+    distance_tolerance: float     # [m]
     attempt: int                  # number of the drive; each goal and restart begins a new drive
     has_begun: bool               # was a motion commanded in this drive?
     is_active: bool               # is the goal neither reached nor given up?
@@ -88,17 +88,17 @@ class StatusLogger:
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
-        self._last_key: Tuple = ()   # attempt, goal and text of the last log line
-        self._begun_attempt = 0      # number of the latest drive that began
-        self._begun_at = 0.0         # time [s] at which the latest drive began
+        self._logged: Tuple = ()    # attempt, goal and text
+        self._begun_attempt = 0     # number of the latest drive that began
+        self._begun_at = 0.0        # [s]
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
         """Log `status` and return True, if `status` is new. `motion()` returns a Motion."""
-        key = (status.attempt, status.goal, status.text)
-        if not status.text or key == self._last_key:
+        news = (status.attempt, status.goal, status.text)
+        if not status.text or news == self._logged:
             return False
-        self._last_key = key
+        self._logged = news
         has_just_begun = status.has_begun and status.attempt != self._begun_attempt
         if has_just_begun:
             self._begun_attempt = status.attempt
