@@ -117,7 +117,7 @@ class Demo:
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._store(topic, PoseStamped, lambda message: to_pose2(message.pose))
         rospy.Subscriber('ctrl_relinq', Bool, guarded(self._on_control), tcp_nodelay=True)
-        threading.Thread(target=guarded(self._run), daemon=True).start()
+        threading.Thread(target=guarded(self._judge_drives), daemon=True).start()
 
     def _store(self, topic, message_type, read):
         """Store the latest value of `topic`. For goal_state store all values."""
@@ -133,7 +133,7 @@ class Demo:
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
             self._is_control_taken = self._has_granted
 
-    def _run(self):
+    def _judge_drives(self):
         self._await('local_pose')
         self._await('current_goal')
         if self._config.record and not wait_until(recorder_listens, RECORDER_TIMEOUT):

@@ -42,7 +42,7 @@ def parse(argv):
 
 
 def main(argv):
-    """Read the bag, and write the report. Returns the exit status."""
+    """Write the report. Returns the exit status."""
     arguments = parse(argv)
     try:
         from tb3_labs.report.motion.movements import LAB_GOAL, completed

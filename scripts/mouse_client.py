@@ -43,7 +43,7 @@ class MouseNode:
             return
         rospy.on_shutdown(self._close)
         rospy.loginfo('Scroll down to drive by the mouse, scroll up to stop')
-        threading.Thread(target=guarded(self._run), name='mouse', daemon=True).start()
+        threading.Thread(target=guarded(self._publish_positions), name='mouse', daemon=True).start()
 
     def _on_scroll(self, steps):
         if steps < 0 and not self._is_active:
@@ -58,7 +58,7 @@ class MouseNode:
         if not self._is_active:
             self._send_now.set()
 
-    def _run(self):
+    def _publish_positions(self):
         while not rospy.is_shutdown():
             try:
                 position = self._pointer.position()

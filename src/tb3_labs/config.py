@@ -30,11 +30,8 @@ class Config:
 
 
 def from_parameters(config_type: Type[ConfigType], given: Mapping[str, Any]) -> ConfigType:
-    """Returns a configuration of class `config_type` from the parameters `given`.
-
-    Unknown parameters, and parameters with the value NOT_GIVEN, are ignored. Raises ``ValueError``
-    for the first invalid value.
-    """
+    """Returns a `config_type` with the values `given`. Unknown parameters, and parameters with the
+    value NOT_GIVEN, are ignored. Raises ``ValueError`` for the first invalid value."""
     return config_type(**{item.name: given[item.name] for item in fields(config_type)
                           if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
 

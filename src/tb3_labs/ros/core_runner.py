@@ -40,7 +40,8 @@ class CoreRunner:
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting_outputs = queue.SimpleQueue()    # for carry_out
-        threading.Thread(target=guarded(self._run), name='core runner', daemon=True).start()
+        threading.Thread(target=guarded(self._log_and_carry_out), name='core runner',
+                         daemon=True).start()
         self._cmd_vel = CmdVel()
         rospy.on_shutdown(self._close)
         self._watchdog = Watchdog(self.check, self._on_clock)
@@ -88,7 +89,7 @@ class CoreRunner:
         with self._lock:
             self._cmd_vel.close()
 
-    def _run(self):
+    def _log_and_carry_out(self):
         while True:
             output = self._waiting_outputs.get()
             for line in output.log_lines:
@@ -108,7 +109,7 @@ class Watchdog:
         self._messages = Freshness('message', QUIET_TIME)
         self._clock = Freshness('/clock', STANDSTILL_TIME)
         self._last_time = 0.0
-        self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
+        self._thread = threading.Thread(target=guarded(self._watch), name='watchdog', daemon=True)
 
     def set_awake(self, is_awake):
         """If `is_awake`, check often, else seldom. The caller holds the lock."""
@@ -122,7 +123,7 @@ class Watchdog:
     def on_message_handled(self):
         self._messages.on_message(steady_time())
 
-    def _run(self):
+    def _watch(self):
         while not rospy.is_shutdown():
             is_awake = self._awake.wait(IDLE_PERIOD)
             self._check_clock()
@@ -153,7 +154,7 @@ def publish_diagnostics(hardware, report):
             status.add(name, str(value))
         return status
 
-    def run():
+    def repeat():
         while True:
             time.sleep(DIAGNOSTICS_PERIOD)
             updater.force_update()
@@ -161,7 +162,7 @@ def publish_diagnostics(hardware, report):
     updater = Updater()
     updater.setHardwareID(hardware)
     updater.add('state', fill)    # the Updater puts the node's name before 'state'
-    threading.Thread(target=guarded(run), name='diagnostics', daemon=True).start()
+    threading.Thread(target=guarded(repeat), name='diagnostics', daemon=True).start()
 
 
 def values_of(freshness, now):

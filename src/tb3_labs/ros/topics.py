@@ -116,7 +116,7 @@ def publishers_of(topic):
 def log_missing_topics(freshness_of_topics, remedy='is the robot running?'):
     """Log reminders until a message has arrived on /clock and on each topic of
     `freshness_of_topics`, a {topic: Freshness}. Each reminder ends with `remedy`."""
-    def run():
+    def remind():
         time.sleep(FIRST_REMINDER_DELAY)
         while not rospy.is_shutdown():
             missing = [rospy.resolve_name(topic) for topic, freshness in freshness_of_topics.items()
@@ -130,4 +130,4 @@ def log_missing_topics(freshness_of_topics, remedy='is the robot running?'):
                 return
             time.sleep(REMINDER_PERIOD)
 
-    threading.Thread(target=guarded(run), name='reminder', daemon=True).start()
+    threading.Thread(target=guarded(remind), name='reminder', daemon=True).start()

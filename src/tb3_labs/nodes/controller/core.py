@@ -75,26 +75,26 @@ class ControllerCore:
             self._mouse_command_is_due = True
             self._change_driver(event, 'the mouse took over')
 
-    def on_turn(self, turn: 'Event[float]', now: float) -> None:
+    def on_turn(self, request: 'Event[float]', now: float) -> None:
         """Turn by the angle [deg] that another node requests, if accepts_turn() is true."""
-        self._check_sleep_and_mouse(turn.arrived_at)
-        if accepts_turn(self._turn_requests, turn, self._sleep.is_waking):
-            self._request_or_log(turn, now)
+        self._check_sleep_and_mouse(request.arrived_at)
+        if accepts_turn(self._turn_requests, request, self._sleep.is_waking):
+            self._request_or_log(request, now)
         else:
             self._log_refusal('cannot turn: this turn only repeats an earlier turn; pause for '
-                              f'{SENDER_PAUSE:.0f} s, then ask again', turn.arrived_at)
+                              f'{SENDER_PAUSE:.0f} s, then ask again', request.arrived_at)
 
-    def on_typed(self, turn: 'Event[float]', now: float) -> None:
+    def on_typed(self, request: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A repetition is never refused."""
-        self._check_sleep_and_mouse(turn.arrived_at)
+        self._check_sleep_and_mouse(request.arrived_at)
         self._refusal_logged_at = -math.inf
-        self._request_or_log(turn, now)
+        self._request_or_log(request, now)
 
-    def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
+    def _request_or_log(self, request: 'Event[float]', now: float) -> None:
         try:
-            self.request_turn(turn.content, now)
+            self.request_turn(request.content, now)
         except ValueError as refusal:
-            self._log_refusal(str(refusal), turn.arrived_at)
+            self._log_refusal(str(refusal), request.arrived_at)
 
     def _log_refusal(self, text: str, steady_now: float) -> None:
         if steady_now - self._refusal_logged_at >= REFUSAL_LOG_PERIOD:

@@ -35,7 +35,7 @@ class ControllerNode:
         self._model = read_model()
         self._response = MotorResponse()
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
-        core = ControllerCore(self._law(config), gyro)
+        core = ControllerCore(self._make_law(config), gyro)
         self._robot_deadline = time.monotonic() + ROBOT_WAIT_TIMEOUT
         runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
         self._core = core
@@ -51,10 +51,10 @@ class ControllerNode:
         read_keyboard(self._on_line, self._on_keyboard_end)
         publish_diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.imu})
-        LiveSettings(config, lambda new: runner.handle(core.set_law, self._law(new)))
+        LiveSettings(config, lambda new: runner.handle(core.set_law, self._make_law(new)))
         runner.check()
 
-    def _law(self, config):
+    def _make_law(self, config):
         return make_turn(config, self._model, self._response)
 
     def _on_imu(self, sample):
@@ -96,10 +96,10 @@ class ControllerNode:
 def read_keyboard(on_line, on_end):
     """Call `on_line(text)` for each line of the standard input, and `on_end()` at the end.
 
-    The standard input may be a terminal, an xterm, a pipe, or the terminal of roslaunch. If there
-    is no input, or the node is a background job, `on_end()` is called at once.
+    The standard input may be a terminal, a pipe, or the terminal of roslaunch. If there is no
+    input, or the node is a background job, `on_end()` is called at once.
     """
-    def run():
+    def read_lines():
         if sys.stdin is not None:      # if there is no input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
                 # A thread that reads sys.stdin holds a lock, and Python waits for this lock when
@@ -110,4 +110,4 @@ def read_keyboard(on_line, on_end):
 
     # Without this line, SIGTTIN would suspend a background job that reads from its terminal.
     signal.signal(signal.SIGTTIN, signal.SIG_IGN)
-    threading.Thread(target=run, name='keyboard', daemon=True).start()
+    threading.Thread(target=read_lines, name='keyboard', daemon=True).start()

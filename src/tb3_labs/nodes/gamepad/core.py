@@ -144,8 +144,8 @@ class GamepadCore:
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
         state = self.pad.state
-        hands_back = now < self._zero_until
-        if state is None or hands_back or not self._drives:
+        is_handing_back = now < self._zero_until
+        if state is None or is_handing_back or not self._drives:
             return Twist2()
         model, config = self._model, self._config
         linear = state.forward * min(config.linear_scale, model.max_linear)
@@ -161,8 +161,7 @@ class GamepadCore:
         return is_held and not state.is_at_rest
 
     def _check_sleep(self, now: float) -> None:
-        """After a sleep of this process the pad must become ready again. A long sleep also ends the
-        permission that the pad gave."""
+        """After a sleep the pad must become ready again. A long sleep also ends its permission."""
         self._sleep.update(now)
         if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',

@@ -81,8 +81,8 @@ class PadListener:
 
     def on_message(self, state: PadState, now: float, stamp: float,
                    joy_node_hangs: bool = False) -> None:
-        """Take in a message. `stamp` is the time [s] of sending, or 0. The first message can press
-        only the stop button."""
+        """Take in a message, which was sent at `stamp` [s] if `stamp` is not 0. The first message
+        can press only the stop button."""
         if state == self._last_state:
             self.has_repeated_state = True
         self._last_state = state

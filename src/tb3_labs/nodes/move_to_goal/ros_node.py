@@ -58,8 +58,8 @@ def pop_permission():
             _typed_values['has_control'] = values.get(value.lower(), value)
 
 
-def _permission():
-    """Returns `has_control` at the start, which is False after a restart by roslaunch."""
+def _has_control_at_start():
+    """Was control given on the command line? False after a restart by roslaunch."""
     launch = roslaunch_of_this()
     launch_parameter = rospy.get_name() + '_given_by'    # the last launch that gave control
     if launch and _typed_values['has_control'] is True:
@@ -74,13 +74,14 @@ class MoveToGoalNode:
     """Drives to goals in a local frame. See scripts/move2goal_tf.py for the interface."""
 
     def __init__(self):
-        start, drive = read_config(
-            MoveToGoalConfig, DriveConfig, typed_values={'has_control': _permission()})
+        start_config, drive_config = read_config(
+            MoveToGoalConfig, DriveConfig, typed_values={'has_control': _has_control_at_start()})
         self._model = read_model()
         self._response = MotorResponse()
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
-        core = MoveToGoalCore(self._law(drive), start.has_control, self._response, gyro)
-        core.set_goal(start.goal)
+        core = MoveToGoalCore(
+            self._make_law(drive_config), start_config.has_control, self._response, gyro)
+        core.set_goal(start_config.goal)
         self._display = Display()
         self._published_control = None
         self._control_publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
@@ -92,7 +93,7 @@ class MoveToGoalNode:
         self._goals.offer()
         ResetServer(runner, core)
         subscribe('cmd_vel', Twist, self._on_command)
-        LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
+        LiveSettings(drive_config, lambda new: runner.handle(core.set_law, self._make_law(new)))
         subscribe_events('ctrl_relinq', Bool,
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
@@ -106,8 +107,8 @@ class MoveToGoalNode:
         publish_diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
-    def _law(self, drive):
-        return DriveLaw(drive, self._model, self._response)
+    def _make_law(self, config):
+        return DriveLaw(config, self._model, self._response)
 
     def _on_command(self, message):
         sender = sender_of(connection_of(message)) or 'another program'

@@ -195,8 +195,8 @@ def _in_degrees(pose):
 
 
 def only_new(topic, callback):
-    """Returns a function that passes messages of `topic` to `callback`. For a message that is
-    latched and may be old, the function logs a warning instead."""
+    """Returns a function that passes each message of `topic` to `callback`, unless the message is
+    latched and may be old."""
     to_age = age_reader(topic)
 
     def on_message(message):
