@@ -77,7 +77,7 @@ class Mouse:
     mouse.
 
     Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
-    lost or deactivated, all mice are lost, since a user may have forgotten an active mouse.
+    lost or deactivated, the others are lost, since a user may have forgotten an active mouse.
     """
 
     def __init__(self, log: LogQueue) -> None:
