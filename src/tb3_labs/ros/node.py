@@ -130,9 +130,9 @@ def roslaunch_of_this():
 
 def end_roslaunch():
     """End the roslaunch that started this process. After SIGTERM roslaunch prints no red lines."""
-    launch = roslaunch_of_this()
-    if launch:
-        os.kill(launch, signal.SIGTERM)
+    roslaunch = roslaunch_of_this()
+    if roslaunch:
+        os.kill(roslaunch, signal.SIGTERM)
 
 
 class Interrupted(BaseException):
