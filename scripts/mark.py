@@ -84,8 +84,8 @@ def main(argv):
 
 
 def mark_class(arguments, work):
-    """Mark a class. The folder `work` is for temporary files. Returns the exit status. The
-    environment of this process is replaced by the environment of a separate ROS."""
+    """Mark a class in the environment of a separate ROS, with temporary files in the folder `work`.
+    Returns the exit status."""
     environment = marking_environment(work / 'ros', os.environ)
     os.environ.clear()
     os.environ.update(environment)
@@ -93,15 +93,14 @@ def mark_class(arguments, work):
     criterion_points = points_of(arguments.lab, read_points(arguments.points))
     pad_called(arguments.pad)       # raises ValueError for an unknown pad
     submissions = _submissions(arguments)
-    has_sandboxes = _choose_protection(arguments, work)
-    options = Options(arguments.package, arguments.type, arguments.pad, has_sandboxes)
+    options = Options(arguments.package, arguments.type, arguments.pad,
+                      sandbox=_choose_protection(arguments, work))
     with locked(arguments.folder):
-        folder = MarksFolder(arguments.folder, arguments.lab, parts=parts,
-                             criterion_points=criterion_points, options=options)
-        marker = ClassMarker(TrialRunner(folder, INTERRUPTED), retry=bool(arguments.only))
+        folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options)
+        marker = ClassMarker(TrialRunner(folder, INTERRUPTED), must_retry=bool(arguments.only))
         has_failed = marker.mark_all(submissions, arguments.jobs)
         with ThreadPoolExecutor(1) as pool:     # Ctrl+C does not end this thread
-            page, notes = pool.submit(folder.write_overview, not has_sandboxes).result()
+            page, notes = pool.submit(folder.write_overview).result()
     for note in notes:
         print_line(note)
     if page is not None:
@@ -110,13 +109,14 @@ def mark_class(arguments, work):
 
 
 def _submissions(arguments):
-    marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
-    if source.is_dir() and source in (marks, *marks.parents):
-        raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
-                         'a folder beside them')
+    marks = arguments.folder.resolve()
+    source = arguments.submissions.resolve()
     if not source.is_dir():
         raise ValueError(f'{arguments.submissions} is not a folder (a zip file of a class: unzip '
                          f'{shlex.quote(source.name)} -d submissions)')
+    if source in (marks, *marks.parents):
+        raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
+                         'a folder beside them')
     submissions = submissions_in(arguments.submissions.absolute(), print_problem)
     check_names(arguments.only, [submission.student for submission in submissions])
     return [submission for submission in submissions
@@ -154,8 +154,7 @@ def interrupt(*_):
 # -- the submissions, several at a time
 
 def print_line(line):
-    """Print a line of progress. Several threads may call this function."""
-    sys.stdout.write(printable(line) + '\n')
+    sys.stdout.write(printable(line) + '\n')      # in one call, since several threads print
     sys.stdout.flush()
 
 
@@ -166,17 +165,15 @@ def print_problem(text):
 class ClassMarker:
     """Marks the submissions of a class."""
 
-    def __init__(self, runner, retry):
-        """If `retry` is true, unchanged submissions are tried again, too."""
-        self._runner = runner
-        self._must_retry = retry
-        #: Is there a submission without points?
-        self._has_failed = False
+    def __init__(self, runner, must_retry):
+        """If `must_retry` is true, unchanged submissions are tried again, too."""
+        self._runner, self._must_retry = runner, must_retry
+        self._has_failed = False        # True if a submission has no points
         self._lock = threading.Lock()
 
     def mark_all(self, submissions, jobs):
-        """Mark at most `jobs` submissions at the same time. The marks of a submission are written
-        as soon as its trial has ended. Returns True if a submission has no points."""
+        """Mark at most `jobs` submissions at the same time. Returns True if a submission has no
+        points."""
         tasks = []
         with ThreadPoolExecutor(jobs) as pool:
             try:
@@ -214,7 +211,7 @@ class ClassMarker:
     def _try_out(self, submission, name, is_second=False):
         """Try a submission that is new or has changed. If the machine delayed the robot, the
         submission is tried a second time."""
-        begun = time.monotonic()
+        begin = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             parsed = self._runner.read(submission, Path(work))
             if not (self._must_retry or is_second):
@@ -225,20 +222,18 @@ class ClassMarker:
                     print_line(f'{name}: {old_marks.points_text}, tried before, and not changed')
                     return
                 print_line(name + ' ...')
-            tried = self._runner.try_out(submission, parsed, Path(work))
-        tried.seconds = time.monotonic() - begun
-        marks = self._write(tried, parsed.digest)
+            trial_marks = self._runner.try_out(submission, parsed, Path(work))
+        trial_marks.seconds = time.monotonic() - begin
+        marks = self._write(trial_marks, parsed.digest)
         if marks.delay_sentence and not is_second:
             print_line(f'{name}: {marks.delay_sentence} Tried again.')
             self._try_out(submission, name, is_second=True)
         else:
-            print_line(f'{name}: {marks.points_text}, {tried.seconds:.0f} s')
+            print_line(f'{name}: {marks.points_text}, {marks.seconds:.0f} s')
 
-    def _write(self, tried, digest):
-        """Record the Marks of a tried submission, and write its page. Returns the Marks with their
-        points."""
+    def _write(self, trial_marks, digest):
         with self._lock:
-            marks = self._runner.folder.write(tried, digest)
+            marks = self._runner.folder.write(trial_marks, digest)
             self._has_failed = self._has_failed or not marks.has_known_points
         return marks
 

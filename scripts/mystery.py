@@ -12,7 +12,7 @@ from argparse import RawDescriptionHelpFormatter
 
 from tb3_labs.command_line import Parser
 from tb3_labs.geometry.arrays import wrap_all
-from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, draw
+from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, fault_of
 from tb3_labs.terminal import run_tool
 
 ROUNDING_ERROR = 1e-9
@@ -22,7 +22,7 @@ def judge(number, name, value):
     """Returns (is the answer right?, the text for the student). The answer is the `name` and the
     `value` of a fault. Whole turns in the error of an angle are ignored. If the fault is wrong, the
     text does not name the right fault. Raises ``ValueError`` for an invalid `number`."""
-    fault, right_value, _ = draw(number)
+    fault, right_value, _ = fault_of(number)
     if name != fault.name:
         return False, f'Wrong: mystery {number} has another fault.'
     error = value - right_value

@@ -7,7 +7,7 @@ import pytest
 
 from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.checks import examine
-from tb3_labs.doctor.computer import Address, judge_address, outgoing_address, own_addresses
+from tb3_labs.doctor.computer import Computer, judge_address, outgoing_address, own_addresses
 from tb3_labs.doctor.graph import (
     PROBLEM_TEXTS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot)
@@ -44,15 +44,15 @@ def test_the_last_line_has_the_numbers_of_faults_and_warnings(verdicts, words):
 # ----- judgements
 
 CORE, HERE, AFAR = '/turtlebot3_core', 'http://localhost:40001/', 'http://robot3:40001/'
-LAN = dict(own=('192.168.0.5', '10.8.0.2'), outgoing_address='192.168.0.5', is_master_here=False)
-GOOD = Address(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
-NAMED = Address(ros_hostname='ann', resolved='192.168.0.5', **LAN)
-WRONG = Address(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
+LAN = dict(addresses=('192.168.0.5', '10.8.0.2'), outgoing_address='192.168.0.5', is_master_here=False)
+GOOD = Computer(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
+NAMED = Computer(ros_hostname='ann', resolved='192.168.0.5', **LAN)
+WRONG = Computer(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
 NEXT_DRIVER = {'/move_to_goal': 'http://ann:40002/', '/pad': 'http://ann:40003/'}
 
 
-def address(**here):
-    return judge_address(Address(**here))
+def address(**facts):
+    return judge_address(Computer(**facts))
 
 
 def robot_of(namespace='/', listeners=(CORE,), others=(), **sensors):
@@ -85,7 +85,7 @@ JUDGEMENTS = [
      'not an address of this computer (it has 192.168.0.5, 10.8.0.2)',
      'Do: export ROS_IP=192.168.0.5,'),
     (address(**LAN, ros_hostname='nn', resolved=''), FAULT, "ROS_HOSTNAME='nn' does not resolve"),
-    (address(ros_hostname='nn', own=('10.8.0.2',), outgoing_address='127.0.0.1'), FAULT,
+    (address(ros_hostname='nn', addresses=('10.8.0.2',), outgoing_address='127.0.0.1'), FAULT,
      'Do: unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,'),
     (judge_address(WRONG), FAULT, 'the robot itself'),
     # rospy tells others ROS_HOSTNAME if both are set

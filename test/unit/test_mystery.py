@@ -6,7 +6,7 @@ import pytest
 from pages import ROOT, SCRIPTS
 
 from tb3_labs.simulation import mystery_robot
-from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, HiddenFault, draw
+from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, HiddenFault, fault_of
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 judge = runpy.run_path(str(SCRIPTS / 'mystery.py'))['judge']
@@ -23,7 +23,7 @@ CHANGES = {
 @pytest.mark.parametrize('kind', FAULT_KINDS, ids=lambda kind: kind.name)
 def test_a_fault_is_a_change_of_the_robot_in_the_unit_of_its_value(kind, monkeypatch):
     """A fault that comes and goes has begun after 12 s."""
-    monkeypatch.setattr(mystery_robot, 'draw', lambda number: (kind, 2.0, 7))
+    monkeypatch.setattr(mystery_robot, 'fault_of', lambda number: (kind, 2.0, 7))
     sound = SimulatorConfig(imu_rate=40.0)
     faulty = HiddenFault(1, sound).settings_at(12.5)
     assert faulty == replace(sound, seed=7, **CHANGES[kind.name])
@@ -40,11 +40,11 @@ KEPT = {1: ('network stalls', 0.65), 3: ('wheel mismatch', 7.7), 4: ('imu offset
 @pytest.fixture(scope='module')
 def drawn():
     """Returns {number: (fault, value)} for the first numbers."""
-    return {number: draw(number)[:2] for number in range(1, 2003)}
+    return {number: fault_of(number)[:2] for number in range(1, 2003)}
 
 
 def test_a_number_always_gives_the_same_robot(drawn):
-    assert {number: (draw(number)[0].name, draw(number)[1]) for number in KEPT} == KEPT
+    assert {number: (fault_of(number)[0].name, fault_of(number)[1]) for number in KEPT} == KEPT
     assert sum(drawn[number][1] for number in range(1, 1001)) == pytest.approx(3841.06)
     # faults are evenly spread, and neighbours differ
     names = [fault.name for fault, _ in drawn.values()]
@@ -59,8 +59,8 @@ def test_values_fill_their_range_and_a_guess_is_seldom_right(kind, drawn):
     low, high = kind.value_range
     sizes, tolerance = sorted(map(abs, values)), kind.tolerance
     assert low <= sizes[0] < low + 0.1 * (high - low) and high - 0.1 * (high - low) < sizes[-1] <= high
-    assert kind.signed == (min(values) < 0.0)
-    assert 2.0 * tolerance < (high - low) * (2.0 if kind.signed else 1.0) / 3.0
+    assert kind.is_signed == (min(values) < 0.0)
+    assert 2.0 * tolerance < (high - low) * (2.0 if kind.is_signed else 1.0) / 3.0
     assert low > 2.0 * tolerance     # the answer 0 is never right
 
 
@@ -90,7 +90,7 @@ def test_the_value_of_the_right_fault(number, name, value, verdict):
 
 @pytest.mark.parametrize('number', range(1, 12))
 def test_the_verdict_on_a_wrong_fault_hides_the_right_fault(number):
-    hidden, value, _ = draw(number)
+    hidden, value, _ = fault_of(number)
     for kind in FAULT_KINDS:
         wrong = 'Wrong: mystery {} has another fault.'.format(number)
         is_right, words = judge(number, kind.name, value)

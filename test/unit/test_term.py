@@ -60,7 +60,7 @@ def written(tmp_path_factory):
     """(The folder of a class, its notes). The class has a good node, a wrong node of a student with an odd name, a
     crash, and a submission that could not be judged."""
     path = tmp_path_factory.mktemp('written')
-    folder = folder_of(path)
+    folder = folder_of(path, sandbox=False)
     bobby, crash = turned(81.0), observation()
     bobby.stimuli[0].printed = '<script>alert("x")</script> & so on\n'
     crash.processes[0].ready, crash.processes[0].printed = None, "ImportError: no 'lab2'"
@@ -69,7 +69,7 @@ def written(tmp_path_factory):
     write(folder, '<xx>=Bobby', bobby, findings=['It did <that>.'], seconds=41.4)
     write(folder, 'Cy', crash)
     write(folder, 'Di', None, unjudged='It lacks cv2.')
-    return path, folder.write_overview(is_unprotected=True)[1]
+    return path, folder.write_overview()[1]
 
 
 def test_a_students_page_has_what_the_student_may_see_as_text(written):

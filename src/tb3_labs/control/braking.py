@@ -22,8 +22,7 @@ from tb3_labs.control.commands import CommandHistory, Estimate, first_order_resp
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
-#: Two times of samples are equal if they differ by less than this [s], since times are rounded.
-SAME_SAMPLE_TIME = 1e-6
+MAX_ROUNDING_TIME = 1e-6    # [s]; equal times of samples may differ by less than this
 #: For a nudge, this number is added to the divisor of the gain, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 
@@ -32,22 +31,17 @@ NUDGE_GAIN_DIVISOR = 0.5
 class ApproachConfig:
     """Settings of an approach. The unit of a way is rad for a turn, and m for a drive."""
 
-    #: The robot obeys each command for this time [s].
-    period: float
-    #: Greatest acceleration [1/s^2] of the command.
-    acceleration: float
+    period: float          # time [s] for which the robot obeys each command
+    acceleration: float    # greatest acceleration [1/s^2] of the command
     #: Deceleration [1/s^2] of the braking profile, which is less than the acceleration, so that the
     #: robot can follow the profile in spite of disturbances.
     deceleration: float
-    #: Near the goal, the speed is this gain [1/s] times the predicted remaining way.
-    gain: float
-    #: The lowest speed of a motion, since a slower robot would take too long to arrive.
-    min_speed: float
+    gain: float         # [1/s]; near the goal, the speed is the gain times the remaining way
+    min_speed: float    # of a motion, since a slower robot would take too long to arrive
     #: The command is 0 if the predicted remaining way is shorter than this. Without this limit, the
     #: robot would move to and fro about the goal at the lowest speed.
     dead_band: float
-    #: For a nudge, `dead_band` is at least this.
-    nudge_dead_band: float = 0.0
+    nudge_dead_band: float = 0.0    # least `dead_band` of a nudge
     #: The robot backs up only if it would stop farther than this beyond the goal.
     max_overshoot: float = 0.0
     #: A nudge lasts at least this time [s], so that a stop does not replace the nudge too early.
@@ -82,15 +76,14 @@ class Approach:
 
     def start(self) -> None:
         """Start a new approach of a robot at rest."""
-        self._now = 0.0                     # time [s] since the start
-        self._measured_at = -math.inf       # time [s] of the latest sample
-        #: The predicted remaining way [m or rad].
-        self.predicted_remaining = Estimate()
+        self._now = 0.0                  # time [s] since the start
+        self._measured_at = -math.inf    # time [s] of the latest sample
+        self.predicted_remaining = Estimate()    # [m or rad]
         self._direction = 0.0        # sign of the latest motion; 0 before the first motion
-        self._reversals = 0          # number of reversals so far
+        self._reversals = 0
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.measures_instant_speed)
-        self._begin(math.nan, 0.0)    # the first step replaces these values
+        self._begin_history(math.nan, 0.0)    # the first step replaces these values
 
     def move_goal(self, change: float) -> None:
         """Add `change`, which may be negative, to the remaining way."""
@@ -115,17 +108,17 @@ class Approach:
             self._advance(speed, dt)
         else:    # no motion was commanded yet
             dt = self._config.period
-            self._begin(remaining, speed)
+            self._begin_history(remaining, speed)
         self._identification.update(
             self._history, self._start_remaining - remaining, speed, max_speed, age)
-        self._motor_speed = self._speed_of_motors(speed, dt)
-        if self._now - age > self._measured_at + SAME_SAMPLE_TIME:
+        self._motor_speed = self._next_motor_speed(speed, dt)
+        if self._now - age > self._measured_at + MAX_ROUNDING_TIME:
             self._measured_at = self._now - age
             self.predicted_remaining.add(self._prediction(remaining, age), noise)
         latest_command = self._history.command
         if self._direction and not latest_command:
             self._has_stopped = True
-        command = self._speed_of_profile(max_speed)
+        command = self._profile_speed(max_speed)
         if command:
             self._remember_direction(command)
         elif self._has_stopped and self._history.unchanged_for < self._config.nudge_time:
@@ -134,7 +127,7 @@ class Approach:
         self._history.send(clamp(command, latest_command - change, latest_command + change))
         return self._history.command
 
-    def _begin(self, remaining: float, speed: float) -> None:
+    def _begin_history(self, remaining: float, speed: float) -> None:
         self._history = CommandHistory(self._config.period)
         self._identification.begin(speed)
         self._start_remaining = remaining
@@ -145,11 +138,10 @@ class Approach:
         travel_before = history.commanded_travel(history.period_start)
         history.advance(dt)
         travel = history.commanded_travel(history.period_start) - travel_before
-        fastest = max(abs(speed), abs(history.command))
-        self.predicted_remaining.shift(-self._identification.estimate.gain * travel,
-                                       TIME_DEVIATION * fastest)
+        max_error = TIME_DEVIATION * max(abs(speed), abs(history.command))
+        self.predicted_remaining.shift(-self._identification.estimate.gain * travel, max_error)
 
-    def _speed_of_motors(self, speed: float, dt: float) -> float:
+    def _next_motor_speed(self, speed: float, dt: float) -> float:
         if self._config.measures_instant_speed:
             return speed
         estimate = self._identification.estimate
@@ -161,7 +153,7 @@ class Approach:
         under_way = self._history.travel_under_way(estimate.delay + age)
         return remaining - self._motor_speed * estimate.lag - estimate.gain * under_way
 
-    def _speed_of_profile(self, max_speed: float) -> float:
+    def _profile_speed(self, max_speed: float) -> float:
         config = self._config
         distance = self.predicted_remaining.value
         dead_band = config.dead_band

@@ -6,8 +6,6 @@ period. A `Pace` finds when the next step is due. A command reaches the robot af
 the motors follow with a first-order *lag*.
 
 Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
-Edge cases: A step is due at once if the clock went back. For the first step after a start or a
-pause, `Pace.step` returns one period.
 """
 import math
 from collections import deque
@@ -19,16 +17,13 @@ from tb3_labs.robot.turtlebot3 import Twist2
 #: Each step after the first is due earlier by this time [s], since a sample may be up to 5 ms late.
 #: Until a new command arrives, the robot obeys the previous command.
 STEP_LEAD_TIME = 0.0035
-#: A node that does not drive reads a sample after each period of this length [s].
-IDLE_SAMPLE_PERIOD = 0.036
+IDLE_SAMPLE_PERIOD = 0.036    # [s]; a node that does not drive reads a sample in each period
 #: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
-STANDARD_ERRORS = 2.0
+CONFIDENCE_FACTOR = 2.0
 #: A sample contradicts an estimate if they differ by more than this number of standard deviations.
 CONTRADICTING_DEVIATIONS = 4.0
-#: Commands are remembered for this time [s], which is longer than any delay and any sample's age.
-COMMAND_MEMORY_TIME = 1.4
-#: A smaller lag [s] is replaced by this lag, to avoid a division by zero.
-MIN_LAG = 1e-6
+COMMAND_MEMORY_TIME = 1.4    # [s], longer than any delay and any sample's age
+MIN_LAG = 1e-6    # [s], which avoids a division by zero
 
 
 class LawStep(NamedTuple):
@@ -53,7 +48,6 @@ class Pace:
         return self._last_step_at is not None
 
     def is_due(self, now: float) -> bool:
-        """Is it time for the next step?"""
         clock_went_back = now < self._next_step_at - 2.0 * self._period
         return now >= self._next_step_at or clock_went_back
 
@@ -62,7 +56,8 @@ class Pace:
         return clamp(self._next_step_at - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
-        """Take a step. Returns the time [s] since the previous step."""
+        """Take a step. Returns the time [s] since the previous step, or one period if it is the
+        first step after a start or a pause."""
         last = self._last_step_at
         self._last_step_at = now
         if last is None:
@@ -82,11 +77,9 @@ class Pace:
 
 
 class _SentCommand(NamedTuple):
-    """A command, and the travel of all commands before it."""
-
     start: float      # start [s] of the period in which the robot obeys the command
     command: float
-    travel: float     # [m or rad]
+    travel: float     # travel [m or rad] of all commands before this command
 
 
 class CommandHistory:
@@ -96,16 +89,14 @@ class CommandHistory:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
         self._sent = deque([_SentCommand(-COMMAND_MEMORY_TIME, 0.0, 0.0)])
-        self.now = 0.0        # time [s] since the start
-        #: Start [s] of the period in which the robot obeys a command that is sent now.
-        self.period_start = 0.0
+        self.now = 0.0             # time [s] since the start
+        self.period_start = 0.0    # start [s] of the period that obeys a command that is sent now
         self.command = 0.0          # the latest command
         self.first_command = 0.0    # 0 before the first command
         self._changed_at = 0.0
 
     @property
     def unchanged_for(self) -> float:
-        """Time [s] since the latest change of the command."""
         return self.now - self._changed_at
 
     def advance(self, dt: float) -> None:
@@ -140,7 +131,6 @@ class CommandHistory:
         return self._command_at(self.now - delay).command
 
     def sent_only_stops_since(self, time: float) -> bool:
-        """Have all commands been stops since `time` [s]?"""
         return not any(sent.command for sent in self._sent if sent.start >= time)
 
     def _command_at(self, time: float) -> _SentCommand:
@@ -160,14 +150,13 @@ class Estimate:
     After a change of the number, new samples have more weight."""
 
     def __init__(self) -> None:
-        #: The estimate; 0 before the first sample.
-        self.value = 0.0
+        self.value = 0.0    # the estimate; 0 before the first sample
         self._variance = math.inf
 
     @property
     def uncertainty(self) -> float:
-        """The likely bound of the error, which is `STANDARD_ERRORS` standard deviations."""
-        return STANDARD_ERRORS * math.sqrt(self._variance)
+        """The likely bound of the error, which is `CONFIDENCE_FACTOR` standard deviations."""
+        return CONFIDENCE_FACTOR * math.sqrt(self._variance)
 
     def shift(self, change: float, deviation: float = 0.0) -> None:
         """Add `change`, which has the standard deviation `deviation`, to the number."""
@@ -175,15 +164,13 @@ class Estimate:
         self._variance += deviation * deviation    # deviation ** 2 could raise OverflowError
 
     def add(self, sample: float, noise: float) -> None:
-        """Take in a sample with the standard deviation `noise`.
-
-        A sample replaces the estimate if it contradicts the estimate, or has no noise.
-        """
+        """Take in a sample with the standard deviation `noise`. The sample replaces the estimate if
+        it contradicts the estimate, or has no noise."""
         noise_variance = noise * noise
         max_difference = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + noise_variance)
         agrees = abs(sample - self.value) <= max_difference
-        have_noise = noise_variance > 0.0 and math.isfinite(self._variance)
-        if not (agrees and have_noise):
+        both_have_noise = noise_variance > 0.0 and math.isfinite(self._variance)
+        if not agrees or not both_have_noise:
             self.value = sample
             self._variance = noise_variance
             return

@@ -17,9 +17,6 @@ from tb3_labs.handout import MAX_ANG_Z
 from tb3_labs.robot.samples import MAX_REST_SPEED, Motion
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
-#: The robot backs up if it would stop farther beyond the goal than this share of the tolerance.
-BACKUP_SHARE = 0.8
-
 
 @dataclass(frozen=True)
 class DriveConfig(Config):
@@ -54,15 +51,14 @@ class DriveLaw:
     """
 
     period = PreciseTurn.period
-    #: The robot starts to drive when its heading is within this angle [rad] of the line.
-    FACING_ANGLE = 0.1
-    #: The robot has arrived if it would stop at most this distance [m] before the goal.
-    ARRIVAL_DISTANCE = 0.0005
-    #: The robot steers towards a point on the line, which is this distance [m] ahead of the robot.
-    #: A larger distance calms the steering. A smaller distance keeps the robot near the line.
+    FACING_ANGLE = 0.1    # [rad]; the robot drives when its heading is this near to the line
+    ARRIVAL_DISTANCE = 0.0005    # [m]; a robot has arrived if it would stop this near to the goal
+    #: A larger distance [m] calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD_DISTANCE = 0.20
     #: A robot that still moves may stop beyond the goal by at most this share of the tolerance.
     OVERSHOOT_SHARE = 0.3
+    #: The robot backs up if it would stop farther beyond the goal than this share of the tolerance.
+    BACKUP_SHARE = 0.8
 
     def __init__(self, config: DriveConfig, model: RobotModel,
                  response: Optional[MotorResponse] = None) -> None:
@@ -74,7 +70,7 @@ class DriveLaw:
         self._max_angular = min(config.max_angular, model.max_angular)
         self._precise_turn = PreciseTurn(self._max_angular, config.angular_acceleration,
                                          math.radians(config.angle_tolerance_deg), response)
-        self._backup_distance = BACKUP_SHARE * config.distance_tolerance
+        self._backup_distance = self.BACKUP_SHARE * config.distance_tolerance
         self._approach = Approach(ApproachConfig(
             period=self.period, acceleration=config.linear_acceleration,
             deceleration=0.2 * config.linear_acceleration, gain=15.0, min_speed=0.015,
@@ -97,9 +93,9 @@ class DriveLaw:
         """Turn until the robot's heading is nearly along the line."""
         if self._is_at_goal:
             return LawStep(Twist2(), remaining=0.0, is_finished=True)
-        turn = self._turn(motion, dt)
-        return self._step(0.0, turn, turn.remaining,
-                          is_finished=abs(turn.remaining) < self.FACING_ANGLE)
+        turn = self._turn_step(motion, dt)
+        is_facing = abs(turn.remaining) < self.FACING_ANGLE
+        return self._limited_step(0.0, turn, turn.remaining, is_facing)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line, until a command to stop would bring the robot to rest at the goal.
@@ -114,16 +110,16 @@ class DriveLaw:
             ahead, direction * motion.linear, max_speed=self._max_linear, dt=dt)
         to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD_DISTANCE)
         self._precise_turn.aim(self._heading_along(wrap(self._line + to_line)))
-        return self._step(speed, self._turn(motion, dt), ahead,
-                          is_finished=self._is_at_goal or self._has_arrived(motion.linear))
+        has_arrived = self._is_at_goal or self._has_arrived(motion.linear)
+        return self._limited_step(speed, self._turn_step(motion, dt), ahead, has_arrived)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading, until the robot rests inside the tolerance."""
         if not self._has_begun_final_turn:
             self._has_begun_final_turn = True
             self._begin_turn(motion.pose, goal.yaw)
-        turn = self._turn(motion, dt)
-        return self._step(0.0, turn, turn.remaining, turn.is_finished)
+        turn = self._turn_step(motion, dt)
+        return self._limited_step(0.0, turn, turn.remaining, turn.is_finished)
 
     def shortfall_text(self, pose: Pose2, goal: Pose2) -> str:
         """Returns a text with the distance to the goal; '' if it is inside the tolerance."""
@@ -146,12 +142,13 @@ class DriveLaw:
     def _begin_turn(self, pose: Pose2, goal_yaw: float) -> None:
         self._precise_turn.start(pose.yaw, difference(goal_yaw, pose.yaw))
 
-    def _turn(self, motion: Motion, dt: float) -> LawStep:
+    def _turn_step(self, motion: Motion, dt: float) -> LawStep:
         measured_yaw = motion.pose.yaw - motion.extrapolated_turn
         return self._precise_turn.step(
             measured_yaw, motion.angular, dt, age=motion.imu_age, noise=motion.yaw_noise)
 
-    def _step(self, linear: float, turn: LawStep, remaining: float, is_finished: bool) -> LawStep:
+    def _limited_step(self, linear: float, turn: LawStep, remaining: float,
+                      is_finished: bool) -> LawStep:
         command = saturate(Twist2(linear, turn.command.angular), self._max_linear,
                            self._max_angular, self._model)
         return LawStep(command, remaining, is_finished)

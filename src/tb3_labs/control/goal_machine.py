@@ -11,8 +11,7 @@ command is None.
 from collections import defaultdict
 from typing import Dict, Optional
 
-from tb3_labs.control.commands import LawStep
-from tb3_labs.control.drive_law import DriveLaw
+from tb3_labs.control.drive_law import DriveLaw, LawStep
 from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.turning import Settling
 from tb3_labs.geometry.se2 import Pose2
@@ -20,9 +19,7 @@ from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.sensors_and_stalls import StallMonitor
 
-#: A drive that ends outside its tolerance, for instance because the network stalled, is started
-#: again at most this number of times.
-MAX_RETRIES = 2
+MAX_RETRIES = 2    # of a drive that ends outside its tolerance, as after a stall of the network
 
 
 class GoalMachine:
@@ -75,14 +72,13 @@ class GoalMachine:
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
-        """Returns the command, or None if no drive is active. The previous step was `dt` [s]
-        ago."""
+        """Returns the command; None if no drive is active. The previous step was `dt` [s] ago."""
         self._time += dt
-        rests = is_at_rest(motion.linear, motion.angular)
-        self._settling.update(rests, measured_at=self._time - motion.imu_age)
-        return self._command(motion, rests, dt)
+        is_resting = is_at_rest(motion.linear, motion.angular)
+        self._settling.update(is_resting, measured_at=self._time - motion.imu_age)
+        return self._command(motion, is_resting, dt)
 
-    def _command(self, motion: Motion, rests: bool, dt: float) -> Optional[Twist2]:
+    def _command(self, motion: Motion, is_resting: bool, dt: float) -> Optional[Twist2]:
         goal = self.goal
         if goal is None or not self.is_active:
             return None
@@ -93,9 +89,9 @@ class GoalMachine:
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
             self._finish_state(motion.pose, goal)
-            return self._command(motion, rests, dt=0.0)
+            return self._command(motion, is_resting, dt=0.0)
         self.failure = self._stalls[self.state].update(
-            step.remaining, rests, dt, must_move=step.command != Twist2())
+            step.remaining, is_resting, dt, must_move=step.command != Twist2())
         return None if self.failure else step.command
 
     def _start_law(self, pose: Pose2, goal: Pose2) -> None:
@@ -107,10 +103,11 @@ class GoalMachine:
         self.law.start(pose, goal)
 
     def _law_step(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        steps = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
-                 GoalState.MOVE_FORWARD: self.law.move_forward,
-                 GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}
-        return steps[self.state](motion, goal, dt)
+        if self.state is GoalState.ROTATE_TO_GOAL:
+            return self.law.rotate_to_goal(motion, goal, dt)
+        if self.state is GoalState.MOVE_FORWARD:
+            return self.law.move_forward(motion, goal, dt)
+        return self.law.rotate_to_final(motion, goal, dt)
 
     def _has_settled(self, motion: Motion) -> bool:
         """Do IMU and odometry show that the robot has settled? The law checks only the IMU."""

@@ -1,10 +1,6 @@
 """The states of a drive to a goal, and the texts on the topic `goal_state`.
 
-The Transformation lab lists the states:
-
-    ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
-
-Source: the course's first move-to-goal lab.
+Source: the Transformation lab, and the course's first move-to-goal lab.
 """
 from enum import Enum
 
@@ -12,7 +8,7 @@ from tb3_labs import handout
 
 
 class GoalState(Enum):
-    """The state of a drive."""
+    """The states of a drive, in order."""
 
     ROTATE_TO_GOAL = handout.ROTATE_TO_GOAL
     MOVE_FORWARD = handout.MOVE_FORWARD
@@ -20,7 +16,7 @@ class GoalState(Enum):
     GOAL_REACHED = handout.GOAL_REACHED
 
 
-#: Names of the states in which the robot drives, in order.
+#: The names of the states in which the robot drives.
 DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
 #: A text on `goal_state` is the name of a state, or begins with WAITING, STOPPED or GAVE_UP.
 WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'

@@ -40,63 +40,52 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.timeouts import MAX_SAMPLE_AGE
 
-#: Assumed lag [s] of the motors before the first measurement.
-FIRST_LAG = 0.05
-#: Assumed delay [s] before the first measurement. A step of the node and a quiet network take 25
-#: ms. The wait for the firmware takes half a control period.
-FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
+INITIAL_LAG = 0.05    # [s], of the motors before the first measurement
+#: The delay [s] before the first measurement. A step of the node and a quiet network take 25 ms.
+#: The wait for the firmware takes half a control period.
+INITIAL_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: Time [s] until a real robot's motors begin to follow a command. The network takes 8 ms (firmware
 #: 1.2.6, on a fast and on a slow host). The wait for the firmware takes half a control period.
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: The delay of a command varies by up to this time [s], even if samples are not delayed.
-COMMAND_SPREAD = 0.025
-#: A sample delay is clipped to these limits [s]. On a fast host, the sample delay is the lower
-#: limit.
-MIN_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
-#: A measured delay and a measured lag are clipped to these limits [s].
-MAX_DELAY, MAX_LAG = 0.4, 0.15
+COMMAND_SPREAD = 0.025    # [s], by which a command's delay varies, even if samples are not delayed
+MIN_SAMPLE_DELAY = 0.0135    # [s], measured on a fast host
+MAX_SAMPLE_DELAY = 0.15      # [s]
+MAX_DELAY = 0.4     # [s]
+MAX_LAG = 0.15      # [s]
 #: Standard deviations of the values with which an approach begins.
-FIRST_GAIN_DEVIATION = 0.03
-FIRST_DELAY_DEVIATION = 0.03    # [s]
-FIRST_LAG_DEVIATION = 0.05      # [s]
-#: Standard deviation [s] of a lag that cannot be identified from mean speeds.
-FIXED_LAG_DEVIATION = 1e-6
-#: Standard deviation [s] of a sample's time, and of a command's time.
-TIME_DEVIATION = 0.002
+INITIAL_GAIN_DEVIATION = 0.03
+INITIAL_DELAY_DEVIATION = 0.03    # [s]
+INITIAL_LAG_DEVIATION = 0.05      # [s]
+FIXED_LAG_DEVIATION = 1e-6    # [s], of a lag that cannot be identified from mean speeds
+TIME_DEVIATION = 0.002        # [s], standard deviation of a sample's time, and of a command's time
 #: A measurement at steady speed has this weight in the start values of the next approach.
 LEARNING_WEIGHT = 0.1
-#: Each measurement of the delay has at least this weight in the mean delay.
-MIN_LEARNING_WEIGHT = 0.01
-#: A steady speed differs from the command by less than this share of the command.
+MIN_LEARNING_WEIGHT = 0.01    # least weight of a measured delay in the mean delay
+#: A speed is steady if it differs from the command by less than this share of the command, and the
+#: command did not change for this time [s].
 MAX_STEADY_DEVIATION = 0.08
-#: A speed is steady only if the command did not change for this time [s].
 MIN_STEADY_TIME = 0.12
 #: A sample is evaluated only if the command is at least this share of the fastest speed.
 MIN_COMMAND_SHARE = 0.5
-#: Samples are evaluated until this time [s] after the start of an approach.
-LEARNING_TIME = 1.5
-#: A robot that is faster than this [rad/s or m/s] has begun to move.
-ONSET_SPEED = 0.03
-#: A robot speeds up if its speed is between these shares of the command.
-SPEEDING_UP_SHARES = 0.1, 1.5
+LEARNING_TIME = 1.5    # [s]; later samples of an approach are not evaluated
+ONSET_SPEED = 0.03     # [rad/s or m/s]; a robot that is faster has begun to move
+SPEEDING_UP_SHARES = 0.1, 1.5    # bounds of the speed of such a robot, as shares of the command
 #: A first command that is slower than this [rad/s] does not show delay and lag well. Without this
 #: limit, a turn by 0.2 degrees with a noisy gyro takes up to 3.5 s in place of 0.75 s.
 MIN_FIRST_COMMAND = 0.2
-#: If the first sample shows more than this share of the commanded speed, the lag is 0.
-NO_LAG_SHARE = 0.98
+NO_LAG_SHARE = 0.98    # if a first sample shows a larger share of the steady speed, the lag is 0
 
 
 class MotorResponse:
     """Delay, lag and gain of one robot, which all of its approaches share."""
 
-    def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG,
+    def __init__(self, delay: float = INITIAL_DELAY, lag: float = INITIAL_LAG,
                  gain: float = 1.0) -> None:
-        #: Time [s] from a command until the motors begin to follow the command.
-        self.delay = delay
-        self.lag = lag      # time constant of the motors [s]
-        self.gain = gain    # steady speed as a share of the command
+        self.delay = delay    # time [s] from a command until the motors begin to follow it
+        self.lag = lag        # time constant of the motors [s]
+        self.gain = gain      # steady speed as a share of the command
         self._count = 0             # number of measurements
-        self._mean_delay = 0.0      # mean of the measured delays [s]
+        self._mean_delay = 0.0      # [s]
 
     @property
     def sample_delay(self) -> float:
@@ -143,15 +132,14 @@ class Identification:
     def __init__(self, response: MotorResponse, measures_instant_speed: bool) -> None:
         """`response` has the values of earlier approaches, and learns from this approach. For
         `measures_instant_speed`, see ApproachConfig."""
-        #: The estimate of this approach.
-        self.estimate = copy(response)
+        self.estimate = copy(response)          # the estimate of this approach
         self._shared_response = response        # the response that all approaches share
         self._linearized_at = copy(response)    # the equations give changes of these values
         self._measures_instant_speed = measures_instant_speed
         self._can_identify = False    # did it rest at the start, and was no sample late since?
         self._has_seen_start = False     # did a sample show that the robot speeds up?
-        lag_deviation = FIRST_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
-        deviations = np.array([FIRST_GAIN_DEVIATION, FIRST_DELAY_DEVIATION, lag_deviation])
+        lag_deviation = INITIAL_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
+        deviations = np.array([INITIAL_GAIN_DEVIATION, INITIAL_DELAY_DEVIATION, lag_deviation])
         self._normal_matrix = np.diag(deviations ** -2.0)
         self._normal_vector = np.zeros(3)
 

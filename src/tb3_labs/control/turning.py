@@ -15,8 +15,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-#: A robot has settled if its samples at rest span this time [s], nearly one control period.
-SETTLING_TIME = 0.03
+SETTLING_TIME = 0.03    # [s], nearly one control period
 
 
 class Settling:
@@ -24,13 +23,12 @@ class Settling:
     times of measurements are compared, since one sample may be read several times."""
 
     def __init__(self) -> None:
-        #: Time of the first sample at rest [s]; None while the robot moves.
-        self.rest_began_at: Optional[float] = None
+        self.rest_began_at: Optional[float] = None    # [s]; None while the robot moves
         self._measured_at = 0.0    # time [s] of the latest sample
 
-    def update(self, rests: bool, measured_at: float) -> None:
-        """Take in the latest sample. `rests`: does this sample show a robot at rest?"""
-        if not rests:
+    def update(self, is_resting: bool, measured_at: float) -> None:
+        """Take in the latest sample. `is_resting`: does this sample show a robot at rest?"""
+        if not is_resting:
             self.rest_began_at = None
         elif self.rest_began_at is None or measured_at < self.rest_began_at:
             self.rest_began_at = measured_at
@@ -54,8 +52,7 @@ class PreciseTurn:
 
     period = 1.0 / CONTROL_RATE    # [s], the control period of the firmware
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: If the IMU is noisy, a robot at rest waits at most this time [s] for more samples.
-    MAX_WAIT_AT_REST = 0.6
+    MAX_WAIT_AT_REST = 0.6         # [s], for more samples of a noisy IMU
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     MAX_UNCERTAINTY_SHARE = 0.35
 
@@ -74,14 +71,12 @@ class PreciseTurn:
     def start(self, yaw: float, angle: float) -> None:
         """Turn a robot that rests at the heading `yaw` [rad] by `angle` [rad]."""
         self._goal_yaw = yaw + angle    # heading [rad] at the end of the turn
-        #: The remaining angle [rad], which may be many whole turns.
-        self.remaining = angle
-        self._time = 0.0    # time [s] since the start
+        self.remaining = angle          # the remaining angle [rad], perhaps many whole turns
+        self._time = 0.0                # time [s] since the start
         self._settling = Settling()
         self._approach.start()
 
     def move_goal(self, angle: float) -> None:
-        """Move the goal of the turn by `angle` [rad]."""
         self._goal_yaw += angle
         self.remaining += angle
         self._approach.move_goal(angle)
@@ -93,18 +88,15 @@ class PreciseTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """Returns the LawStep for a sample of `yaw` [rad] and `rate` [rad/s].
-
-        The sample is `age` [s] old, and `noise` [rad] is the standard deviation of its yaw. The
-        previous step was `dt` [s] ago.
-        """
+        """Returns the LawStep for a sample of `yaw` [rad] and `rate` [rad/s], which is `age` [s]
+        old. `noise` [rad] is the yaw's standard deviation. The previous step was `dt` [s] ago."""
         self._time += dt
         self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, max_speed=self._max_rate, dt=dt,
                                       noise=noise, age=age)
-        rests = is_at_rest(0.0, rate) and self._approach.obeyed_only_stops(age)
-        self._settling.update(rests, self._time - age)
-        if rests:
+        is_resting = is_at_rest(0.0, rate) and self._approach.obeyed_only_stops(age)
+        self._settling.update(is_resting, self._time - age)
+        if is_resting:
             self.remaining = self._approach.predicted_remaining.value
         return LawStep(Twist2(0.0, command), self.remaining,
                        is_finished=self._settling.has_settled and self._is_inside_tolerance())

@@ -22,18 +22,15 @@ class Finding(NamedTuple):
     remedy: str = ''    # an instruction
 
 
-#: `ok(subject, text)` returns a Finding about a thing that works. `warning(subject, text, remedy)`
-#: returns a Finding about a possible problem. `fault(subject, text, remedy)` returns a Finding
-#: about a problem that prevents a lab.
+# Each of these functions takes a subject, a text and a remedy, and returns a Finding.
 ok = partial(Finding, 'ok')
-warning = partial(Finding, 'warning')
-fault = partial(Finding, 'FAULT')
+warning = partial(Finding, 'warning')       # of a possible problem
+fault = partial(Finding, 'FAULT')           # of a problem that prevents a lab
 
 
 def as_text(finding: Finding) -> str:
-    """Returns a finding as one line of text. Each character that cannot be printed, such as a line
-    end, becomes a space."""
-    text = '{:<7} {:<8} {}'.format(finding.severity, finding.subject, finding.text)
+    """Returns a finding as one line of text. Characters that cannot be printed become spaces."""
+    text = f'{finding.severity:<7} {finding.subject:<8} {finding.text}'
     if finding.remedy:
         text += '. Do: ' + finding.remedy
     return ''.join(character if character.isprintable() else ' ' for character in text)
@@ -42,5 +39,5 @@ def as_text(finding: Finding) -> str:
 def summary(findings: Sequence[Finding]) -> str:
     """Returns the doctor's last line, which has the numbers of faults and warnings."""
     counts = Counter(finding.severity for finding in findings)
-    first = '; begin with the first fault' if counts['FAULT'] > 1 else ''
-    return f'faults: {counts["FAULT"]}, warnings: {counts["warning"]}{first}'
+    advice = '; begin with the first fault' if counts['FAULT'] > 1 else ''
+    return f'faults: {counts["FAULT"]}, warnings: {counts["warning"]}{advice}'

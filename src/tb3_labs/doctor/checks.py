@@ -3,8 +3,7 @@ import os
 import time
 from dataclasses import replace
 
-from tb3_labs.doctor.computer import (
-    address_here, is_own, judge_address, outgoing_address)
+from tb3_labs.doctor.computer import is_own, judge_address, outgoing_address, this_computer
 from tb3_labs.doctor.graph import (
     Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot)
 from tb3_labs.doctor.ros_listening import examine_messages
@@ -17,8 +16,8 @@ def examine(namespace):
     if master.uri and master.problem == 'malformed':
         yield judge_master(master)    # all further checks need the address of the master
         return
-    here = address_here(master.address)
-    yield judge_address(here)
+    computer = this_computer(master.address)
+    yield judge_address(computer)
     graph = RobotGraph(namespace, state or ([], [], []))
     robot = _peers_of(master, graph.robot_nodes)
     publishers = _peers_of(master, graph.cmd_vel_publishers)
@@ -32,9 +31,9 @@ def examine(namespace):
     alive = {node: peer for node, peer in robot.items() if not peer.problem}
     if not alive:
         return
-    yield from _check_return_path(here, graph, alive, publishers)
+    yield from _check_return_path(computer, graph, alive, publishers)
     is_wall_time = not Peer(master.uri).ask('getParam', '/use_sim_time')
-    yield from examine_messages(graph, here.outgoing_address, is_wall_time)
+    yield from examine_messages(graph, computer.outgoing_address, is_wall_time)
 
 
 def _peers_of(master, nodes):
@@ -46,7 +45,7 @@ def _peers_of(master, nodes):
     return peers
 
 
-def _check_return_path(here, graph, alive, publishers):
+def _check_return_path(computer, graph, alive, publishers):
     """Yields the finding on the connection from the robot to this computer. `alive` is {node of the
     robot that answers: Peer}. `publishers` is {node that publishes cmd_vel: Peer}."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
@@ -66,5 +65,5 @@ def _check_return_path(here, graph, alive, publishers):
         connected = {str(uri).rstrip('/') for _, uri, direction, *_ in connections
                      if direction == 'i'}    # 'i' means inbound; `uri` may be a node's name
         yield judge_return_path(own_publishers, connected, robot_node,
-                                replace(here, outgoing_address=outgoing_address(address)),
+                                replace(computer, outgoing_address=outgoing_address(address)),
                                 is_robot_elsewhere=not is_own(address))

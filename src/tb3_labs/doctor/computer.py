@@ -22,9 +22,8 @@ def is_loopback(address: str) -> bool:
 @lru_cache(maxsize=None)
 def own_addresses() -> Tuple[str, ...]:
     """Returns the addresses of this computer. The loopback addresses are left out."""
-    listed = subprocess.run(['hostname', '-I'], stdout=subprocess.PIPE, check=False,
-                            universal_newlines=True).stdout
-    return tuple(address for address in listed.split() if ':' not in address)
+    result = subprocess.run(['hostname', '-I'], stdout=subprocess.PIPE, universal_newlines=True)
+    return tuple(address for address in result.stdout.split() if ':' not in address)
 
 
 def is_own(address: str) -> bool:
@@ -53,16 +52,16 @@ def outgoing_address(address: str) -> str:
 
 
 @dataclass(frozen=True)
-class Address:
-    """The address that this computer advertises, and the addresses that it really has."""
+class Computer:
+    """The settings of this computer's address, and the addresses that it really has."""
 
     ros_ip: str = ''
     ros_hostname: str = ''
     hostname: str = ''             # the computer's own name
     resolved: str = ''             # the address of the advertised name
-    own: Tuple[str, ...] = ()      # without the loopback addresses
+    addresses: Tuple[str, ...] = ()    # without the loopback addresses
     outgoing_address: str = ''     # the address from which this computer sends to the master
-    is_master_here: bool = True       # does the master run on this computer?
+    is_master_here: bool = True    # does the master run on this computer?
 
     @property
     def advertised(self) -> str:
@@ -72,49 +71,49 @@ class Address:
     @property
     def advice(self) -> str:
         """The commands that make this computer's nodes advertise the right address. If the master
-        is on this computer, the right address is the first address in `own`."""
+        is on this computer, the right address is the first of the `addresses`."""
         unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
-        usable = (address for address in (self.outgoing_address, *self.own)
+        usable = (address for address in (self.outgoing_address, *self.addresses)
                   if address and not is_loopback(address))
         address = next(usable, 'ADDRESS_OF_THIS_COMPUTER')
         return f'{unset}export ROS_IP={address}, then start the nodes here again'
 
 
-def address_here(master: str) -> Address:
-    """Returns this computer's Address. `master` is the address of the master, or '' if unknown."""
-    here = Address(
+def this_computer(master: str) -> Computer:
+    """Returns this Computer. `master` is the address of the master, or '' if unknown."""
+    computer = Computer(
         ros_ip=os.environ.get('ROS_IP', ''), ros_hostname=os.environ.get('ROS_HOSTNAME', ''),
-        hostname=socket.gethostname(), own=own_addresses(),
-        is_master_here=not os.environ.get('ROS_MASTER_URI'))
-    if master:
-        here = replace(here, outgoing_address=outgoing_address(master),
-                       is_master_here=is_own(master))
-    return replace(here, resolved=address_of(here.advertised))
+        hostname=socket.gethostname(), addresses=own_addresses(),
+        outgoing_address=outgoing_address(master) if master else '',
+        is_master_here=is_own(master) if master else not os.environ.get('ROS_MASTER_URI'))
+    return replace(computer, resolved=address_of(computer.advertised))
 
 
-def judge_address(here: Address) -> Finding:
+def judge_address(computer: Computer) -> Finding:
     """Can other computers reach this computer at the address that its nodes advertise?"""
-    if not here.ros_ip and not here.ros_hostname:
-        unset = 'neither ROS_IP nor ROS_HOSTNAME is set: '
-        if here.is_master_here:
-            return ok('Address', unset + 'this is right for this computer alone')
-        return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
-            unset, here.hostname), here.advice)
-    variable = 'ROS_HOSTNAME' if here.ros_hostname else 'ROS_IP'
-    source = f'{variable}={here.advertised!r}'
-    if here.resolved not in ('', here.advertised) and not is_loopback(here.resolved):
-        source += f' ({here.resolved})'
-    if here.ros_hostname and here.ros_ip:
-        source += f' (it goes before ROS_IP={here.ros_ip!r})'
-    if not here.resolved:
-        return fault('Address', source + ' does not resolve, not even here', here.advice)
-    if is_loopback(here.resolved):
-        if here.is_master_here:
-            return ok('Address', source + ' is right for this computer alone; for a real robot set '
-                      'ROS_IP')
-        return fault('Address', source + ': on the robot this address is the robot itself, so the '
-                     'robot cannot reach this computer', here.advice)
-    if here.resolved not in here.own:
-        return fault('Address', '{} is not an address of this computer (it has {})'.format(
-            source, ', '.join(here.own) or 'none'), here.advice)
-    return ok('Address', source + ' is an address of this computer')
+    if not computer.ros_ip and not computer.ros_hostname:
+        text = 'neither ROS_IP nor ROS_HOSTNAME is set: '
+        if computer.is_master_here:
+            return ok('Address', text + 'this is right for this computer alone')
+        text += f'the robot is told the name {computer.hostname}, and may not resolve it'
+        return warning('Address', text, computer.advice)
+    variable = 'ROS_HOSTNAME' if computer.ros_hostname else 'ROS_IP'
+    text = f'{variable}={computer.advertised!r}'
+    if computer.resolved not in ('', computer.advertised) and not is_loopback(computer.resolved):
+        text += f' ({computer.resolved})'
+    if computer.ros_hostname and computer.ros_ip:
+        text += f' (it goes before ROS_IP={computer.ros_ip!r})'
+    if is_loopback(computer.resolved) and computer.is_master_here:
+        text += ' is right for this computer alone; for a real robot set ROS_IP'
+        return ok('Address', text)
+    if computer.resolved in computer.addresses:
+        return ok('Address', text + ' is an address of this computer')
+    if not computer.resolved:
+        text += ' does not resolve, not even here'
+    elif is_loopback(computer.resolved):
+        text += (': on the robot this address is the robot itself, so the robot cannot reach this '
+                 'computer')
+    else:
+        addresses = ', '.join(computer.addresses) or 'none'
+        text += f' is not an address of this computer (it has {addresses})'
+    return fault('Address', text, computer.advice)

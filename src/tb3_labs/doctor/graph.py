@@ -12,23 +12,19 @@ from dataclasses import dataclass
 from typing import Collection, Iterator, Mapping
 
 from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
-from tb3_labs.doctor.computer import Address, address_of, is_loopback
+from tb3_labs.doctor.computer import Computer, address_of, is_loopback
 
-#: The doctor sends this name with its calls. The name is not registered at the master.
-CALLER_ID = f'/doctor_{os.getpid()}'
-#: Longest wait [s] for an answer.
-ANSWER_TIMEOUT = 1.0
+CALLER_ID = f'/doctor_{os.getpid()}'        # not registered at the master
+ANSWER_TIMEOUT = 1.0        # [s]
 #: {problem of a Peer: words for the user}
 PROBLEM_TEXTS = {
     'malformed': 'is not an address such as http://192.168.0.5:11311',
     'unresolved': 'has a name that this computer cannot resolve',
     'refused': 'refuses: the computer is on, but nothing listens there',
     'silent': 'does not answer as a ROS program'}
-#: The topics of a robot's sensors.
-SENSORS = 'imu', 'odom', 'joint_states'
+SENSORS = 'imu', 'odom', 'joint_states'     # topics
 #: The robot, or a node of the labs, subscribes to these topics.
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
-#: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
 #: A topic's name is probably a mistake if difflib finds at least this similarity to a right name.
 MIN_NAME_SIMILARITY = 0.65
@@ -65,8 +61,8 @@ class Peer:
             code, reason, value = parameters[0]
             if code != 1:
                 raise RuntimeError(reason)
-        except Exception as trouble:    # a program that is not of ROS may answer with any bytes
-            is_refused = isinstance(trouble, ConnectionRefusedError)
+        except Exception as error:      # a program that is not of ROS may answer with any bytes
+            is_refused = isinstance(error, ConnectionRefusedError)
             self.problem = 'refused' if is_refused else 'silent'
             return None
         self.problem = ''
@@ -100,7 +96,6 @@ class RobotGraph:
         self.publishers, self.subscribers, _ = map(dict, state)
         #: {topic of a sensor: nodes that publish the topic}
         self.sensors = {name: self.publishers.get(namespace + name, []) for name in SENSORS}
-        #: The nodes that publish cmd_vel.
         self.cmd_vel_publishers = self.publishers.get(namespace + 'cmd_vel', [])
         # A recorder, the panel, and drivers that look for other drivers also listen to cmd_vel. If
         # a node of the robot listens, all other listeners are left out.
@@ -110,37 +105,35 @@ class RobotGraph:
         if not self.listeners:
             self.listeners = [node for node in listeners if node not in self.cmd_vel_publishers]
         self.robot_nodes = sorted(set(sensor_nodes + self.listeners))
-        #: The namespaces of other robots.
-        self.other_robots = sorted({topic[:-len('odom')] for topic in self.publishers
-                                    if topic.endswith('/odom')} - {namespace})
+        namespaces = {topic[:-len('odom')] for topic in self.publishers if topic.endswith('/odom')}
+        self.other_robots = sorted(namespaces - {namespace})
 
     def right_topic(self, topic, node, names):
-        """Returns the robot's topic that `node` probably means by `topic`. The returned topic is
-        one of `names` in the robot's namespace. Returns '' if `topic` is right, belongs to another
-        robot, or is not similar to a right topic."""
+        """Returns the robot's topic, with one of `names`, that `node` probably means by `topic`.
+        Returns '' if `topic` is right, belongs to another robot, or resembles no right topic."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''
         path = topic.lower()
-        meant = [name for name in names    # imu/data and raw_imu mean imu, but simulator does not
-                 if name in SENSORS and re.search('(?<![a-z])' + name, path)]
-        _, _, word = path.rpartition('/')
-        meant += difflib.get_close_matches(word, names, n=1, cutoff=MIN_NAME_SIMILARITY)
-        return self.namespace + meant[0] if meant else ''
+        right_names = [name for name in names   # imu/data and raw_imu mean imu, simulator does not
+                       if name in SENSORS and re.search('(?<![a-z])' + name, path)]
+        _, _, base_name = path.rpartition('/')
+        right_names += difflib.get_close_matches(base_name, names, 1, cutoff=MIN_NAME_SIMILARITY)
+        return self.namespace + right_names[0] if right_names else ''
 
     def _is_of_another_robot(self, topic, node):
-        place = topic.rpartition('/')[0] + '/'
-        if place in ('/', self.namespace):
+        namespace = topic.rpartition('/')[0] + '/'
+        if namespace in ('/', self.namespace):
             return False
-        return node.startswith(place) or not place.startswith(self.namespace)
+        return node.startswith(namespace) or not namespace.startswith(self.namespace)
 
 
 def judge_robot(graph: RobotGraph) -> Finding:
     """Is there exactly one robot in the namespace?"""
-    place = graph.namespace.rstrip('/')
+    namespace = graph.namespace.rstrip('/')
     imu, odom = graph.sensors['imu'], graph.sensors['odom']
     if not imu and not odom:
-        text = f'nobody publishes {place}/imu or {place}/odom'
+        text = f'nobody publishes {namespace}/imu or {namespace}/odom'
         remedy = "start the robot's bringup, or roslaunch tb3_labs fake_robot.launch"
         if graph.other_robots:
             text += f" (there is one in {', '.join(graph.other_robots)})"
@@ -148,16 +141,17 @@ def judge_robot(graph: RobotGraph) -> Finding:
         return fault('Robot', text, remedy)
     for topic, nodes in (('imu', imu), ('odom', odom)):
         if len(nodes) > 1:
-            return fault('Robot', '{} robots answer: {} all publish {}/{}'.format(
-                len(nodes), ', '.join(sorted(nodes)), place, topic),
-                'switch all but one off, or give each robot a namespace, or a master, of its own')
+            text = (f"{len(nodes)} robots answer: {', '.join(sorted(nodes))} all publish "
+                    f'{namespace}/{topic}')
+            return fault('Robot', text, 'switch all but one off, or give each robot a namespace, '
+                         'or a master, of its own')
         if not nodes:
-            return fault('Robot', f'nobody publishes {place}/{topic}', BRINGUP_REMEDY)
+            return fault('Robot', f'nobody publishes {namespace}/{topic}', BRINGUP_REMEDY)
     if not graph.listeners:
-        return fault('Robot', f'nobody hears {place}/cmd_vel: the robot cannot be driven',
+        return fault('Robot', f'nobody hears {namespace}/cmd_vel: the robot cannot be driven',
                      BRINGUP_REMEDY)
-    return ok('Robot', '{} publishes {}/imu and odom, {} hears cmd_vel'.format(
-        imu[0], place, ', '.join(sorted(graph.listeners))))
+    listeners = ', '.join(sorted(graph.listeners))
+    return ok('Robot', f'{imu[0]} publishes {namespace}/imu and odom, {listeners} hears cmd_vel')
 
 
 def judge_names(graph: RobotGraph) -> Iterator[Finding]:
@@ -169,17 +163,16 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
     wrong_senders = _mistakes(
         '{} publishes {}, which nobody hears; {} is heard by {}', graph, SUBSCRIBED_TOPICS,
         users=graph.publishers, partners=graph.subscribers)
-    for subject, mistakes in ('Hearers', wrong_hearers), ('Senders', wrong_senders):
+    for subject, mistakes in (('Hearers', wrong_hearers), ('Senders', wrong_senders)):
         if mistakes:
             yield warning(subject, '; '.join(mistakes),
                           'correct the name in the code, or by <remap> in the launch file')
 
 
 def _mistakes(text, graph, names, users, partners):
-    """Returns a sentence for each wrong topic in `users`. `text` has four gaps for the names
-    of the node, the wrong topic, the right topic and the partner. `users` and `partners` are
-    {topic: nodes}. The users subscribe and the partners publish, or the users publish and the
-    partners subscribe."""
+    """Returns a sentence for each wrong topic in `users`. `text` has four gaps for the names of the
+    node, the wrong topic, the right topic and the partner. `users` and `partners` are {topic:
+    nodes}. The users publish and the partners subscribe, or the other way round."""
     texts = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:
@@ -189,8 +182,8 @@ def _mistakes(text, graph, names, users, partners):
             # a node that also uses the right topic makes no mistake
             if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
                 # a recorder is named only if no node of the robot uses the topic
-                own = (each for each in partners[right] if each in graph.robot_nodes)
-                partner = next(own, partners[right][0])
+                of_robot = (each for each in partners[right] if each in graph.robot_nodes)
+                partner = next(of_robot, partners[right][0])
                 texts.append(text.format(node, topic, right, partner))
     return texts
 
@@ -213,25 +206,27 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
 
 
 def judge_return_path(publishers: Mapping[str, str], connected: Collection[str], robot: str,
-                      here: Address, is_robot_elsewhere: bool) -> Finding:
+                      computer: Computer, is_robot_elsewhere: bool) -> Finding:
     """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `publishers`
     is {node of this computer that publishes cmd_vel: URI}. `connected` has the URIs of the nodes
-    from which `robot` receives messages. `here.outgoing_address` is the address from which this
+    from which `robot` receives messages. `computer.outgoing_address` is the address from which this
     computer sends to the robot."""
     for node, uri in sorted(publishers.items()):
         if uri.rstrip('/') not in connected:
-            return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
-                robot, node, uri.rstrip('/')), 'if sudo ufw status says active: sudo ufw allow '
-                'from ROBOTS_ADDRESS; else ' + here.advice)
+            text = f"{robot} cannot reach {node} at {uri.rstrip('/')}: commands do not arrive"
+            return fault('Way back', text, 'if sudo ufw status says active: sudo ufw allow from '
+                         'ROBOTS_ADDRESS; else ' + computer.advice)
     if publishers:
         return ok('Way back', f"{robot} is connected to {', '.join(sorted(publishers))}")
     if not is_robot_elsewhere:
         return ok('Way back', 'the robot is on this computer')
-    if here.resolved != here.outgoing_address:
-        return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(
-            here.advertised, here.outgoing_address or 'of this computer'), here.advice)
-    if here.advertised != here.outgoing_address:
-        return warning('Way back', 'the robot must resolve the name {}; start a lab, then this '
-                       'line shows whether it does'.format(here.advertised), here.advice)
-    return ok('Way back', '{} is the address towards the robot; start a lab, then this line shows '
-              'a firewall'.format(here.advertised))
+    name, address = computer.advertised, computer.outgoing_address
+    if computer.resolved != address:
+        needed = address or 'of this computer'
+        return fault('Way back', f'the robot cannot reach {name}: it needs the address {needed}',
+                     computer.advice)
+    if name != address:
+        return warning('Way back', f'the robot must resolve the name {name}; start a lab, then '
+                       'this line shows whether it does', computer.advice)
+    return ok('Way back', f'{name} is the address towards the robot; start a lab, then this line '
+              'shows a firewall')

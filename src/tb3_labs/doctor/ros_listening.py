@@ -29,7 +29,7 @@ SAMPLE_READERS = {
 
 
 class ReceivedMessage(NamedTuple):
-    """A message that has arrived."""
+    """A message, with the time of its arrival."""
 
     topic: str
     arrived_at: float    # [s]
@@ -38,8 +38,8 @@ class ReceivedMessage(NamedTuple):
 
 
 def examine_messages(graph, address, is_wall_time):
-    """Yields the findings on the messages of the robot in `graph`, a RobotGraph. `is_wall_time` is
-    True if the stamps come from a real clock. For `address` see :func:`listen`."""
+    """Yields the findings on the messages of the robot in a RobotGraph. `is_wall_time` is True if
+    the stamps come from a real clock. For `address` see :func:`listen`."""
     received, ended = listen(graph.namespace, address)
     yield judge_drivers(Counter(
         message.sender for message in received if message.topic == 'cmd_vel'))
@@ -66,8 +66,7 @@ def examine_messages(graph, address, is_wall_time):
 
 def listen(namespace, address):
     """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
-    `address` is the address from which this computer sends to the master. `address` replaces
-    ROS_IP, since ROS_IP may be wrong."""
+    `address`, from which this computer sends to the master, replaces a ROS_IP that may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []

@@ -9,20 +9,15 @@ from typing import Mapping, Optional, Sequence, Tuple
 from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
-#: Time [s] for which the doctor listens.
-LISTENING_TIME = 5.0
-#: If the robot's clock is wrong by more than this time [s], tf may refuse transforms.
-CLOCK_WARNING_OFFSET = 0.1
-#: If the robot's clock is wrong by more than this time [s], nodes that use stamps do not work.
-CLOCK_FAULT_OFFSET = 1.0
-#: A heading that drifts by more than this number [deg/min] disturbs a lab.
-MAX_DRIFT = 2.0
-#: A drift is measured with at least this many samples.
-MIN_IMU_SAMPLES, MIN_WHEEL_SAMPLES = 12, 2
+LISTENING_TIME = 5.0                # [s]
+CLOCK_WARNING_OFFSET = 0.1          # [s]; above, tf may refuse transforms
+CLOCK_FAULT_OFFSET = 1.0            # [s]; above, nodes that use stamps do not work
+MAX_DRIFT = 2.0                     # [deg/min]; a faster drift disturbs a lab
+MIN_IMU_SAMPLES = 12                # for measuring a drift
+MIN_WHEEL_SAMPLES = 2               # for measuring a drift
 #: The variance [s^2] of times that are spread evenly over 2 s.
 MIN_TIME_VARIANCE = 2.0 ** 2 / 12.0
-#: A wheel stands still if it turns by less than this angle [rad] while the doctor listens.
-MAX_STANDING_ANGLE = 0.005
+MAX_STANDING_ANGLE = 0.005          # [rad]; a wheel that turns more does not stand still
 
 
 def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
@@ -64,9 +59,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 
 def judge_clock(least_delay: float) -> Finding:
-    """Does the robot's clock agree with this computer's clock? `least_delay` [s] is the smallest
-    difference between the arrival of a message (this computer's clock) and its stamp (the robot's
-    clock)."""
+    """Does the robot's clock agree with this computer's clock? `least_delay` [s] is the least time
+    from a message's stamp (the robot's clock) to its arrival (this computer's clock)."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
     if least_delay < 0.0:
@@ -82,8 +76,7 @@ def judge_clock(least_delay: float) -> Finding:
 
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Finding:
-    """Does the gyro agree with the wheels? `problem` is the problem that a GyroMonitor found, or
-    ''."""
+    """Does the gyro agree with the wheels? `problem` is what a GyroMonitor found, or ''."""
     if problem:
         return fault('Gyro', problem, remedy)
     if not is_compared:
@@ -93,13 +86,12 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Finding:
     return ok('Gyro', 'it agrees with the wheels')
 
 
-def judge_drift(drift: float, namespace: str = '/') -> Finding:
+def judge_drift(drift: float, namespace: str) -> Finding:
     """Does the heading stay constant while the wheels stand still? `drift` is in [deg/min]."""
     text = f'{drift:+.1f} deg/min at rest'
     if abs(drift) > MAX_DRIFT:
         return warning('Drift', text + ': headings and goals will be off', 'calibrate the gyro of '
-                       'the standing robot: rostopic pub -1 {}reset std_msgs/Empty'.format(
-                           namespace))
+                       f'the standing robot: rostopic pub -1 {namespace}reset std_msgs/Empty')
     return ok('Drift', text)
 
 

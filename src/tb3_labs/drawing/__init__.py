@@ -2,7 +2,6 @@
 import re
 from pathlib import Path
 
-#: The folder with the program and the colours of the map.
 FOLDER = Path(__file__).resolve().parent
 IMPORT = re.compile(r"^import \{[^}]*\} from '\./([\w.]+)';$", re.MULTILINE)
 EXPORT = re.compile(r'^export ', re.MULTILINE)

@@ -13,8 +13,7 @@ from typing import Tuple
 from squaternion import Quaternion
 
 WHOLE_TURN = 2.0 * math.pi
-#: A norm is invalid if it differs from 1 by more than this. A real robot sends the norm 0.999996.
-NORM_TOLERANCE = 0.05
+NORM_TOLERANCE = 0.05    # of a norm, which should be 1; a real robot sends the norm 0.999996
 #: A robot with a larger tilt [rad] would fall over, so the numbers must be in a wrong order.
 MAX_TILT = math.radians(45.0)
 

@@ -45,7 +45,6 @@ class Pose2:
         return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
 
     def __matmul__(self, other: 'Pose2') -> 'Pose2':
-        """Returns the product of two poses, A_T_B @ B_T_C = A_T_C."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y,

@@ -9,11 +9,10 @@ differences are added up. If a person carries the robot, the gyro contradicts th
 Only stamps are compared, so delays of the network do not matter. Cases:
 
 1. Without stamps, or without samples of the wheels, a contradiction is not found.
-2. After a silence the comparison starts again.
-3. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. A motion waits
+2. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. A motion waits
    again after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its
    gyro. If the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.
-4. While the robot moves, an error of the gyro is found only if slip and uneven wheels cannot
+3. While the robot moves, an error of the gyro is found only if slip and uneven wheels cannot
    explain the error. If an error makes a turn look slower, the error looks like slip, and is found
    only when the wheels rest. The gyro of a real robot does not become wrong during a motion, since
    the board is silent for 2.6 s during a calibration.
@@ -31,34 +30,25 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.timeouts import (
     MAX_GYRO_GAP, MAX_INTERPOLATED_GAP, MAX_WHEEL_GAP, RESUME_TIME)
 
-#: The gyro may show a turn up to this time [s] later than the wheels.
-MAX_GYRO_LAG = 0.13
-#: The gyro may show a turn up to this time [s] earlier than the wheels.
-MAX_GYRO_LEAD = 0.04
-#: On a carpet, up to this share of the wheels' turn is slip.
-MAX_SLIP_SHARE = 0.45
-#: Uneven wheels change the rate of turn by up to this share of _WheelTurn.rate_of_one_wheel.
-MAX_UNEVEN_SHARE = 0.1
-#: A healthy gyro drifts by up to this rate [rad/s].
-MAX_GYRO_DRIFT = 0.02
-#: If an unexplained turn [rad] is larger than this, the gyro contradicts the wheels.
-MAX_UNEXPLAINED_TURN = 0.015
+MAX_GYRO_LAG = 0.13     # [s]; the gyro may show a turn up to this much later than the wheels
+MAX_GYRO_LEAD = 0.04    # [s]; the gyro may show a turn up to this much earlier
+MAX_SLIP_SHARE = 0.45   # share of the wheels' turn, as on a carpet
+MAX_UNEVEN_SHARE = 0.1  # share of _WheelTurn.rate_of_one_wheel, by which wheels may be uneven
+MAX_GYRO_DRIFT = 0.02   # [rad/s], of a healthy gyro
+MAX_UNEXPLAINED_TURN = 0.015    # [rad]; after a larger turn, the gyro contradicts the wheels
 #: A contradiction is over when the wheels have rested, and the gyro has agreed, for this time [s].
 AGREEMENT_TIME = 1.0
-#: Turns of the wheels are remembered for this time [s].
-WHEEL_MEMORY_TIME = 0.6
+WHEEL_MEMORY_TIME = 0.6    # [s]
 #: The text for the user, to which the robot's model and its reset topic are added.
 GYRO_CONTRADICTION = (
     'the gyro contradicts the wheels (calibrated while the robot moved? carried? not a {}?): let '
     'it rest, then `rostopic pub -1 {} std_msgs/Empty`')
 
 
-class _WheelTurn(NamedTuple):
-    """A turn of the robot, as computed from two samples of the wheels."""
-
+class _WheelTurn(NamedTuple):    # computed from two samples of the wheels
     begin: float
     end: float
-    rate: float                 # rate [rad/s] at which both wheels turned the robot
+    rate: float                 # [rad/s]
     rate_of_one_wheel: float    # rate [rad/s] at which the faster wheel alone would turn the robot
 
 
@@ -76,7 +66,7 @@ class _Comparison:
 
     def __init__(self) -> None:
         self.wheels: Optional[WheelSample] = None    # the latest sample
-        self.readings: Deque[_GyroRate] = deque()    # rates of the gyro that are not compared yet
+        self.readings: Deque[_GyroRate] = deque()    # not compared yet
         self.turns: Deque[_WheelTurn] = deque()
         self.unexplained_turn = 0.0    # sum [rad] of the turns that the wheels do not explain
         self.agreed_for = 0.0       # time [s] for which gyro and wheels agreed
@@ -171,7 +161,8 @@ class GyroMonitor:
         if turns is None:
             return
         self.has_compared = True
-        if self._uncompared_for < AGREEMENT_TIME:    # a wait that has ended does not begin again
+        wait_has_ended = self._uncompared_for >= AGREEMENT_TIME
+        if not wait_has_ended:
             self._uncompared_for = 0.0
         seconds = reading.end - reading.begin
         wheels_rest = max(turn.rate_of_one_wheel for turn in turns) < MAX_REST_TURN_RATE

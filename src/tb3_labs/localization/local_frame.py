@@ -3,8 +3,7 @@
 In the lab, A is the frame ``odom``, and B is the frame ``local``. The pose of B in A is (t, theta).
 The place p_A in frame A is the place ``p_B = R(theta)^-1 (p_A - t)`` in frame B.
 
-A reset declares the robot's present pose in ``local``. A reset uses the odometry's pose and the
-IMU's yaw at one instant.
+A reset uses the odometry's pose and the IMU's yaw at one instant.
 
 1. The place comes from the odometry, and so theta comes from the *odometry's* yaw. A theta from the
    IMU's yaw would turn every displacement by a constant angle.
@@ -33,7 +32,7 @@ class LocalFrame:
         return cls(odom_T_base @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
     def pose(self, odom_T_base: Pose2, imu_yaw: float) -> Pose2:
-        """Returns the robot's pose in ``local``, from the odometry's place and the IMU's yaw."""
+        """Returns the robot's pose in ``local``."""
         place = self.odom_T_local.inverse() @ odom_T_base
         return Pose2(place.x, place.y, self.heading(imu_yaw))
 

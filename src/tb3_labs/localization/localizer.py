@@ -5,9 +5,8 @@ and the stamp of an odometry message, and the IMU's yaw interpolated to this sta
 until both sensors have sent samples after the request. The samples of both sensors are interpolated
 to the moment of the request. A reset corrects any error of the old frame.
 
-If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
-(:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
-lost, and there is no local frame until the next reset.
+A jump of the odometry shifts ``local`` in ``odom``, or the pose is lost until the next reset
+(:mod:`tb3_labs.localization.odometry_jumps`).
 
 Units: metres, radians, seconds on the receiver's clock (`now`).
 """
@@ -28,8 +27,7 @@ from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: A pose is extrapolated with the latest speed, for at most this time [s].
-MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
+MAX_EXTRAPOLATION_TIME = 2.0 / CONTROL_RATE    # [s]; a pose is extrapolated with the latest speed
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,6 @@ class Reset:
 
     @property
     def is_done(self) -> bool:
-        """Was the reset carried out?"""
         return self.declared_pose is not None
 
     @property
@@ -81,10 +78,9 @@ class Localizer:
 
     def __init__(self, timing: SampleTiming) -> None:
         self._timing = timing
-        #: The present LocalFrame; None before the first samples, and while the pose is lost.
-        self.frame: Optional[LocalFrame] = None
+        self.frame: Optional[LocalFrame] = None    # None before samples, and if the pose is lost
         self._frame_number = 0
-        self.is_lost = False    # True from a loss of the pose to the next reset
+        self.is_lost = False    # is the pose lost, until the next reset?
         self._commanded_at = -math.inf    # time [s] of the latest known command to move
         self._jump_finder = JumpFinder()
         self.jumps: Queue[Jump] = Queue()    # jumps of both sensors
@@ -95,9 +91,9 @@ class Localizer:
         self._awaits_imu = True    # has the IMU sent nothing since a silence of both sensors?
 
     def on_imu(self, timed: TimedSample) -> None:
-        jump = heading_jump_text(timed.previous_sample, timed.sample)
-        if jump:
-            self.jumps.append(Jump(jump))
+        jump_text = heading_jump_text(timed.previous_sample, timed.sample)
+        if jump_text:
+            self.jumps.append(Jump(jump_text))
         self._buffer.add_imu(timed)
         self._awaits_imu = False
         self._yaw_noise.learn(timed)
@@ -170,10 +166,10 @@ class Localizer:
             return None
         imu, odometry = self._timing.imu.sample, self._odometry.sample
         imu_age, odometry_age = self._timing.imu.age(now), self._odometry.age(now)
-        turn = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
+        turn = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION_TIME)
         heading = self.frame.heading(imu.yaw + turn)
         place = self.frame.pose(odometry.pose, imu.yaw)
-        distance = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION)
+        distance = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION_TIME)
         pose = Pose2(place.x + distance * math.cos(heading),
                      place.y + distance * math.sin(heading), heading)
         return Motion(pose, linear=odometry.linear, angular=imu.yaw_rate, imu_age=imu_age,

@@ -20,7 +20,7 @@ Units: metres, radians, seconds. Source: OpenCR firmware 1.2.6 (see
 the turn of the IMU in these 2.6 s. In a recording of a Burger, a reversed displacement is 7.3 mm.
 """
 import math
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.geometry.se2 import Pose2
@@ -30,28 +30,21 @@ from tb3_labs.robot.samples import (
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 
-#: No TurtleBot3 drives faster than this [m/s].
-MAX_POSSIBLE_SPEED = 0.5
-#: No TurtleBot3 turns faster than this [rad/s].
-MAX_TURN_RATE = 4.0
-#: This distance [m] is added to the longest possible step, since messages arrive unevenly.
+MAX_POSSIBLE_SPEED = 0.5    # of any TurtleBot3 [m/s]
+MAX_TURN_RATE = 4.0         # of any TurtleBot3 [rad/s]
+#: These are added to the longest possible step [m, rad], since messages arrive unevenly.
 DISTANCE_SLACK = 0.05
-#: This angle [rad] is added to the largest possible turn, since messages arrive unevenly.
 TURN_SLACK = 0.3
-#: A rate of turn [rad/s] above this is a spike, which the firmware sends by mistake.
-MIN_SPIKE_RATE = 10.0
-#: A step to zero is a reset only if it begins farther than this distance [m] from zero.
-MIN_RESET_DISTANCE = 0.001
+MIN_SPIKE_RATE = 10.0    # [rad/s]
+MIN_RESET_DISTANCE = 0.001    # a step to zero is a reset only if it begins this far [m] from zero
 #: The first place after a reset is within this distance [m] of zero, since the robot may move.
 NEAR_ZERO_DISTANCE = 0.03
 #: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1
-#: The yaw of a robot at rest changes by at most this angle [rad] between two messages.
-MAX_RESTING_TURN = 0.1
+MAX_RESTING_TURN = 0.1    # turn [rad] of the IMU's yaw between two messages of a robot at rest
 #: If the IMU turns farther than this [rad] in a silence, the board has calibrated the IMU.
 MIN_CALIBRATION_TURN = 0.005
-#: If the messages of a turning robot stop, the robot comes to rest within this time [s].
-STOPPING_TIME = 0.5
+STOPPING_TIME = 0.5    # [s]; a turning robot comes to rest within it if its messages stop
 #: The odometry contradicts the wheels if it moves for this time [s] while the wheels rest.
 CONTRADICTION_TIME = 0.5
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
@@ -85,16 +78,16 @@ class _OdometryMessage(NamedTuple):
     def shortest_gap(self, earlier: '_OdometryMessage') -> float:
         """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is shorter. A
         delay, or a clock that is set, cannot make the shortest gap longer."""
-        stamp_interval = self.sample.stamp - earlier.sample.stamp
-        arrival_interval = self.arrival - earlier.arrival
+        stamp_interval, arrival_interval = self._intervals_since(earlier)
         return min(stamp_interval, arrival_interval) if stamp_interval > 0.0 else arrival_interval
 
     def longest_gap(self, earlier: '_OdometryMessage') -> float:
-        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer. The
-        longest gap is at least 0, and at most LONGEST_COUNTED_SILENCE."""
-        stamp_interval = self.sample.stamp - earlier.sample.stamp
-        arrival_interval = self.arrival - earlier.arrival
-        return clamp(max(stamp_interval, arrival_interval), 0.0, LONGEST_COUNTED_SILENCE)
+        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer, but
+        clipped to [0, LONGEST_COUNTED_SILENCE]."""
+        return clamp(max(self._intervals_since(earlier)), 0.0, LONGEST_COUNTED_SILENCE)
+
+    def _intervals_since(self, earlier: '_OdometryMessage') -> Tuple[float, float]:
+        return self.sample.stamp - earlier.sample.stamp, self.arrival - earlier.arrival
 
 
 class JumpFinder:
@@ -102,7 +95,7 @@ class JumpFinder:
 
     def __init__(self) -> None:
         self._last_moved: Optional[_OdometryMessage] = None    # the latest message with a new pose
-        self._latest: Optional[_OdometryMessage] = None        # the latest message
+        self._latest: Optional[_OdometryMessage] = None
 
     def find(self, timed: TimedSample, imu: ImuSample,
              commanded_at: float = -math.inf) -> Optional[Jump]:
@@ -198,11 +191,9 @@ class EncoderMonitor:
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
     of its encoders. In this case the odometry moves for ever, although the robot is at rest and the
-    angles of the wheels in `joint_states` do not change.
-
-    Only stamps are compared, so delays of the network do not matter. Without stamps, or without
-    samples of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls
-    calcOdometry() without updateMotorInfo() if the servos do not answer (turtlebot3_core.ino).
+    angles of the wheels in `joint_states` do not change. Only stamps are compared, so delays of the
+    network do not matter. Source: OpenCR firmware 1.2.6, which calls calcOdometry() without
+    updateMotorInfo() if the servos do not answer (turtlebot3_core.ino).
     """
 
     def __init__(self) -> None:

@@ -18,8 +18,7 @@ from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.supervision.timeouts import MAX_BRIDGED_GAP, MAX_INTERPOLATED_GAP
 
-#: Samples are remembered for this time [s].
-SAMPLE_MEMORY_TIME = 1.5
+SAMPLE_MEMORY_TIME = 1.5    # [s]
 
 
 class Track:
@@ -31,8 +30,8 @@ class Track:
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value. `time` must not be before :attr:`newest`. A second value for the same
-        time replaces the first value."""
+        """Append a value, which replaces an earlier value of the same `time`. `time` must not be
+        before :attr:`newest`."""
         if time == self.newest:
             self._samples.pop()
         self._samples.append((time, value))
@@ -40,7 +39,6 @@ class Track:
             self._samples.popleft()
 
     def replace_values(self, function: Callable[[Any], Any]) -> None:
-        """Replace each value by ``function(value)``."""
         self._samples = deque((time, function(value)) for time, value in self._samples)
 
     @property

@@ -29,20 +29,15 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.timeouts import LONG_SILENCE, MAX_GYRO_GAP, WindowMinimum
 
-#: A clock that goes back by less than this time [s] is being corrected, and was not set.
-MAX_CORRECTION = 0.1
-#: A stamp that is this much [s] ahead of its arrival belongs to a new clock.
-MIN_CLOCK_STEP = 1.0
+MAX_CORRECTION = 0.1    # [s]; a clock that goes back by less is being corrected, and was not set
+MIN_CLOCK_STEP = 1.0    # [s]; a stamp that is this much ahead of its arrival belongs to a new clock
 #: Stamps that are wrong by MIN_CLOCK_STEP or more for longer than this time [s] are not a clock.
 MAX_WRONG_TIME = 1.0
-#: If a stamp is repeated this number of times, the stamps are not a clock.
-MAX_REPEATS = 3
-#: A new sample has at least this weight in the variance of the noise.
-MIN_NOISE_WEIGHT = 0.02
-#: A turn is slow if its rate is below this [rad/s].
-SLOW_TURN_RATE = 0.2
-#: A turn is even if its rate changes by less than this [rad/s] between two samples.
-EVEN_TURN_CHANGE = 0.03
+MAX_REPEATS = 3    # if a stamp is repeated this often, the stamps are not a clock
+MIN_NOISE_WEIGHT = 0.02    # least weight of a new sample in the variance of the noise
+#: A turn is slow and even if its rate [rad/s] is small, and changes little between two samples.
+MAX_SLOW_TURN_RATE = 0.2
+MAX_EVEN_RATE_CHANGE = 0.03
 
 
 class TimedSample(NamedTuple):
@@ -74,9 +69,8 @@ class SampleTiming:
 
     def __init__(self) -> None:
         self.clock = SenderClock()
-        #: The latest sample of the IMU, and of the odometry; None before the first sample.
-        self.imu: Optional[TimedSample] = None
-        self.odometry: Optional[TimedSample] = None
+        self.imu: Optional[TimedSample] = None         # the latest sample
+        self.odometry: Optional[TimedSample] = None    # the latest sample
 
     def on_imu(self, sample: ImuSample, now: float) -> TimedSample:
         self.imu = self._timed('imu', self.imu, sample, now)
@@ -117,7 +111,7 @@ class SenderClock:
 
     def __init__(self) -> None:
         self.epoch = -1    # number of the epoch; the first epoch is 0
-        self.uses_stamps = True    # are the stamps used as a clock?
+        self.uses_stamps = True    # are the stamps a clock?
         self._last_arrival = math.nan    # before the first sample
         self._new_epoch()
 
@@ -189,7 +183,9 @@ class YawNoise:
         rate = sample.yaw_rate
         if previous is None or not 0.0 < timed.interval < MAX_GYRO_GAP:
             return
-        if abs(rate) > SLOW_TURN_RATE or abs(rate - previous.yaw_rate) > EVEN_TURN_CHANGE:
+        if abs(rate) > MAX_SLOW_TURN_RATE:
+            return
+        if abs(rate - previous.yaw_rate) > MAX_EVEN_RATE_CHANGE:
             return
         predicted_turn = 0.5 * (previous.yaw_rate + rate) * timed.interval
         # the difference of two samples has twice the variance of one sample

@@ -1,7 +1,7 @@
 """The labs that can be marked, the points of their criteria, and the marks of a submission.
 
-An instructor may edit the table of the points. The table has a section for each lab. Within a lab,
-the section `extra` has the points of the criteria beyond the handout:
+An instructor may edit the table of the points, which contains a section for each lab. Within a
+lab, the section `extra` contains the points of the criteria beyond the handout:
 
     turn:
       left: 3
@@ -28,13 +28,10 @@ from tb3_labs.watch import lab_links
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
 from tb3_labs.watch.lab_links import Link, find_broken_link
 
-#: A criterion has at most this many points.
-MAX_POINTS = 1000000
-#: Marks have at most this many remarks, and at most this many findings.
-MAX_SENTENCES = 100
+MAX_POINTS = 1000000        # of a criterion
+MAX_SENTENCES = 100         # of the remarks, and also of the findings
 NOT_JUDGED = 'not judged'
-#: The name of the section with the points for criteria beyond the handout.
-EXTRA = 'extra'
+EXTRA_SECTION = 'extra'
 
 
 class Lab(NamedTuple):
@@ -50,8 +47,8 @@ class Lab(NamedTuple):
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def read_parts(self, text: str) -> List[str]:
-        """Returns the parts of the lab in `text`, which has commas between the parts. Raises
-        ``ValueError`` if a part is unknown."""
+        """Returns the parts in `text`, such as 'left,right'. Raises ``ValueError`` if the lab does
+        not have one of these parts."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         unknown = sorted(set(parts) - set(self.parts))
         if unknown:
@@ -89,7 +86,7 @@ class Marks:
 
     @property
     def has_known_points(self) -> bool:
-        """Are the points known? A submission that was not judged has unknown points."""
+        """Did the marker or a person give points?"""
         return not self.unjudged or self.decided_points is not None
 
     @property
@@ -100,8 +97,7 @@ class Marks:
 
     @property
     def delay_sentence(self) -> str:
-        """A warning if the machine was too busy for a fair trial. The warning is '' if no point was
-        lost, or if the trial was fair."""
+        """A warning if points were lost and the machine was too busy for a fair trial, else ''."""
         gap = self.observation.longest_gap if self.observation else 0.0
         if gap <= MAX_FAIR_GAP or self.meets_handout:
             return ''
@@ -126,22 +122,12 @@ class Marks:
 
     @property
     def sentences(self) -> List[str]:
-        """The remarks. If the submission was not judged, the reason comes before the remarks."""
+        """The remarks. Before them comes the reason if the submission was not judged."""
         return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
-    def decision_sentences(self) -> List[str]:
-        """The sentences on a person's decision; [] if no person decided."""
-        sentences = []
-        if self.decided_points is not None:
-            sentences.append(f'A person gave these points; the marker gave {self.earned_points:g}.')
-        if self.decision_reason:
-            sentences.append(self.decision_reason)
-        return sentences
-
-    @property
     def points(self) -> float:
-        """The points that a person gave, or else the marker's points."""
+        """The points that a person gave, else the marker's points."""
         return self.earned_points if self.decided_points is None else self.decided_points
 
     @property
@@ -172,14 +158,14 @@ class Marks:
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
 
 
-def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab: str,
+def marks_after_trial(marks_before: Marks, observation: Optional[Observation], lab: str,
                       criterion_points: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
     """Returns the Marks of a submission with verdicts and points.
 
     `observation` is None if there was no trial. `criterion_points` is a dict {name of a criterion:
     points}. `parts` has the tried parts of the lab; [] means all parts.
     """
-    marks = replace(handed_in, observation=observation)
+    marks = replace(marks_before, observation=observation, findings=list(marks_before.findings))
     observation = observation or Observation(lab, marks.node)
     marks.node = marks.node or observation.node
     if observation.marker_error and not marks.unjudged:
@@ -188,7 +174,6 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
     verdict_text = ' '.join(verdict.reason for verdict in marks.verdicts)
     marks.remarks = [*marks.remarks, *remarks_on(observation, verdict_text),
                      *LABS[lab].remarks(observation)]
-    marks.findings = list(marks.findings)
     try:
         if marks.meets_handout:
             marks.remarks += lab_links.remarks(observation.recording, lab)
@@ -209,12 +194,9 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
 
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link in those parts of the lab in which points were lost. Parts
-    without criteria of the handout are left out.
-
-    Returns None if no link is broken, or if the observation already shows an exception, an
-    unpublished topic, or a command that is not finite.
-    """
+    """Returns the first broken link in those parts of the lab in which points were lost, or None.
+    Returns None, too, if the observation already shows an exception, an unpublished topic, or a
+    command that is not finite. `verdicts` are on the handout's criteria."""
     is_mistake_known = (observation.clause_on_silent_topics or observation.not_finite
                         or tracebacks_before_the_end(observation))
     if observation.recording is NO_RECORDING or is_mistake_known:
@@ -236,18 +218,16 @@ def _limited(sentences: Sequence[str]) -> List[str]:
     return [printable(text[:MAX_SENTENCE_LENGTH]) for text in sentences[:MAX_SENTENCES]]
 
 
-# -- points
-
 def points_of(lab: str, table: Any) -> Dict[str, float]:
     """Returns {name of a criterion: points}. `table` is the content of a file of points. Raises
-    ``ValueError`` if the table has no section for the lab, if a criterion is missing or unknown, or
-    if points are negative, NaN or above MAX_POINTS."""
+    ``ValueError`` if a section or a criterion is missing or unknown, or if points are negative, NaN
+    or above MAX_POINTS."""
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     graded = dict(table[lab])
-    extra = graded.pop(EXTRA, {})
+    extra = graded.pop(EXTRA_SECTION, {})
     if not isinstance(extra, dict):
-        raise ValueError(f'{lab}: "{EXTRA}" is a section of its own')
+        raise ValueError(f'{lab}: "{EXTRA_SECTION}" is a section of its own')
     criterion_points: Dict[str, float] = {}
     for section, is_extra in ((graded, False), (extra, True)):
         names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra is is_extra]
@@ -265,8 +245,8 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
 
 
 def read_points(path: Optional[Path]) -> Any:
-    """Returns the table in a file of points. If `path` is None, the file is points.yaml of this
-    package. Raises ``ValueError`` with the reason if the file cannot be read."""
+    """Returns the table in a file of points. The default is points.yaml of this package. Raises
+    ``ValueError`` with the reason if the file cannot be read."""
     if path is None:
         path = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch/checks/points.yaml'
     try:

@@ -61,12 +61,12 @@ class MarksTable:
                     row[STUDENT], (_decided_points(decided, row[STUDENT]), reason))
 
     def change_sentences(self, all_marks: Sequence[Marks]) -> List[str]:
-        """Returns a list with one sentence for the instructor, or [] if no points have changed.
-        Criteria may have changed, or a person may have typed over the marker's points."""
-        before = {row[STUDENT]: row[POINTS] for row in self._rows}
+        """Returns [] if no points have changed, else [a sentence for the instructor]. Criteria may
+        have changed, or a person may have typed over the marker's points."""
+        old_points = {row[STUDENT]: row[POINTS] for row in self._rows}
         changed = []
         for marks in all_marks:
-            old, new = before.get(safe_cell(marks.student), ''), cells_of(marks)[POINTS]
+            old, new = old_points.get(safe_cell(marks.student), ''), cells_of(marks)[POINTS]
             if old and _number(old) != _number(new):
                 changed.append(f'{marks.student} ({old}, now {new or NOT_JUDGED})')
         if not changed:
@@ -81,12 +81,12 @@ class MarksTable:
         heads += [head for head in self._heads if head not in heads]
         old_rows, new_rows = list(self._rows), []
         for marks in all_marks:
-            same = [row for row in old_rows if row[STUDENT] == safe_cell(marks.student)]
-            old_row: Dict[str, str] = {}
-            if same:
-                old_row = same[0]
-                old_rows.remove(old_row)
-            new_rows.append({**old_row, **cells_of(marks)})
+            new_row = cells_of(marks)
+            rows_of_student = [row for row in old_rows if row[STUDENT] == new_row[STUDENT]]
+            if rows_of_student:
+                old_rows.remove(rows_of_student[0])
+                new_row = {**rows_of_student[0], **new_row}
+            new_rows.append(new_row)
         out = io.StringIO(newline='')
         writer = csv.DictWriter(out, heads, lineterminator='\n')
         writer.writeheader()
@@ -96,8 +96,8 @@ class MarksTable:
 
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the cells that mark.py writes into a student's row: {column: text}."""
-    points = f'{marks.points:g}' if marks.has_known_points else ''
-    cells = {STUDENT: safe_cell(marks.student), POINTS: points,
+    cells = {STUDENT: safe_cell(marks.student),
+             POINTS: f'{marks.points:g}' if marks.has_known_points else '',
              FULL_POINTS: f'{marks.full_points:g}'}
     for verdict in marks.graded_verdicts + marks.extra_verdicts:
         text = f'{verdict.points:g}'
@@ -106,12 +106,12 @@ def cells_of(marks: Marks) -> Dict[str, str]:
         elif verdict.criterion.extra and not verdict.worth:
             text = 'yes' if verdict.outcome is Outcome.MET else 'no'
         cells[verdict.criterion.label] = text
-    late = 'late' if marks.late else ''
-    decided = '' if marks.decided_points is None else f'{marks.decided_points:g}'
-    remarks = ' '.join(marks.sentences)[:MAX_REMARKS_LENGTH]
-    cells.update({
-        'node': safe_cell(marks.node), REMARKS: safe_cell(remarks), 'id': safe_cell(marks.number),
-        'late': late, DECIDED: decided, REASON: safe_cell(marks.decision_reason)})
+    cells['node'] = safe_cell(marks.node)
+    cells[REMARKS] = safe_cell(' '.join(marks.sentences)[:MAX_REMARKS_LENGTH])
+    cells['id'] = safe_cell(marks.number)
+    cells['late'] = 'late' if marks.late else ''
+    cells[DECIDED] = '' if marks.decided_points is None else f'{marks.decided_points:g}'
+    cells[REASON] = safe_cell(marks.decision_reason)
     return cells
 
 
@@ -125,15 +125,15 @@ def _number(cell: str) -> float:
 def _decided_points(cell: str, student: str) -> Optional[float]:
     if not cell:
         return None
-    if not 0.0 <= _number(cell) < math.inf:
+    points = _number(cell)
+    if not 0.0 <= points < math.inf:
         raise ValueError(f'{student}: {DECIDED} = {cell[:40]!r} is not valid: a number of at least '
                          '0, or nothing')
-    return _number(cell)
+    return points
 
 
 # -- the page of all students
 
-#: The style of a wide page in landscape. The headings are upright.
 LANDSCAPE_STYLE = '''
 @page { size: A4 landscape; }
 body { max-width: 269mm; }
@@ -143,9 +143,8 @@ td.words { min-width: 24em; overflow-wrap: anywhere; }'''
 
 
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
-    """Returns the page of all students as HTML. The page has the cells of the table, and a link to
-    each student's page. `lab` is the title of the lab. `notes` are sentences only for the
-    instructor."""
+    """Returns the page of all students as HTML. `lab` is the title of the lab. `notes` are
+    sentences only for the instructor."""
     rows = []
     for marks in all_marks:
         cells = cells_of(marks)
@@ -155,8 +154,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
         if not marks.unjudged:
             cells.update({verdict.criterion.label: symbol(verdict) for verdict in marks.verdicts})
         rows.append(list(cells.values()))
-    parts = [f'<p>{escape(note)}</p>' for note in notes]
-    if notes:
-        parts.insert(0, '<h2>Only for the instructor</h2>')
+    parts = ['<h2>Only for the instructor</h2>'] if notes else []
+    parts += [f'<p>{escape(note)}</p>' for note in notes]
     heads = list(cells_of(all_marks[0]))
     return document(f'{lab}: overview', [*parts, table(heads, rows, (REMARKS,))], LANDSCAPE_STYLE)

@@ -28,16 +28,13 @@ from tb3_labs.marking.student_results import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.report.page.document import safe_cell
 
-TABLE_FILE, OVERVIEW_FILE, RESULTS_FILE = 'marks.csv', 'overview.html', 'results.json'
-RECORD_SUFFIX, BAG_SUFFIX = '.marks.json', '.bag'
+TABLE_FILE = 'marks.csv'
+RECORD_SUFFIX = '.marks.json'
 #: The fields of Marks that a record keeps, since the bag of the trial does not have them.
 RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
                    'seconds', 'path_prefixes')
 PACKAGE_FOLDER = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
 ROBOT_SCRIPT = 'fake_turtlebot3.py'
-MARKING_FOLDER = Path(__file__).resolve().parent
-#: The files of trial/ that only read a bag, and do not influence a node.
-READING_FILES = 'from_bag.py', 'remarks.py'
 
 
 class Options(NamedTuple):
@@ -53,10 +50,9 @@ class MarksFolder:
     """The folder with the marks of a class in a lab, or in some parts of the lab."""
 
     def __init__(self, path: Path, lab: str, parts: Sequence[str],
-                 criterion_points: Mapping[str, float], options: Options = Options()) -> None:
-        """Make the folder `path` if it is missing. `criterion_points` is a dict {name of a
-        criterion: points}. Raises ``ValueError`` if the folder has marks of another lab or of other
-        parts, or a table that cannot be read."""
+                 criterion_points: Mapping[str, float], options: Options) -> None:
+        """Make the folder `path` if it is missing. Raises ``ValueError`` if the folder has marks of
+        another lab or of other parts, or a table that cannot be read."""
         self._path = output_folder(path)
         self.logs = output_folder(self._path / 'logs')
         self.lab, self.parts, self.options = lab, parts, options
@@ -74,7 +70,7 @@ class MarksFolder:
 
     def bag(self, student: str) -> Path:
         """Returns the path of the bag of a student's trial."""
-        return self.logs / (student + BAG_SUFFIX)
+        return self.logs / (student + '.bag')
 
     def _digest(self, student: str) -> str:
         bag = self.bag(student)
@@ -86,46 +82,45 @@ class MarksFolder:
         record = self._records.get(student)
         if record is None:
             return None
-        options = self.options
-        chosen = record['key']['options'].get('name', '')
-        if '/' in chosen and not options.name:      # a person chose this student's node
-            options = options._replace(name=chosen)
-        if record['key'] != dict(self._key, submission=submission, options=options._asdict()):
+        options = self.options._asdict()
+        recorded_name = record['key']['options'].get('name', '')
+        if '/' in recorded_name and not self.options.name:      # a person chose this student's node
+            options['name'] = recorded_name
+        if record['key'] != dict(self._key, submission=submission, options=options):
             return None
         marks = self._new_marks.get(student) or self._write_page(record)
         return None if marks.unjudged else marks    # the bag is gone, or cannot be read
 
-    def write(self, handed_in: Marks, submission: str) -> Marks:
+    def write(self, trial_marks: Marks, submission: str) -> Marks:
         """Write a student's record, page and results after the trial. Returns the Marks with
-        points. `submission` is the digest of the submission. If the machine delayed the trial, the
-        record has no digest, so the next run tries the submission again."""
-        record = self._records[handed_in.student] = {
+        points. `submission` is the digest of the submission."""
+        record = self._records[trial_marks.student] = {
             'key': dict(self._key, submission=submission),
-            'handed_in': {name: getattr(handed_in, name) for name in RECORDED_FIELDS},
-            'bag': self._digest(handed_in.student)}
+            'handed_in': {name: getattr(trial_marks, name) for name in RECORDED_FIELDS},
+            'bag': self._digest(trial_marks.student)}
         marks = self._write_page(record)
         if marks.delay_sentence:
-            record['key']['submission'] = ''
+            record['key']['submission'] = ''    # the next run tries the submission again
         write_output(self.logs / (marks.student + RECORD_SUFFIX), json.dumps(record))
         return marks
 
-    def write_overview(self, is_unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
+    def write_overview(self) -> Tuple[Optional[Path], List[str]]:
         """Write the table and the page of all students. Returns (path of the page, lines for the
-        instructor), or (None, []) if there are no marks. `is_unprotected` is True if the programs
-        of the submissions ran without sandboxes."""
+        instructor), or (None, []) if there are no marks."""
         if not self._records:
             return None, []
         all_marks = [self._new_marks.get(student) or self._write_page(record)
                      for student, record in sorted(self._records.items())]
-        notes = [NO_SANDBOX_WARNING] if is_unprotected else []
+        notes = [] if self.options.sandbox else [NO_SANDBOX_WARNING]
         notes += self._table.change_sentences(all_marks)
         write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
         notes += [f'To look at: {marks.student}: {finding}'
                   for marks in all_marks for finding in marks.findings]
         notes += [f'{TABLE_FILE} has a decision on {printable(name)}, of whom there are no marks.'
                   for name in self._table.decisions if name not in map(safe_cell, self._records)]
-        write_output(self._path / OVERVIEW_FILE, overview(all_marks, LABS[self.lab].title, notes))
-        return self._path / OVERVIEW_FILE, notes
+        page = self._path / 'overview.html'
+        write_output(page, overview(all_marks, LABS[self.lab].title, notes))
+        return page, notes
 
     def _read_record(self, file):
         try:
@@ -143,8 +138,7 @@ class MarksFolder:
     def _read_table(self):
         path = self._path / TABLE_FILE
         try:
-            text = path.read_text(encoding='utf-8') if path.exists() else ''
-            return MarksTable(text)
+            return MarksTable(path.read_text(encoding='utf-8') if path.exists() else '')
         except ValueError as problem:
             why = str(problem)
             if isinstance(problem, UnicodeDecodeError):
@@ -153,31 +147,31 @@ class MarksFolder:
                 f'{path} cannot be read, and may hold what a person wrote: {why}') from None
 
     def _write_page(self, record):
-        handed_in = Marks(**record['handed_in'])
+        trial_marks = Marks(**record['handed_in'])
         observation = None
-        bag = self.bag(handed_in.student)
-        if not handed_in.unjudged:
+        bag = self.bag(trial_marks.student)
+        if not trial_marks.unjudged:
             try:
-                if record.get('bag') != self._digest(handed_in.student):
+                if record.get('bag') != self._digest(trial_marks.student):
                     raise ValueError(f'it is not in {bag} any more')
-                observation = read_trial(bag, handed_in.path_prefixes)
+                observation = read_trial(bag, trial_marks.path_prefixes)
             except ValueError as problem:
-                handed_in.unjudged = f'Its trial cannot be judged: {failure_text(problem)}.'
+                trial_marks.unjudged = f'Its trial cannot be judged: {failure_text(problem)}.'
         try:
-            marks, page = self._marks_and_page(handed_in, observation)
+            marks, page = self._marks_and_page(trial_marks, observation)
         except Exception as problem:    # an error with one student must not end the run
             marks, page = self._marks_and_page(
-                replace(handed_in, unjudged=failure_sentence(problem)), None)
+                replace(trial_marks, unjudged=failure_sentence(problem)), None)
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
-        write_output(folder / RESULTS_FILE, json.dumps(results(marks), indent=1))
+        write_output(folder / 'results.json', json.dumps(results(marks), indent=1))
         # the observations of a whole class would need hundreds of MB
         self._new_marks[marks.student] = replace(marks, observation=None)
         return marks
 
-    def _marks_and_page(self, handed_in, observation):
+    def _marks_and_page(self, trial_marks, observation):
         marks = marks_after_trial(
-            handed_in, observation, self.lab, self._criterion_points, self.parts)
+            trial_marks, observation, self.lab, self._criterion_points, self.parts)
         marks.decided_points, marks.decision_reason = self._table.decisions.get(
             safe_cell(marks.student), (None, ''))
         return marks, student_page(marks, LABS[self.lab].title)
@@ -191,7 +185,7 @@ def failure_sentence(problem: Exception) -> str:
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """During a ``with`` block, no other run of mark.py can use the folder. Raises ``ValueError`` if
-    another run of mark.py already uses the folder."""
+    another run already uses the folder."""
     with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'a') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -204,12 +198,11 @@ def locked(path: Path) -> Iterator[None]:
 def trial_files(lab: str) -> List[Path]:
     """Returns the files that influence the node in a trial of a lab. Criteria, points and sentences
     do not influence a trial, since each run makes verdicts from the bag."""
-    marking, modules, share = MARKING_FOLDER, MARKING_FOLDER.parent, PACKAGE_FOLDER
-    scripts = [path for path in [*marking.glob('trial/*.py'), *marking.glob('labs/ros_*.py')]
-               if path.name not in READING_FILES]
-    return sorted(path for path in [
-        *scripts, marking / 'labs' / 'stimuli.py', modules / 'handout.py',
-        *modules.glob('simulation/*.py'), share / 'scripts' / ROBOT_SCRIPT,
-        share.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT,      # of an installed package
-        share / 'launch' / 'fake_robot.launch',
-        share / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())
+    marking, share = Path(__file__).resolve().parent, PACKAGE_FOLDER
+    paths = {*marking.glob('trial/*.py'), *marking.glob('labs/ros_*.py'),
+             marking / 'labs/stimuli.py', marking.parent / 'handout.py',
+             *marking.parent.glob('simulation/*.py'), share / 'scripts' / ROBOT_SCRIPT,
+             share.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT,     # of an installed package
+             share / 'launch/fake_robot.launch', share / f'launch/checks/check_{lab}.test'}
+    paths -= {marking / 'trial/from_bag.py', marking / 'trial/remarks.py'}      # only read a bag
+    return sorted(path for path in paths if path.is_file())

@@ -21,7 +21,7 @@ class NodeNames(NamedTuple):
     files: Tuple[str, ...]      # usual names of the node's file; this package uses the first name
     class_name: str             # the name of the node's class in the handout
     node_name: str              # the node's ROS name in the handout
-    needed_topics: Tuple[str, ...]      # a node is ready when it listens to the first topic
+    needed_topics: Tuple[str, ...]      # a node that listens to the first topic is ready
     other_signs: Tuple[str, ...]    # topics that a complete node uses, and its call for the reset
 
 
@@ -52,12 +52,10 @@ def syntax_nodes_of(text: bytes) -> List[Any]:
 
 # -- the start
 
-#: This package. A submission's program sees only a part of this package.
 OWN_PACKAGE = 'tb3_labs'
-#: The value of this environment variable identifies one trial of a submission.
+# Environment variables: the identity of one trial, and the path of a file with a NodeStart.
 IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'
-#: This environment variable has the path of a file with a NodeStart.
-NODE_START_FILE = 'TB3_LABS_NODE_START'
+NODE_START_VARIABLE = 'TB3_LABS_NODE_START'
 #: A program in a sandbox can write only into these folders.
 SANDBOX_HOME = '/home/student'
 WRITABLE_FOLDERS = '/tmp', SANDBOX_HOME, '/dev/shm'
@@ -73,7 +71,7 @@ class NodeStart(NamedTuple):
     prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the command's first words
     environment: Optional[Dict[str, str]] = None        # None means the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
-    is_sandboxed: bool = False      # is the node in a Sandbox?
+    is_sandboxed: bool = False
     program: str = ''           # the node's path; if '', rosrun finds the node
     name: str = ''              # package/file, shown on the pages
     submission_folder: str = ''     # the folder of the submission
@@ -81,11 +79,11 @@ class NodeStart(NamedTuple):
     @classmethod
     def from_environment(cls) -> 'NodeStart':
         """Returns the NodeStart that mark.py wrote, or the default, which has no sandbox."""
-        if NODE_START_FILE not in os.environ:
+        if NODE_START_VARIABLE not in os.environ:
             return cls()
-        return cls(*json.loads(Path(os.environ[NODE_START_FILE]).read_text()))
+        return cls(*json.loads(Path(os.environ[NODE_START_VARIABLE]).read_text()))
 
     def write(self, path: Path) -> Dict[str, str]:
-        """Write the NodeStart into a file. Returns {NODE_START_FILE: path of the file}."""
+        """Write the NodeStart into a file. Returns {NODE_START_VARIABLE: path of the file}."""
         path.write_text(json.dumps(self))
-        return {NODE_START_FILE: str(path)}
+        return {NODE_START_VARIABLE: str(path)}

@@ -1,10 +1,10 @@
-"""The page of one student, and results.json, which has the same content for Gradescope.
+"""The page of one student, and results.json, the same content for Gradescope.
 
-The page has the verdicts, and the timeline of the recorded trial. The page needs no other file.
+The page shows the verdicts, and the timeline of the recorded trial. The page needs no other file.
 
-In results.json each test has a score, and the whole score is the sum of the tests' scores. A
-student sees the results as soon as the marking has ended. An unjudged submission gets a file with
-the score 0 and the reason, because Gradescope would call a missing file a fault of the autograder.
+In results.json the whole score is the sum of the tests' scores. An unjudged submission gets a file
+with the score 0 and the reason, because Gradescope would call a missing file a fault of the
+autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import math
@@ -22,17 +22,14 @@ from tb3_labs.report.page.document import Markup, document, hints_section, table
 from tb3_labs.report.page.timeline import section, timeline, timeline_event
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows at most this many lines of a process, which are the lines that it printed last.
-MAX_SHOWN_LINES = 15
-#: A page shows at most this many characters of a line.
+MAX_SHOWN_LINES = 15            # of a process
 MAX_SHOWN_LINE_LENGTH = 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
 SEEN_HEADING = 'what was seen, and where to look'
-#: With this value, Gradescope shows a test to the student as soon as the marking has ended.
-VISIBILITY = 'visible'
+VISIBILITY = 'visible'      # Gradescope shows the test to the student at once
 
 PAGE_STYLE = '''
 td.words { min-width: 20em; }
@@ -47,9 +44,10 @@ def student_page(marks: Marks, lab: str) -> str:
     observation = marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
-        parts.append(_verdicts(marks.graded_verdicts, has_timeline))
+        parts.append(_verdict_table(marks.graded_verdicts, has_timeline))
         if marks.extra_verdicts:
-            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra_verdicts, has_timeline)]
+            parts.append('<h2>Beyond the handout</h2>')
+            parts.append(_verdict_table(marks.extra_verdicts, has_timeline))
     if observation is not None:
         if has_timeline:
             parts += [section(timeline_of(recording_for_timeline(observation), marks)),
@@ -60,14 +58,18 @@ def student_page(marks: Marks, lab: str) -> str:
 
 def _points_and_remarks(marks):
     node = f'Node: {escape(marks.node)}.' if marks.node else ''
-    sentences = [*marks.decision_sentences, *marks.sentences]
+    sentences = []
+    if marks.decided_points is not None:
+        sentences.append(f'A person gave these points; the marker gave {marks.earned_points:g}.')
+    if marks.decision_reason:
+        sentences.append(marks.decision_reason)
+    sentences += marks.sentences
     return [f'<p><b>{marks.points_text.capitalize()}.</b> {node}</p>',
             *(f'<p>{escape(sentence, quote=False)}</p>' for sentence in sentences)]
 
 
 def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
-    """Returns the timeline of a recording. The timeline also shows the stimuli, and the moments at
-    which criteria were not met."""
+    """Returns the timeline of a recording, with the stimuli and the missed criteria."""
     observation = marks.observation or Observation('', '')
     events = []
     for stimulus in observation.stimuli:
@@ -103,7 +105,7 @@ def recording_for_timeline(observation: Observation) -> RunData:
         frames=Poses.none())
 
 
-def _verdicts(verdicts, has_timeline):
+def _verdict_table(verdicts, has_timeline):
     rows = []
     for verdict in verdicts:
         sentence = verdict.sentence
@@ -116,7 +118,7 @@ def _verdicts(verdicts, has_timeline):
 
 
 def symbol(verdict: Verdict) -> Markup:
-    """Returns the HTML of a coloured sign for the outcome of a verdict."""
+    """Returns a coloured sign for the outcome of a verdict."""
     outcome = verdict.outcome
     if verdict.criterion.extra and outcome is Outcome.MISSED:
         outcome = Outcome.NOT_OFFERED       # a missed criterion beyond the handout is no mistake
@@ -139,8 +141,8 @@ def _last_lines(observation):
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the content of results.json. The content has a test for each criterion. The field
-    `output` has the page without the criteria and the timeline."""
+    """Returns the content of results.json, with a test for each criterion. The field `output`
+    contains the page without the criteria and the timeline."""
     parts = [*_points_and_remarks(marks),
              hints_section(marks.first_broken_link, marks.mistake_sentence, has_timeline=False)]
     if marks.observation is not None:
@@ -159,16 +161,12 @@ def results(marks: Marks) -> Dict[str, Any]:
 
 
 def _test(number, verdict):
-    name = verdict.criterion.meaning
-    max_score = verdict.worth
-    if verdict.criterion.extra:
-        name = f'Beyond the handout: {name}'
-        max_score = 0.0
+    is_extra = verdict.criterion.extra
     return {
-        'name': name,
+        'name': ('Beyond the handout: ' if is_extra else '') + verdict.criterion.meaning,
         'number': str(number),
         'score': verdict.points,
-        'max_score': max_score,
+        'max_score': 0.0 if is_extra else verdict.worth,
         'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
         'output': verdict.sentence,
         'visibility': VISIBILITY,

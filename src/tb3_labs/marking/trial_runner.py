@@ -40,17 +40,15 @@ PYTHON_FOLDER = 'lib/python3/dist-packages'
 PREFIX_FOLDERS = {CMAKE_PREFIX_PATH: '', PYTHONPATH: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
-#: rospy's configuration of logging. Log lines go to the terminal, but not into files.
+#: With this configuration, rospy's log lines go to the terminal, but not into files.
 LOGGING_CONFIG = '''version: 1
 disable_existing_loggers: false
 root: {handlers: []}
 handlers: {stream: {class: rosgraph.roslogging.RosStreamHandler}}
 loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
-#: The marking ends the check of a submission after this time [s].
-TRIAL_TIMEOUT = 300.0
-#: Time [s] until the runner asks again whether the check still runs.
-POLL_PERIOD = 0.1
+TRIAL_TIMEOUT = 300.0       # [s]
+POLL_PERIOD = 0.1           # [s]
 
 
 class MarkingInterrupted(RuntimeError):
@@ -61,8 +59,8 @@ class TrialRunner:
     """Records the trials of a class. Several threads may use one TrialRunner at the same time."""
 
     def __init__(self, folder: MarksFolder, interrupted: threading.Event) -> None:
-        """`folder` has the lab and the options, and gets the bags and the logs. If the event
-        `interrupted` is set, each trial ends, and :meth:`try_out` raises MarkingInterrupted."""
+        """`folder` gets the bags and the logs. When the event `interrupted` is set, each trial
+        ends, and :meth:`try_out` raises MarkingInterrupted."""
         self.folder, self.interrupted = folder, interrupted
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
@@ -77,8 +75,7 @@ class TrialRunner:
         identity = uuid.uuid4().hex
         marks = marks_before_trial(submission)
         marks.remarks, marks.findings = parsed.remarks, parsed.findings
-        with suppress(FileNotFoundError):
-            self.folder.bag(marks.student).unlink()
+        self.folder.bag(marks.student).unlink(missing_ok=True)
         try:
             self._record_trial(marks, parsed, work, identity)
         except NotJudged as problem:
@@ -162,15 +159,14 @@ def import_error(processes: Sequence[NodeProcess]) -> str:
 
 def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
     """Returns the Marks of a submission before its trial."""
-    return Marks(submission.student, number=submission.number, late=submission.late,
+    return Marks(submission.student, number=submission.number, late=submission.is_late,
                  unjudged=unjudged)
 
 
 # -- the end of all processes
 
 def kill_processes(identity: str) -> None:
-    """Kill all processes that have `identity` in their environment, even if they have left their
-    process group.
+    """Kill all processes that have `identity` in their environment.
 
     A program may start processes faster than this function finds them. Therefore this function
     first stops all processes, and then kills them. A stopped process starts nothing, and no new

@@ -25,7 +25,6 @@ from tb3_labs.config import Config, setting
 
 #: Only programs of this computer can connect to this address.
 LOOPBACK = '127.0.0.1'
-#: The port at the end of a Host header.
 PORT_SUFFIX = re.compile(r':[0-9]*\Z')
 
 

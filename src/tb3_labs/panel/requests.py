@@ -34,18 +34,15 @@ from tb3_labs.supervision.goal_requests import MAX_COORDINATE, MAX_YAW_DEG, Type
 #: The panel reads a message with at most this many characters. The longest valid message has about
 #: 250 characters. In 500 characters JSON cannot be nested so deeply that Python fails.
 MAX_REQUEST_LENGTH = 500
-#: The largest valid value of the entry "t" [s].
-MAX_SENT_TIME = 1e12
+MAX_SENT_TIME = 1e12        # [s]
 #: A browser's clock may be ahead of the panel's clock by at most this time [s].
 MAX_CLOCK_AHEAD = 0.2
-#: The largest valid turn [deg].
 MAX_TURN_DEG = 360.0
 
 
 class BrowserPad(NamedTuple):
-    """The gamepad that a page shows. The sticks are from -1 to 1, forward and left positive. A
-    button is True while a person presses it. If a person presses B, the page sends a "stop", and
-    `b` is False."""
+    """The gamepad that a page shows. The sticks are from -1 to 1, forward and left positive. If a
+    person presses B, the page sends a "stop", and `b` is False."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -55,8 +52,7 @@ class BrowserPad(NamedTuple):
     b: bool = False
 
     def as_joy(self, config: PadConfig) -> Tuple[List[float], List[int]]:
-        """Returns (axes, buttons) of a sensor_msgs/Joy, numbered as in `config`. Axes are from -1
-        to 1, forward and left positive."""
+        """Returns (axes, buttons) of a sensor_msgs/Joy, numbered as in `config`."""
         axes = [0.0] * max(PAD_AXES, 1 + config.linear_axis, 1 + config.angular_axis)
         axes[config.linear_axis] = self.forward
         axes[config.angular_axis] = self.left
@@ -98,12 +94,10 @@ class OpenPage:
     """One open page. `send(text)` sends a message to the page."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
-        #: Lines of the log that the page has not got yet.
-        self.lines: List[Dict[str, str]] = []
+        self.unsent_lines: List[Dict[str, str]] = []
         self._send = send
 
     def send(self, kind: str, **values: Any) -> None:
-        """Send a message of the type `kind`."""
         self._send(json.dumps(dict(values, type=kind), allow_nan=False))
 
     def answer(self, request: Optional[PageRequest], is_fulfilled: bool, text: str) -> None:
@@ -116,8 +110,7 @@ class OpenPage:
 
 
 def read_request(text: Union[str, bytes]) -> PageRequest:
-    """Returns the PageRequest in a message. Raises ``ValueError`` with the reason if the message is
-    invalid."""
+    """Returns the PageRequest in a message. Raises ``ValueError`` if the message is invalid."""
     if len(text) > MAX_REQUEST_LENGTH:
         raise ValueError(f'a message of {len(text)} characters is refused: at most '
                          f'{MAX_REQUEST_LENGTH} are valid')
@@ -164,7 +157,6 @@ def _read_grip(message: Dict) -> Grip:
     return Grip(pad, mouse, _read_optional(message, 'first', bool, False))
 
 
-#: {type of a request: function that reads the value of a message}
 READERS: Dict[str, Callable[[Dict], Any]] = {
     'joy': _read_grip, 'goal': _read_pose, 'reset': _read_pose, 'stop': lambda message: None,
     'turn': lambda message: _read_number(message, 'degrees', MAX_TURN_DEG, 'deg')}

@@ -35,13 +35,11 @@ from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.watch.printed_pose import declared_pose
 
-#: If the odometry's position [m] or yaw [rad] jumps by more than this, the odometry was reset.
-POSITION_JUMP = 0.2
-YAW_JUMP = math.radians(60.0)
-#: Longest time [s] over which the true pose is extrapolated to the odometry's stamp.
-MAX_TIME_APART = 0.3
-#: A robot stands still if its speed [m/s] and its rate of turn [rad/s] are below this number.
-STANDSTILL_SPEED = 0.02
+#: After a larger jump, the odometry was reset.
+MAX_POSITION_JUMP = 0.2         # [m]
+MAX_YAW_JUMP = math.radians(60.0)
+MAX_EXTRAPOLATION_TIME = 0.3    # [s]
+STANDSTILL_SPEED = 0.02         # [m/s, rad/s]
 #: After a silence of this length [s] a page no longer shows a node's variables.
 VARIABLES_TIMEOUT = 2.0
 
@@ -71,7 +69,7 @@ class RobotView:
         if last is not None:
             moved = last.pose.distance_to(sample.pose)
             turned = abs(difference(sample.pose.yaw, last.pose.yaw))
-            if moved > POSITION_JUMP or turned > YAW_JUMP:
+            if moved > MAX_POSITION_JUMP or turned > MAX_YAW_JUMP:
                 self._computed_frame = None
         self.on_message('odom', sample, now)
 
@@ -83,15 +81,12 @@ class RobotView:
             self._computed_frame = odom.pose @ declared.inverse()
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Store a command (`linear` [m/s], `angular` [rad/s]) of the node `sender`."""
         self._commands[sender] = now, linear, angular
 
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
-        """Store the variables (name, text) of a node."""
         self._variables[node] = now, [[name, text] for name, text in values]
 
     def latest(self, kind: str) -> Any:
-        """Returns the latest value of a kind; None before the first value."""
         return self._latest.get(kind)
 
     @property
@@ -113,8 +108,7 @@ class RobotView:
         return ''
 
     def stop_problem(self, since: float) -> Optional[str]:
-        """Returns the reason why the stop at `since` [s] is not confirmed yet. Returns None if the
-        robot stands still and move_to_goal has no control."""
+        """Returns the reason why the stop at `since` [s] is not confirmed yet, or None."""
         odom = self.latest('odom')
         if self.latest('has_control'):
             return 'move_to_goal does not answer'
@@ -170,7 +164,7 @@ class RobotView:
             return None
         pose, stamp = truth
         odom = self.latest('odom')
-        if odom is not None and abs(stamp - odom.stamp) < MAX_TIME_APART:
+        if odom is not None and abs(stamp - odom.stamp) < MAX_EXTRAPOLATION_TIME:
             time_apart = stamp - odom.stamp
             motion = Pose2(time_apart * odom.linear, 0.0, time_apart * odom.angular)
             pose = pose @ motion.inverse()

@@ -26,8 +26,7 @@ from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 MAX_REQUEST_AGE = 2.0
 #: A stop is confirmed if the robot stands still within this time [s].
 CONFIRM_TIMEOUT = 1.5
-#: Time [s] until the panel checks again whether the robot stands still.
-CONFIRM_PERIOD = 0.05
+CONFIRM_PERIOD = 0.05       # [s]
 
 
 class PanelRobot:
@@ -61,7 +60,7 @@ class PanelRobot:
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
         # the handout's node does not publish control_holder
-        holder = self.subscriptions.use_view(lambda view: view.latest('holder')) or 'gamepad'
+        holder = self.subscriptions.latest('holder') or 'gamepad'
         if holder == 'move_to_goal':
             return 'move_to_goal has control: B takes it'
         return 'ready' if holder == 'gamepad' else 'connecting: hold still'
@@ -73,7 +72,7 @@ class PanelRobot:
         timer answers. Raises ``ValueError`` with the reason if the request is rejected."""
         return self._ACTIONS[request.kind](self, page, request)
 
-    def _hold(self, page, request):
+    def _drive_by_grip(self, page, request):
         """Drive by the pad or mouse that a person holds on `page`. An empty Grip ends the drive."""
         grip = request.value
         if not (grip.pad or grip.mouse):
@@ -129,9 +128,8 @@ class PanelRobot:
             self._server.call_soon(lambda: page.answer(request, is_fulfilled, text))
         run_in_thread(call)
 
-    #: The method for each type of request.
-    _ACTIONS = {'joy': _hold, 'stop': _stop_and_confirm, 'turn': _send_turn, 'goal': _send_goal,
-                'reset': _reset}
+    _ACTIONS = {'joy': _drive_by_grip, 'stop': _stop_and_confirm, 'turn': _send_turn,
+                'goal': _send_goal, 'reset': _reset}
 
     def _check_age(self, request, max_age):
         """Raises ``ValueError`` if `request` is possibly older than `max_age` [s]."""
@@ -188,7 +186,7 @@ class PanelRobot:
         problem = self.subscriptions.use_view(lambda view: view.stop_problem(since))
         if not problem:
             text = 'control taken, the robot stands'
-            if self.subscriptions.use_view(lambda view: view.latest('has_control')) is None:
+            if self.subscriptions.latest('has_control') is None:
                 text = 'the robot stands'
             page.answer(request, is_fulfilled=True, text=text)
         elif steady_time() - since > CONFIRM_TIMEOUT:
@@ -212,8 +210,7 @@ class PanelRobot:
 
     def _send_mouse(self, position):
         """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
-        mouse_client.py, an inactive message is sent before the first active message and after the
-        last active message."""
+        mouse_client.py, inactive messages surround the active messages."""
         if self._is_mouse_active != bool(position):
             self._publish_mouse(active=False)
         self._is_mouse_active = bool(position)

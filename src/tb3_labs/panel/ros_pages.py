@@ -15,14 +15,12 @@ from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe
 
-#: Time [ms] between two checks of the page that drives.
 DEAD_MAN_PERIOD_MS = 20.0
 #: When the node ends, it waits at most this time [s] until the robot has been stopped.
 RELEASE_TIMEOUT = 0.5
 #: A new page gets at most this many older log lines.
 MAX_KEPT_LINES = 200
-#: A page gets at most this many characters of a log line.
-MAX_LINE_LENGTH = 500
+MAX_LINE_LENGTH = 500       # [characters]
 #: (lowest level of a message, name of the level on a page)
 LOG_LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
 
@@ -31,8 +29,7 @@ class Pages:
     """The open pages, and their robot. The methods run in the thread of the server."""
 
     def __init__(self, config, body_radius):
-        """Offer the page with the settings of a PanelConfig. `body_radius` is the radius [m] of
-        the robot's body."""
+        """`config` is a PanelConfig. `body_radius` is the radius [m] of the robot's body."""
         self._greeting = {'control': config.control, 'radius': body_radius,
                           'robot': rospy.get_namespace().strip('/')}
         self._pages = []
@@ -47,8 +44,7 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since this node ends. Any thread may call this
-        method."""
+        """Stop the robot if a page drives, since this node ends. Any thread may call this."""
         released = threading.Event()
 
         def release():
@@ -66,7 +62,7 @@ class Pages:
                 timer.start()
         self._pages.append(page)
         page.send('hello', **self._greeting)
-        page.lines = list(self._lines)
+        page.unsent_lines = list(self._lines)
         return partial(self._on_text, page), partial(self._on_end, page)
 
     def _on_end(self, page):
@@ -82,9 +78,9 @@ class Pages:
         now = steady_time()
         picture = self._robot.picture(now)
         for page in self._pages:
-            if page.lines:
-                page.send('log', lines=page.lines)
-                page.lines = []
+            if page.unsent_lines:
+                page.send('log', lines=page.unsent_lines)
+                page.unsent_lines = []
             page.send('picture', **picture, now=now, page=self._driving_page_seen_by(page))
 
     def _driving_page_seen_by(self, page):
@@ -106,7 +102,7 @@ class Pages:
     def _add_line(self, line):
         self._lines.append(line)
         for page in self._pages:
-            page.lines.append(line)
+            page.unsent_lines.append(line)
 
     # -- requests of pages
 

@@ -20,22 +20,16 @@ from tb3_labs.ros.node import guarded
 
 #: Requests for files with these suffixes need no token. The page and the socket need the token.
 PUBLIC_SUFFIXES = ('.css', '.js', '.svg')
-#: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
-#: A regular expression for the names of the files in `drawing`, which draw a robot.
-DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
-                         if path.suffix in PUBLIC_SUFFIXES)
-#: Time [s] between two pings of a page.
-PING_PERIOD = 1.0
+DRAWING_FILE = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
+                        if path.suffix in PUBLIC_SUFFIXES)
+PING_PERIOD = 1.0           # [s]
 #: If a page does not answer a ping within this time [s], the server disconnects the page. The
 #: page's computer may be suspended, or the network may stall. The page tries to connect again.
 PONG_TIMEOUT = 3.0
-#: After this time [s] the server closes a connection without a complete request.
-REQUEST_TIMEOUT = 10.0
-#: The panel tries at most this many ports.
-MAX_PORTS = 10
-#: With these headers the page loads only files of this server, and no other site can show the page
-#: in a frame.
+REQUEST_TIMEOUT = 10.0      # [s] until a connection without a complete request is closed
+MAX_TRIED_PORTS = 10
+#: The page loads only files of this server, and no other site can show the page in a frame.
 HEADERS = {
     'Content-Security-Policy': "default-src 'self'; connect-src 'self' ws: wss:; "
                                "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
@@ -48,9 +42,9 @@ class Server:
     """Offers the page at the address of a PanelConfig, in a separate thread.
 
     The server calls `open_page(send)` for each page that connects. `send(text)` sends a message to
-    this page. `open_page` returns two functions, `on_text` and `on_end`. The server calls
-    `on_text(text)` with each message of the page, and `on_end()` when the page is closed. Raises
-    ``ValueError`` if the address cannot be used.
+    this page. `open_page` returns two functions: the server calls `on_text(text)` with each message
+    of the page, and `on_end()` when the page is closed. Raises ``ValueError`` if the address cannot
+    be used.
     """
 
     def __init__(self, config, open_page):
@@ -66,7 +60,6 @@ class Server:
         self._access = Access(names, token)
         self._open_page = open_page
         self._sockets, port = _bind(config.port, config.address)
-        #: The address to open in a browser.
         self.address = f'http://{shown_name}:{port}/'
         if token:
             self.address += '?token=' + token
@@ -88,7 +81,7 @@ class Server:
         asyncio.set_event_loop(self._loop)
         application = web.Application([
             (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page}),
-            (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FOLDER)}),
+            (f'/({DRAWING_FILE})', _File, {'access': self._access, 'path': str(drawing.FOLDER)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * MAX_REQUEST_LENGTH,
@@ -159,7 +152,7 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
 
 def _bind(port, address):
     """Returns (sockets, port) of a free port. Raises ``ValueError`` if no port can be used."""
-    for number in range(port, port + MAX_PORTS):
+    for number in range(port, port + MAX_TRIED_PORTS):
         try:
             sockets = netutil.bind_sockets(number, address)
         except OSError as problem:

@@ -18,10 +18,9 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
-#: Time [s] between two readings of `odom`. Each reading moves the drawn robot.
-ODOMETRY_PERIOD = 0.045
-#: Time [s] between two readings of a fast topic other than `odom`.
-FAST_TOPIC_PERIOD = 0.2
+#: Each reading of `odom` moves the drawn robot.
+ODOMETRY_PERIOD = 0.045     # [s]
+FAST_TOPIC_PERIOD = 0.2     # [s]
 _read_data = attrgetter('data')
 
 
@@ -70,10 +69,12 @@ class RobotSubscriptions:
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: FAST_TOPIC_PERIOD)
 
     def use_view(self, function):
-        """Returns ``function(view)``, which may change the view. Any thread may call
-        use_view()."""
+        """Returns ``function(view)``, which may change the view. Any thread may call it."""
         with self._lock:
             return function(self._view)
+
+    def latest(self, kind):
+        return self.use_view(lambda view: view.latest(kind))
 
     @property
     def has_another_pad(self):
@@ -82,10 +83,8 @@ class RobotSubscriptions:
         return self._joy.get_num_connections() > 1
 
     def _callback(self, store):
-        """Returns a callback that calls ``store(view, value, now)``."""
         def callback(value):
-            with self._lock:
-                store(self._view, value, steady_time())
+            self.use_view(lambda view: store(view, value, steady_time()))
         return callback
 
     def _store_as(self, kind):
@@ -107,7 +106,7 @@ class RobotSubscriptions:
             self._on_stop()
 
     def _on_control(self, granted):
-        had_control = self.use_view(lambda view: view.latest('has_control'))
+        had_control = self.latest('has_control')
         self._store_as('has_control')(granted)
         if had_control and not granted:
             self._on_stop()

@@ -1,8 +1,7 @@
 """Reads the records of a bag file, in the order in which they were recorded.
 
-This package has its own reader. The reader never runs code from a stranger's bag, and limits its
-memory. A recording that was cut off is read up to its last whole record, although its index is
-missing. The library rosbags is not used, since it is not a Debian package.
+This reader never runs code from a stranger's bag, and limits its memory. A recording that was cut
+off is read up to its last whole record. The library rosbags is not a Debian package.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -14,37 +13,33 @@ import struct
 from shlex import quote
 from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
-#: Reading a bag needs at most this memory [bytes]. An hour of record.launch needs 1.2e9 bytes, or
-#: 1.6e9 bytes if the bag is packed.
+#: An hour of record.launch needs 1.2e9 bytes, or 1.6e9 bytes if the bag is packed.
 MAX_MEMORY_BYTES = 2e9
-#: The memory [bytes] that a message, or a connection, needs in addition to its data.
+#: The memory that a message, or a connection, needs in addition to its data.
 MESSAGE_OVERHEAD_BYTES, CONNECTION_OVERHEAD_BYTES = 500, 10000
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
-#: If the recorded times of a sender go back by more than this time [s], the recorder's clock was
-#: set back. A smaller step is ignored, since a busy recorder may record two messages in the wrong
-#: order.
+#: A busy recorder may record two messages of a sender in the wrong order, if their times [s] differ
+#: by less than this.
 MIN_SET_BACK_TIME = 0.2
-#: If all topics are silent for longer than this [s], the clock was set forward, or the computer
-#: slept. A smaller jump of the clock cannot be distinguished from a silence.
-MAX_OUTAGE_TIME = 3600.0
-#: This is the `problem` of a bag in which the recorder's clock jumped. The bag is read until the
-#: jump, since all times after the jump are wrong.
+#: After a longer silence [s], the clock was set forward, or the computer slept. A smaller jump of
+#: the clock cannot be distinguished from a silence.
+MAX_SILENCE = 3600.0
+#: All times after the jump are wrong, so the bag is read until the jump.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 BAG_VERSION = b'#ROSBAG V2.0\n'
-#: The value of the header field `op` for each kind of record.
-MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'
+MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'      # values of the header field `op`
 UINT32, TIME = struct.Struct('<I'), struct.Struct('<II')
 NOT_A_BAG = 'not a bag of ROS 1, version 2.0. If it is packed, unpack it. If it is of ROS 2, ' \
     'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
 
 
 class BagProblem(ValueError):
-    """A bag cannot be read. The text of this error is one line with the reason and the remedy."""
+    """A bag cannot be read. The text is one line with the reason and the remedy."""
 
 
 class ReadingEnded(Exception):
-    """The reading ends before the end of the bag. The text of this error names the reason."""
+    """The reading ends before the end of the bag. The text names the reason."""
 
 
 class Connection(NamedTuple):
@@ -66,8 +61,8 @@ class Bag:
     that is not wanted. `problem` says why the reading ended early, or is ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
-        """Read the file. A message is kept if ``is_wanted(connection)`` is true. Raises BagProblem
-        if the file is not a bag."""
+        """Keep the messages with ``is_wanted(connection)``. Raises BagProblem if the file is not a
+        bag."""
         self.streams: Dict[Connection, Optional[Stream]] = {}
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]
         self.problem = ''
@@ -116,8 +111,8 @@ class Bag:
         if at > len(data):
             raise ValueError('the last record is not whole')
 
-    def _spend(self, memory: int) -> None:
-        self._memory_left -= memory
+    def _spend(self, memory_bytes: int) -> None:
+        self._memory_left -= memory_bytes
         if self._memory_left < 0:
             raise ReadingEnded(f'it takes more than {MAX_MEMORY_BYTES:.0e} bytes of memory')
 
@@ -132,7 +127,7 @@ class Bag:
             raise ValueError('the last message is not whole')
         arrival = (seconds - self.start) + 1e-9 * nanoseconds
         was_set_back = stream and arrival < stream[-1][0] - MIN_SET_BACK_TIME
-        if was_set_back or arrival > self._last_arrival + MAX_OUTAGE_TIME:
+        if was_set_back or arrival > self._last_arrival + MAX_SILENCE:
             raise ReadingEnded(CLOCK_JUMPED)
         message = b''
         if place.stop - place.start <= MAX_MESSAGE_BYTES:
@@ -148,9 +143,7 @@ class Bag:
             topic=_text(header[b'topic']), message_type=_text(fields.get(b'type', b'')),
             checksum=_text(fields.get(b'md5sum', b'')), sender=_text(fields.get(b'callerid', b'')))
         if connection not in self.streams:
-            self.streams[connection] = None
-            if self._is_wanted(connection):
-                self.streams[connection] = []
+            self.streams[connection] = [] if self._is_wanted(connection) else None
         self._stream_by_connection[header[b'conn']] = self.streams[connection]
 
     def _unpacked(self, compression: bytes, packed: bytes) -> bytes:

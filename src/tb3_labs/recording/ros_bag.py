@@ -34,8 +34,7 @@ OPTIONAL_TOPICS = {
 MESSAGE_CLASSES = {(each._type, each._md5sum): each for each in (
     Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(message_type for _, message_type in OPTIONAL_TOPICS.values()))}
-#: A person drives the robot through these topics. The types of these topics are not checked.
-DEVICE_TOPICS = 'joy', 'mouse_info'
+DEVICE_TOPICS = 'joy', 'mouse_info'     # of any type
 
 
 def read_run(path, namespace=None):
@@ -93,8 +92,7 @@ def _run(bag, path, namespace):
 
 
 def _in_order(bag, topic, message_type):
-    """Returns (arrival, sender, bytes) of each message of this type on a topic, sorted by arrival.
-    Each stream in a bag has the messages of only one sender."""
+    """Returns (arrival, sender, bytes) of each message of this type on a topic, by arrival."""
     received = [(arrival, connection.sender, message)
                 for connection, stream in bag.streams.items()
                 if connection.topic == topic and _class_of(connection) is message_type

@@ -19,10 +19,8 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: A longer pause [s] between two messages of a topic is a gap.
-MIN_GAP = 0.3
-#: A larger distance [m] between two successive poses is a leap.
-MIN_LEAP = 0.3
+MIN_GAP = 0.3       # [s] between two messages of a topic
+MIN_LEAP = 0.3      # [m] between two successive poses
 
 SamplesType = TypeVar('SamplesType', bound='Samples')
 
@@ -52,7 +50,6 @@ class Samples:
 
     @classmethod
     def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
-        """Returns the samples of all `parts`, in order."""
         if not parts:
             return cls.none()
         return cls(*(np.concatenate([getattr(part, column.name) for part in parts])
@@ -68,7 +65,6 @@ class Samples:
 
     @classmethod
     def none(cls: Type[SamplesType]) -> SamplesType:
-        """Returns samples of length 0."""
         return cls(*(np.empty(0) for _ in fields(cls)))
 
 
@@ -109,7 +105,7 @@ class Poses(Yaws):
 
     @property
     def length(self) -> float:
-        """The length [m] of the path. Driving backwards makes the path longer, too."""
+        """The length [m] of the path, forwards and backwards."""
         return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
 
     @property
@@ -121,17 +117,14 @@ class Poses(Yaws):
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, times: np.ndarray) -> 'Poses':
-        """Returns the interpolated poses at the `times` [s]. Outside of the samples, the first or
-        the last pose is returned."""
+        """Returns the interpolated poses at the `times` [s], as in `yaw_at`."""
         x, y = (np.interp(times, self.time, column) for column in (self.x, self.y))
         return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
 
     def pose_at(self, time: float) -> Pose2:
-        """Returns the interpolated pose at one time [s]."""
         return self.at(np.array([time])).pose(0)
 
     def inverse(self) -> 'Poses':
-        """Returns the inverse of each pose."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
@@ -143,7 +136,7 @@ class Poses(Yaws):
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
     def seen_from(self, parent_T_frame: Pose2) -> 'Poses':
-        """Returns the poses, converted from `frame` to `parent` by `parent_T_frame`."""
+        """Returns the poses, converted from `frame` to `parent`."""
         x, y = parent_T_frame.act(np.column_stack([self.x, self.y])).T
         return Poses(self.arrival, self.time, x, y, wrap_all(self.yaw + parent_T_frame.yaw))
 

@@ -17,21 +17,17 @@ from tb3_labs.recording.run_data import (
     Variables)
 from tb3_labs.watch.printed_pose import declared_pose
 
-#: The level of a log line for each value of rosgraph_msgs/Log.
 LOG_LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
-
 #: A sample with a larger number [m, rad, m/s, rad/s] is invalid. The spikes in the firmware's rate
 #: of turn are below 1000 rad/s.
 MAX_NUMBER = 1e5
 #: A speed that no wheel follows is limited to this speed [m/s, rad/s].
 MAX_UNUSED_SPEED = MAX_NUMBER / 2.0
-
 #: Two senders whose clocks differ by less than this [s] share one clock.
 MAX_CLOCK_DIFFERENCE = 0.1
 #: A message is late if its delay differs by more than this time [s] from its sender's usual delay.
 MIN_LATENESS = 0.5
-#: No recorder is busy for longer than this time [s]. The stamp of a message with a longer delay is
-#: ignored.
+#: No recorder is busy for longer than this time [s], so a stamp with a longer delay is ignored.
 MAX_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of its messages is not late.
 MIN_IN_TIME_SHARE = 0.25
@@ -148,7 +144,6 @@ def _data(message, sender, prefix):
     return None, [(message.data,)]
 
 
-#: {field of RunData: (class of its samples, function that reads a message)}.
 FIELD_READERS = {
     'imu': (ImuSamples, _imu), 'odometry': (OdometrySamples, _odometry),
     'commands': (Commands, _command), 'local_pose': (Poses, _pose), 'ground_truth': (Poses, _pose),

@@ -10,21 +10,14 @@ from tb3_labs.geometry.angles import difference
 #: Between two samples of the IMU, a robot turns by at most this angle [rad], since a node stops the
 #: robot before that if the IMU is silent.
 MAX_TURN_PER_SAMPLE = 1.0
-#: In a day, a robot drives at most this distance [m] from the zero of its odometry.
-MAX_ODOMETRY_DISTANCE = 2e4
-#: The largest speed [m/s] that the odometry shows if a person spins the wheels.
-MAX_ODOMETRY_SPEED = 3.0
-#: The largest rate of turn [rad/s] in the odometry, since a spike is 2 pi in at least 1 ms.
-MAX_ODOMETRY_TURN_RATE = 7e3
-#: The board's gyro measures at most this rate [rad/s], which is 2000 deg/s.
-MAX_GYRO_RATE = 35.0
-#: The angle of a wheel is at most this [rad], since the encoder counts to 2^31.
-MAX_WHEEL_ANGLE = 3.5e6
-#: The latest stamp [s] that ROS can send, which is in the year 2106.
-MAX_STAMP = 2.0 ** 32 - 2.0
-#: A robot at rest has at most this forward speed [m/s] in its samples.
+MAX_ODOMETRY_DISTANCE = 2e4     # [m], from the zero of the odometry, after a day's drive
+MAX_ODOMETRY_SPEED = 3.0        # [m/s], if a person spins the wheels
+MAX_ODOMETRY_TURN_RATE = 7e3    # [rad/s], since a spike is 2 pi in at least 1 ms
+MAX_GYRO_RATE = 35.0           # [rad/s]; the board's gyro measures up to 2000 deg/s
+MAX_WHEEL_ANGLE = 3.5e6        # [rad]; the encoder counts to 2^31
+MAX_STAMP = 2.0 ** 32 - 2.0    # [s], the latest that ROS can send, in the year 2106
+#: The samples of a robot at rest have at most this speed [m/s], and this rate of turn [rad/s].
 MAX_REST_SPEED = 0.005
-#: A robot at rest has at most this rate of turn [rad/s] in its samples.
 MAX_REST_TURN_RATE = 0.03
 
 
@@ -37,7 +30,7 @@ class ImuSample(NamedTuple):    # a NamedTuple is faster than a dataclass
 
 
 class OdometrySample(NamedTuple):
-    """One message of the odometry, which comes from the wheels."""
+    """One message of the odometry, which is computed from the wheels and the IMU's yaw."""
 
     stamp: float
     pose: Any             # odom_T_base, a geometry.se2.Pose2
@@ -46,8 +39,6 @@ class OdometrySample(NamedTuple):
 
 
 class WheelSample(NamedTuple):
-    """One message with the angles of the wheels."""
-
     stamp: float
     left: float           # angle [rad] of the left wheel, positive forwards
     right: float          # angle [rad] of the right wheel, positive forwards
@@ -65,7 +56,6 @@ class Motion(NamedTuple):
     extrapolated_turn: float = 0.0    # part [rad] of the pose's yaw that is extrapolated
 
 
-#: A sample of the IMU or of the odometry.
 Sample = Union[ImuSample, OdometrySample]
 
 

@@ -8,12 +8,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Dict, Mapping, NamedTuple
 
-#: The firmware applies the latest command, and sends odometry, at this rate [1/s].
-CONTROL_RATE = 30.0
-#: The firmware stops the wheels after this time [s] without a command.
-COMMAND_TIMEOUT = 0.5
-#: The wheels' names in the robot's messages, as in turtlebot3_description.
-WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
+CONTROL_RATE = 30.0    # [1/s]; the firmware applies the latest command, and sends odometry
+COMMAND_TIMEOUT = 0.5    # [s]; without a command, the firmware then stops the wheels
+WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'    # as in turtlebot3_description
 
 
 class Twist2(NamedTuple):

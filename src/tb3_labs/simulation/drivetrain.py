@@ -16,10 +16,9 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
-#: Longest time [s] of an arc while the speed changes.
-MAX_ARC_TIME = 1.0 / 60.0
-#: A motor has reached its goal speed if the speed differs by less than this [rad/s].
-MOTOR_SPEED_TOLERANCE = 1e-6
+MAX_ARC_TIME = 1.0 / 60.0    # [s], while the speed changes
+ROUNDING_SLACK = 1e-9    # keeps one arc for a time that is rounded up from MAX_ARC_TIME
+MOTOR_SPEED_TOLERANCE = 1e-6    # [rad/s]; a motor with a smaller error has its goal speed
 
 
 class Drivetrain:
@@ -48,8 +47,7 @@ class Drivetrain:
 
     def _update_rates(self) -> None:
         """Compute the values that stay constant until speeds or goals change."""
-        left_excess = self._left_speed - self._left_goal
-        right_excess = self._right_speed - self._right_goal
+        left_excess, right_excess = self._excess_speeds()
         excess = max(abs(left_excess), abs(right_excess))
         self._is_steady = not self._lag or excess < MOTOR_SPEED_TOLERANCE
         if self._is_steady:
@@ -60,14 +58,16 @@ class Drivetrain:
         self._steady_rate = right_ratio * self._right_goal - left_ratio * self._left_goal
         self._fading_rate = right_ratio * right_excess - left_ratio * left_excess
 
+    def _excess_speeds(self) -> Tuple[float, float]:
+        return self._left_speed - self._left_goal, self._right_speed - self._right_goal
+
     @property
     def turn_curve(self) -> TurnCurve:
         """The robot's yaw now, and its rate of turn from now on."""
         return TurnCurve(self._yaw, self._steady_rate, self._fading_rate, self._lag)
 
     @property
-    def pose(self) -> Pose2:
-        """The robot's pose in `world`."""
+    def pose(self) -> Pose2:    # world_T_base
         return Pose2(self._x, self._y, wrap(self._yaw))
 
     @property
@@ -81,13 +81,12 @@ class Drivetrain:
             if self._left_goal or self._right_goal:
                 self._roll(self._left_goal * dt, self._right_goal * dt)
             return
-        arcs = max(1, math.ceil(dt / MAX_ARC_TIME - 1e-9))
+        arcs = max(1, math.ceil(dt / MAX_ARC_TIME - ROUNDING_SLACK))
         dt /= arcs
         decay = math.exp(-dt / self._lag)
         excess_time = self._lag * (1.0 - decay)
         for _ in range(arcs):
-            left_excess = self._left_speed - self._left_goal
-            right_excess = self._right_speed - self._right_goal
+            left_excess, right_excess = self._excess_speeds()
             self._roll(self._left_goal * dt + left_excess * excess_time,
                        self._right_goal * dt + right_excess * excess_time)
             self._left_speed = self._left_goal + left_excess * decay
@@ -115,7 +114,7 @@ class Body:
     def __init__(self, model: RobotModel, start: Pose2, imu_offset: float, seed: int) -> None:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
-        self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
+        self._moved_until = 0.0    # [s]
         # (start [s], drivetrain) of each motion; wheel_angles_at() removes motions that have ended
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
@@ -125,7 +124,6 @@ class Body:
         return self.drivetrain.turn_curve.yaw
 
     def advance_to(self, stamp: float) -> None:
-        """Advance the drivetrain and the error of the IMU to the time `stamp` [s]."""
         dt = stamp - self._moved_until
         if dt > 0.0:
             self.drivetrain.advance(dt)

@@ -32,10 +32,8 @@ from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 from tb3_labs.simulation.network import Arrival
 
-#: Angle [rad] of a wheel between two ticks of the encoder, which has 4096 ticks per turn.
-TICK_ANGLE = 2.0 * math.pi / 4096.0
-#: The speed of a motor is rounded towards zero to a multiple of this speed [rad/s].
-MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
+TICK_ANGLE = 2.0 * math.pi / 4096.0    # [rad], of a wheel between two ticks of its encoder
+MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0    # [rad/s]
 #: A NetworkLink sends a reset as this text, and a command as (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
 
@@ -63,7 +61,6 @@ def _whole_steps(rim_speed: float, model: RobotModel) -> float:
 
 
 def encoder_ticks(motor_angle: float) -> int:
-    """Returns the encoder's reading [ticks] at the angle `motor_angle` [rad]."""
     return math.floor(motor_angle / TICK_ANGLE)
 
 
@@ -73,13 +70,12 @@ class Odometer:
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        self._last_imu_yaw = imu_yaw    # yaw [rad] of the IMU at the last update
+        self._last_imu_yaw = imu_yaw
         self._ticks: Tuple[int, int] = (0, 0)
         self._ticks_at_reset = (0, 0)
         self._tick_change = (0, 0)    # ticks between the last two answers of the servos
         self._stamp = 0.0
-        #: The mean speeds (left, right) [rad/s] of the wheels in the last interval.
-        self.wheel_speeds = (0.0, 0.0)
+        self.wheel_speeds = (0.0, 0.0)    # mean speeds (left, right) [rad/s] in the last interval
 
     @property
     def wheel_angles(self) -> Tuple[float, float]:
@@ -121,11 +117,10 @@ class Board:
         self._unread: Deque[Arrival] = deque()    # messages that the board has not read yet
         self._calibrated_at = -math.inf    # end [s] of the last calibration
         self._calibration_time = 0.0       # length [s] of the last calibration
-        self._yaw_at_begin = 0.0           # true yaw [rad] at the start of the last calibration
+        self._yaw_at_begin = 0.0           # true yaw [rad] at its start
         #: Does the board calibrate its gyro? It then neither reads messages nor sends samples.
         self.is_calibrating = False
-        #: Time [s] at which the calibration ends; infinity if the board does not calibrate.
-        self.calibration_end = math.inf
+        self.calibration_end = math.inf    # [s]; infinity if the board does not calibrate
         # the latest command: (time of reading [s], forward speed [m/s], rate of turn [rad/s])
         self._command = -math.inf, 0.0, 0.0
 

@@ -17,12 +17,10 @@ import numpy as np
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.robot.samples import ImuSample
 
-#: The bias [rad/s] of a gyro that is not calibrated, measured on one robot.
-UNCALIBRATED_BIAS = math.radians(0.71)
+UNCALIBRATED_BIAS = math.radians(0.71)    # [rad/s], measured on one robot
 #: The resolution of the gyro [rad/s]. 16 bits cover the range of +/-2000 deg/s.
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
-#: If the measured rate is at most this [rad/s], the firmware sends 0.
-GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
+GYRO_DEAD_ZONE = 3.0 * GYRO_STEP    # for a lower rate [rad/s], the firmware sends 0
 
 
 class TurnCurve(NamedTuple):
@@ -40,11 +38,9 @@ class ImuModel:
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         """At the start the true yaw is `yaw` [rad], and the yaw of the IMU is `yaw` + `offset`."""
-        #: The yaw [rad] of the IMU minus the true yaw, without noise.
-        self.yaw_error = offset
+        self.yaw_error = offset    # yaw [rad] of the IMU minus the true yaw, without noise
         self._noise = _pairs_of_normal_numbers(seed)
-        #: The bias [rad/s] of the gyro after the last calibration.
-        self.bias = 0.0
+        self.bias = 0.0    # [rad/s], of the gyro after the last calibration
         self.configure(yaw_noise=0.0, rate_noise=0.0, drift=0.0, sample_age=0.0)
         self._error_until = 0.0    # time [s] up to which `yaw_error` includes drift and bias
         #: The motions whose end is not measured yet, oldest first. Each item is (start [s], turn of
@@ -99,7 +95,6 @@ class ImuModel:
 
 
 def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
-    """Yields pairs of independent standard normal numbers without end."""
     generator = np.random.default_rng(seed)
     while True:
         pairs: Any = generator.standard_normal((1000, 2)).tolist()

@@ -14,10 +14,8 @@ from typing import Any, List, Mapping, Tuple
 
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: The last number of a mystery robot. The first number is 1.
-LAST_NUMBER = 9999
-#: The pause [s] between two occurrences of an intermittent fault.
-FAULT_PAUSE_TIME = 12.0
+LAST_NUMBER = 9999    # the first number is 1
+FAULT_PAUSE_TIME = 12.0    # [s], between two occurrences of an intermittent fault
 
 
 @dataclass(frozen=True)
@@ -33,13 +31,13 @@ class Fault:
     quantity: str                       # what the value is
     value_field: str = ''               # field of SimulatorConfig, set to the value times `scale`
     scale: float = 1.0
-    signed: bool = False                # can the value be negative?
+    is_signed: bool = False             # can the value be negative?
     #: {field of SimulatorConfig: its content while the fault occurs}
     extra_settings: Mapping[str, Any] = field(default_factory=dict)
 
     def text(self, value: float) -> str:
         """Returns `value` with its unit. A positive value of a signed fault has a +."""
-        sign = '+' if self.signed else ''
+        sign = '+' if self.is_signed else ''
         return f'{value:{sign}.{self.digits}f} {self.unit}'
 
 
@@ -51,14 +49,14 @@ def _interrupted(name: str, quantity: str, field_name: str) -> Fault:
 FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), 0, 'deg', 3.0,
           "the IMU's heading minus the odometry's, from -180 to 180", 'imu_offset_deg',
-          signed=True),
+          is_signed=True),
     Fault('imu drift', (10.0, 60.0), 0, 'deg/min', 2.0,
           "turn of the IMU's heading in a minute at rest, positive to the left",
-          'imu_drift_deg_per_min', signed=True),
+          'imu_drift_deg_per_min', is_signed=True),
     Fault('wheel mismatch', (3.0, 8.0), 1, '%', 0.5,
           'share by which the right wheel is smaller than the left one; negative if it is larger. '
           'On a straight drive: turn [rad] = path [m] x share / distance of the wheels',
-          'wheel_mismatch', 0.01, signed=True),
+          'wheel_mismatch', 0.01, is_signed=True),
     Fault('slip', (10.0, 40.0), 0, '%', 2.0,
           "share of the wheels' travel that does not move the robot", 'slip', 0.01),
     _interrupted('frozen imu', 'duration of one freeze, in which /imu repeats one sample',
@@ -82,7 +80,7 @@ class HiddenFault:
     ``ValueError`` if the number is not valid."""
 
     def __init__(self, number: int, settings: SimulatorConfig) -> None:
-        self.fault, self.value, seed = draw(number)
+        self.fault, self.value, seed = fault_of(number)
         changes = dict(self.fault.extra_settings)
         if self.fault.value_field:
             changes[self.fault.value_field] = self.value * self.fault.scale
@@ -96,22 +94,22 @@ class HiddenFault:
         return self._healthy if is_healthy else self._faulty
 
 
-def draw(number: int) -> Tuple[Fault, float, int]:
+def fault_of(number: int) -> Tuple[Fault, float, int]:
     """Returns the fault of mystery robot `number`, the fault's value, and the seed of the noise."""
     if number < 1 or number > LAST_NUMBER:
         raise ValueError(
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
     block, place = divmod(number - 1, len(FAULT_KINDS))
-    fault = FAULT_KINDS[_order(block)[place]]
+    fault = FAULT_KINDS[_fault_order(block)[place]]
     generator = random.Random(f'mystery {number}')
     low, high = fault.value_range
     value = round(low + (high - low) * generator.random(), fault.digits)
-    if fault.signed and generator.random() < 0.5:
+    if fault.is_signed and generator.random() < 0.5:
         value = -value
     return fault, value, int(1e6 * generator.random())
 
 
-def _order(block: int) -> List[int]:
+def _fault_order(block: int) -> List[int]:
     """Returns the indices of FAULT_KINDS, in the order in which the faults occur in a block. The
     last fault of one block is not the first fault of the next block."""
     order = _shuffled(block)

@@ -1,21 +1,18 @@
 """Simulates the network between the robot and a computer, and decides when each message arrives.
 
 A link is one direction of the network. As in TCP, messages are not lost, and keep their order. The
-delay of a message is a constant latency plus a random jitter, which is drawn for each message. A
-message that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts
-until the setting `network_cut` is switched off. Both links have the same stalls.
+delay of a message is a constant latency plus a random jitter. A message that would arrive during a
+stall waits for the end of the stall. A cut is a stall that lasts until the setting `network_cut` is
+switched off. Stalls begin at random (a Poisson process), and delay both links. Stalls and jitter
+have separate random generators, so the jitter is the same however often `pop` is called.
 
-Stalls begin at random (a Poisson process). A stall does not begin within another stall. Stalls and
-jitter have separate random generators, so the jitter is the same however often `pop` is called.
-
-Units: seconds. Edge cases: A stall does not delay a message that is due exactly at the end of the
-stall. A change of latency or jitter does not affect messages that were sent before the change. A
-change of the settings of stalls ends the present stall. If messages follow each other fast, a
-message also waits for the messages before it. So the mean delay is longer than the latency plus the
-mean jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of 0.1 to 0.4 s. A
-sender in a WLAN waits for a random time before each frame, and sends the frame again if the frame
-was lost. So some delays are much longer than the mean (Malone, Leith and Dangerfield, "Inferring
-queue state by measuring delay in a WiFi network").
+Units: seconds. Edge cases: A change of latency or jitter does not affect messages that were sent
+before the change. A change of the settings of stalls ends the present stall. If messages follow
+each other fast, a message also waits for the messages before it, so the mean delay is longer than
+the latency plus the mean jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of
+0.1 to 0.4 s. A sender in a WLAN waits for a random time before each frame, and sends the frame
+again if the frame was lost. So some delays are much longer than the mean (Malone, Leith and
+Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
 """
 import math
 import random
@@ -24,8 +21,7 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: (time of arrival [s], message)
-Arrival = Tuple[float, Any]
+Arrival = Tuple[float, Any]    # (time of arrival [s], message)
 
 
 def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
@@ -83,8 +79,7 @@ class NetworkLink:
         self._arrived = self.pop(now)
         previous, self._settings = self._settings, settings
         rate, longest = settings.stalls_per_min / 60.0, settings.longest_stall
-        rate_changed = rate != previous.stalls_per_min / 60.0
-        if rate_changed or longest != previous.longest_stall:
+        if (rate, longest) != (previous.stalls_per_min / 60.0, previous.longest_stall):
             # the seed of both links is the same, so a stall delays both directions
             seed = f'stalls {self._seed}'
             self._stalls = Stalls(rate, longest, now, seed) if rate else None

@@ -29,15 +29,12 @@ from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # number of steps between two messages of the ground truth
-#: After a pause of the computer of at most this time [s], the robot catches up with the clock.
-MAX_CATCH_UP_TIME = 0.5
-#: MAX_CATCH_UP_TIME of a robot that publishes /clock. After a longer pause /clock would jump, and
-#: nodes would treat the sensors as silent.
+MAX_CATCH_UP_TIME = 0.5    # [s]; after a longer pause of the computer, the robot drops the time
+#: [s], of a robot that publishes /clock. If /clock jumped farther, the sensors would seem silent.
 MAX_CATCH_UP_TIME_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
-#: The board of a recorded robot was tilted by these angles [rad].
-ROLL = math.radians(0.7)
-PITCH = math.radians(0.4)
+ROLL = math.radians(0.7)     # [rad], of a recorded robot's board
+PITCH = math.radians(0.4)    # [rad]
 
 
 def _diagonal(variance):

@@ -19,8 +19,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 #: After a stall a sensor sends at most this many samples, since buffers are finite. An IMU with 200
 #: Hz makes this many samples in the longest possible stall.
 MAX_SAMPLES = 2000
-#: Time [s] after which the serial node sets the board's clock again.
-SYNC_PERIOD = 5.0
+SYNC_PERIOD = 5.0    # [s]; the serial node sets the board's clock once in each period
 
 
 class WheelReading(NamedTuple):
@@ -36,8 +35,7 @@ class Rhythm:
 
     def __init__(self, rate: float, start: float = 0.0) -> None:
         self._rate = 0.0
-        #: The next moment [s].
-        self.due = 0.0
+        self.due = 0.0    # the next moment [s]
         self.set_rate(rate, start)
 
     def set_rate(self, rate: float, now: float) -> None:
@@ -92,15 +90,12 @@ class Sensors:
     def __init__(self, model: RobotModel, body: Body, config: SimulatorConfig) -> None:
         pose = body.drivetrain.pose
         self._body, self._config = body, config
-        #: Computes the pose and the angles of the wheels as the board does.
         self.odometer = Odometer(model, pose, wrap(pose.yaw + body.imu.yaw_error))
         self.imu_rhythm = Rhythm(config.imu_rate)
         self.odom_rhythm = Rhythm(config.odom_rate)
         self._samples: List[Sample] = []    # oldest first
-        #: Will the next odometry sample set the pose to zero?
-        self.reset_is_due = False
-        #: The pose of the frame odom in the world. A reset of the odometry changes this pose.
-        self.world_T_odom = Pose2()
+        self.reset_is_due = False    # will the next odometry sample set the pose to zero?
+        self.world_T_odom = Pose2()    # a reset of the odometry changes this pose
         #: The readings for each odometry sample, even for a sample that was not sent.
         self.wheel_readings: Deque[WheelReading] = deque(maxlen=MAX_SAMPLES)
         # {'imu' or 'odom': sample that the frozen sensor repeats}
@@ -110,7 +105,6 @@ class Sensors:
         self._config = config
         self.imu_rhythm.set_rate(config.imu_rate, now)
         self.odom_rhythm.set_rate(config.odom_rate, now)
-        #: The board's clock.
         self.clock = BoardClock(config.stamp_step, config.seed)
 
     def measure_imu(self, stamps: List[float]) -> None:

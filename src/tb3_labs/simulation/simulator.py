@@ -39,13 +39,11 @@ class Simulator:
 
     def __init__(self, config: SimulatorConfig = SimulatorConfig()) -> None:
         self._model = robot_model(config.model)
-        #: The settings in force.
-        self.config = replace(config, gyro_bias_deg=0.0)
+        self.config = replace(config, gyro_bias_deg=0.0)    # _apply() compares the biases
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
         self.sensors = Sensors(self._model, self._body, self.config)
-        #: Time [s] since the start.
-        self.now = 0.0
+        self.now = 0.0    # time [s] since the start
         self._control_rhythm = Rhythm(CONTROL_RATE)
         self._command_link = NetworkLink('command', config.seed)
         self._sensor_link = NetworkLink('sensor', config.seed)
@@ -54,8 +52,7 @@ class Simulator:
         self._apply(config)
 
     @property
-    def truth(self) -> Pose2:
-        """The robot's true pose, world_T_base."""
+    def truth(self) -> Pose2:    # world_T_base
         return self._body.pose_at(self.now)
 
     def configure(self, config: SimulatorConfig) -> None:
@@ -128,7 +125,6 @@ class Simulator:
                     sensors.measure_odometry(event_time)
 
     def _set_motors(self, stamp: float) -> None:
-        """Let the board set the motors by the latest command that has arrived."""
         self._read_messages(stamp)
         if self._board.is_calibrating:
             return

@@ -5,4 +5,6 @@ failures has the rules.
 
 A table in `control_holder` decides between a pad and move_to_goal. A table in
 nodes/controller/turns.py decides between a turn and the mouse.
+
+Units: seconds on a steady clock (`now`), which never stands still and never goes back.
 """

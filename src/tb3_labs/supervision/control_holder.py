@@ -19,10 +19,9 @@ class ControlHolder(Enum):
 
 
 class ControlEvent(Enum):
-    """An event that may change the holder. After LOST no node may drive, since the person no longer
-    has a stop button."""
+    """An event that may change the holder. After LOST the person has no stop button."""
 
-    #: The pad's messages arrive, and either its sticks rest, or its hold button was pressed again.
+    # the pad's messages arrive, and either its sticks rest, or its hold button was pressed again
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # the relinquish button was pressed
     REGAIN = 'regain'            # the regain button was pressed
@@ -52,14 +51,11 @@ class ControlMessages:
     takes the robot back. A pad sends a message only after a person has pressed a button."""
 
     def __init__(self) -> None:
-        #: Must this pad renew a permission that it gave to move_to_goal?
-        self.must_renew = False
+        self.must_renew = False    # must this pad renew a permission that it gave?
         self.waiting: Queue[bool] = Queue()    # messages to publish
-        #: Time [s] of the latest True that move_to_goal has not answered yet.
-        self.granted_at = -math.inf
-        self._sent_at = -math.inf       # time [s] of the latest message or renewal
-        #: Time [s] at which a person or a node took control from move_to_goal.
-        self.stopped_at = -math.inf
+        self.granted_at = -math.inf    # [s], of the latest True without an answer of move_to_goal
+        self._sent_at = -math.inf      # [s], of the latest message or renewal
+        self.stopped_at = -math.inf    # [s]; then a person or node took control from move_to_goal
 
     def pop_renewal(self, now: float) -> bool:
         """Must the caller send a renewal now?"""
@@ -74,8 +70,8 @@ class ControlMessages:
         self.must_renew = True
         self.granted_at = now
         self._sent_at = now
-        self.waiting.append(True)
-        self.waiting += [True] * int(lateness / RENEWAL_PERIOD)    # the renewals
+        missed_renewals = int(lateness / RENEWAL_PERIOD)
+        self.waiting.extend([True] * (1 + missed_renewals))
 
     def stop(self, caused_at: float) -> None:
         """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""

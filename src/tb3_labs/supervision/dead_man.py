@@ -5,8 +5,6 @@ on a page, a False on `ctrl_relinq`, a cancel, or the loss of the page that driv
 a page has the number of stops that the page knew when the person acted. A message is rejected if
 the robot was stopped, or this process slept, after the person acted. So neither a delayed message
 nor a page that comes back can move the robot or reset its pose. A stop is never rejected.
-
-Units: seconds on a clock that never stands still and never goes back (`now`).
 """
 from typing import Optional
 
@@ -17,13 +15,13 @@ class DeadMan:
     """Remembers the page that drives. The caller makes one object for each page."""
 
     def __init__(self) -> None:
-        self.driving_page: Optional[object] = None    # the page that drives
+        self.driving_page: Optional[object] = None
         self.stops = 0    # number of stops so far
         self._freshness = Freshness('page', INPUT_TIMEOUT)
         self._sleep = SleepMonitor()
 
     def begin(self, now: float) -> None:
-        """Call this when the first page opens, and call :meth:`lost_for` often after that."""
+        """Call this when the first page opens, and :meth:`lost_for` often after that."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float,

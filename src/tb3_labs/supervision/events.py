@@ -9,8 +9,6 @@ latched is doubtful only if it arrives within `SENDER_PAUSE` after the connectio
 A sender *repeats* a goal or a turn if it sends the same content again within `SENDER_PAUSE`. A
 repeated request that was ended stays ended until the sender changes the content, or pauses. If a
 request was ended before it was repeated, the sender can send the request again at once.
-
-Units: seconds on a clock that never stands still and never goes back (`arrived_at`).
 """
 import math
 from dataclasses import dataclass
@@ -47,8 +45,7 @@ class Event(Generic[Content]):
     arrived_at: float    # time of arrival [s]
     sender: str = ''
     age: Age = Age.NEW
-    #: Does the sender announce that it will renew its permission?
-    renews: bool = False
+    renews: bool = False    # does the sender announce that it will renew its permission?
     sent_at: float = 0.0    # time of sending [s, sender's clock]; 0 if unknown
 
 
@@ -151,8 +148,6 @@ class SenderRequests:
 
 
 class LogLine(NamedTuple):
-    """A line of text for the user."""
-
     text: str
     is_warning: bool    # is the line logged as a warning?
 
@@ -161,7 +156,6 @@ class Queue(List[Content]):
     """Entries that wait, in order, until the node takes them."""
 
     def pop_all(self) -> List[Content]:
-        """Returns all entries, and empties the queue."""
         entries = list(self)
         self.clear()
         return entries
@@ -183,8 +177,7 @@ class Output:
     #: Has the driver changed, so that the node must send one zero before the command?
     must_stop_first: bool = False
     log_lines: Sequence[LogLine] = ()    # lines for the user
-    #: Must the node look at the clock often, because the robot may move?
-    needs_fast_ticks: bool = False
+    needs_fast_ticks: bool = False    # must the node look at the clock often?
 
     @property
     def has_other_work(self) -> bool:

@@ -7,8 +7,6 @@ Each goal replaces the previous goal, even a goal of another sender. A sender ma
    this stamp. A cancel without name and stamp ends every goal.
 2. A repeated goal that was canceled or given up stays ended.
 3. A repetition of the present goal changes nothing.
-
-Units: seconds on a clock that never stands still or goes back (`now`).
 """
 import math
 from dataclasses import dataclass
@@ -26,7 +24,6 @@ MAX_COORDINATE = 100.0
 MAX_YAW_DEG = 360.0     # the largest heading [deg] that a person may type
 #: A goal with this stamp [ns] is older than every goal that a sender has stamped.
 EARLIEST_STAMP = 1
-#: A goal that was ended, but is repeated, is rejected for this reason.
 STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or pause for '
                f'{SENDER_PAUSE:.0f} s')
 
@@ -65,8 +62,6 @@ class RequestedPose:
 
 
 class GoalRequest(NamedTuple):
-    """A goal as received."""
-
     goal: Optional[RequestedPose]    # None for the goal in the node's parameters
     sender: str = ''
     name: str = ''        # name in the GoalID, or ''
@@ -104,11 +99,9 @@ class GoalRequests:
     """The present goal, and the latest goal of each sender."""
 
     def __init__(self, sleep: SleepMonitor) -> None:
-        #: The latest request that was accepted. The first goal comes from the node's parameters,
-        #: and a cancel with a stamp ends this goal, too.
+        # a cancel with any stamp ends the first goal, which comes from the node's parameters
         self.present_request = GoalRequest(None, stamp=EARLIEST_STAMP)
         self._open_request: Optional[GoalRequest] = None    # its client waits for an answer
-        #: The answers to the clients of goals, in order.
         self.answers: Queue[GoalAnswer] = Queue()
         self._sleep = sleep
         self._sender_goals = SenderRequests(sleep)
@@ -130,7 +123,6 @@ class GoalRequests:
         return request.goal.in_local(odom_T_local)
 
     def repeats_present(self, sender_goal: SenderRequest) -> bool:
-        """Does the sender repeat the present goal?"""
         return sender_goal.is_repeated and self._is_present(sender_goal)
 
     def accept(self, request: GoalRequest) -> None:
@@ -141,7 +133,6 @@ class GoalRequests:
         self._open_request = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
-        """Answer the client of `request` that the goal is rejected."""
         self.answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:

@@ -20,7 +20,6 @@ which a stop holds until a person releases the machine again.
    sender sent False, or this node started or woke, after the True was sent. The network has delayed
    a True if its renewals arrive faster than one in each `RENEWAL_PERIOD`.
 
-Units: seconds on a clock that never stands still and never goes back (`now`).
 Edge case: If a sender renews its grants, the robot may move only after the first renewal. So a
 delayed True, or the True of a sender that died, does not move the robot.
 """
@@ -35,8 +34,7 @@ from tb3_labs.supervision.timeouts import (
 #: renewal may have been delayed together with the grant.
 CONFIRMATION_TIME = 0.04
 REMEDY = 'False, then True, gives it again'
-#: The sender of the grant that the parameter `has_control` gives.
-START = 'the start'
+STARTUP_SENDER = 'the start'    # sender of the grant that the parameter `has_control` gives
 
 
 class _Grant:
@@ -44,7 +42,7 @@ class _Grant:
 
     def __init__(self, now: float, renews: bool) -> None:
         self.granted_at = now       # time [s] at which the True arrived
-        self.latest_sending = now   # the True was sent at this time [s] or earlier
+        self.sent_before = now      # the True was sent at this time [s] or earlier
         self.had_sensors = False    # were the sensors fresh at any time since the grant?
         self._renews = renews
         self._renewed_for = 0.0
@@ -56,11 +54,11 @@ class _Grant:
         after the True, the network has delayed the True by at least 1.5 s."""
         self._renewals.on_message(now)
         self._renewed_for = now - self.granted_at
-        self.latest_sending = self.granted_at
+        self.sent_before = self.granted_at
         # after 2 s, a sender's clock that runs fast would look like a delay
         if self._renews and self._renewed_for < RESUME_TIME:
             delay = RENEWAL_PERIOD * (self._renewals.count - 1) - self._renewed_for
-            self.latest_sending -= max(0.0, delay)
+            self.sent_before -= max(0.0, delay)
 
     def silent_for(self, now: float) -> float:
         """Returns the time [s] since the latest renewal; 0 if the sender does not renew."""
@@ -77,11 +75,10 @@ class Permission:
     def __init__(self, granted_at_start: bool, log: LogQueue) -> None:
         self._has_new_grant = False    # was a grant given since the latest pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
-        #: Time [s] for which a grant waits for the sensors.
-        self._longest_wait = ROBOT_START_TIMEOUT
+        self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a grant awaits the sensors
         self._grants: Dict[str, _Grant] = {}      # by sender
         if granted_at_start:
-            self._grants[START] = _Grant(math.nan, renews=False)
+            self._grants[STARTUP_SENDER] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender
         self._stopped_at: Dict[str, float] = {}   # time [s] of each sender's latest False
         self._refused_senders: Set[str] = set()    # their refused True was logged
@@ -140,7 +137,7 @@ class Permission:
 
     def _on_stop(self, message: 'Event[bool]') -> None:
         now, sender = message.arrived_at, message.sender
-        if message.age is Age.OLD and set(self._grants) <= {START}:
+        if message.age is Age.OLD and set(self._grants) <= {STARTUP_SENDER}:
             return
         self._stopped_at = {other: time for other, time in self._stopped_at.items()
                             if now - time <= RESUME_TIME}
@@ -177,11 +174,11 @@ class Permission:
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
         stops_of_others = [time for other, time in self._stopped_at.items() if other != sender]
-        if grant.granted_at - grant.latest_sending > RESUME_TIME:
+        if grant.granted_at - grant.sent_before > RESUME_TIME:
             self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')
-        elif grant.latest_sending < self._began_at:
+        elif grant.sent_before < self._began_at:
             self._end(sender, 'it was given before this node started, or woke')
-        elif grant.latest_sending < max(stops_of_others, default=-math.inf):
+        elif grant.sent_before < max(stops_of_others, default=-math.inf):
             self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:

@@ -12,18 +12,15 @@ from typing import Any, Optional
 from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, RESUME_TIME, ROBOT_START_TIMEOUT, SENSOR_TIMEOUT, Freshness)
 
-#: The reason why a robot with fresh sensors must not move yet.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: If a command is faster than this [m/s], the readings must show a motion.
+#: If a command is faster than these [m/s, rad/s], the readings must show a motion.
 MIN_VISIBLE_SPEED = 0.02
-#: If a command is faster than this [rad/s], the readings must show a turn.
 MIN_VISIBLE_TURN_RATE = 0.1
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
 #: The robot is nearer to its goal only if the remaining way is shorter by at least this [m or rad].
 STALL_STEP = 0.004
-#: A motion fails if its command is 0 for longer than this time [s] in one state.
-MAX_REST_TIME = 4.0
+MAX_REST_TIME = 4.0    # [s]; a motion fails if its command is 0 for longer in one state
 #: The robot has missed its goal if the remaining way grows again by more than this [m or rad]. If
 #: the network stalls for a short time, a robot overshoots by less than this.
 MAX_RETREAT = 0.8
@@ -44,14 +41,11 @@ class Sensor(Freshness):
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         self.reading: Any = None    # content of the latest message, without the stamp
-        #: Time [s] for which the reading was repeated, although it should change.
-        self.repeated_for = 0.0
-        #: The longest time [s] between two messages since the last pause.
-        self.longest_gap = 0.0
+        self.repeated_for = 0.0    # time [s] of a repeated reading that should have changed
+        self.longest_gap = 0.0     # longest time [s] between two messages since the last pause
         self._changed_at = math.nan    # time [s] of the latest change, or NaN
 
     def on_message(self, now: float, reading: Any = None) -> float:
-        """Take in a valid message. Returns the silence [s] before the message."""
         silence = super().on_message(now)
         if self.count > 2 and silence > self.longest_gap:
             self.longest_gap = silence
@@ -84,19 +78,15 @@ class SensorMonitor:
 
     def __init__(self, *sensors: Sensor) -> None:
         self._sensors = sensors
-        #: The status at the latest :meth:`update`. The status RECOVERED lasts for one update.
-        self.status = SensorStatus.SILENT
-        #: The reason why the robot must stand; '' if the robot may move.
-        self.hold_reason = ''
-        #: Length [s] of the latest silence, which cannot begin before the motion was requested.
-        self.silent_for = 0.0
-        #: Time [s] for which a motion waits for the sensors.
-        self._longest_wait = ROBOT_START_TIMEOUT
+        self.status = SensorStatus.SILENT    # RECOVERED lasts for one update
+        self.hold_reason = ''    # why the robot must stand; '' if the robot may move
+        self.silent_for = 0.0    # length [s] of the latest silence since the motion was requested
+        self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a motion awaits the sensors
         self._silent_since = math.nan    # start [s] of the silence, or NaN
         self._were_ready = False         # were all sensors ready at the latest update?
 
     def request_motion(self) -> None:
-        """Begin to wait for the sensors, since a resting robot is asked to move now."""
+        """A resting robot is asked to move. Begin to wait for the sensors."""
         self._silent_since = math.nan
         self.forget_silences()
 
@@ -106,18 +96,18 @@ class SensorMonitor:
         for sensor in self._sensors:
             sensor.adapt_to_clock(now)
         # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
-        sent_twice = all([sensor.count > 1 for sensor in self._sensors])
+        sent_twice = all(sensor.count > 1 for sensor in self._sensors)
         are_ready = sent_twice and self.are_fresh(now)
         may_move = are_ready and not awaits_comparison
         became_ready = are_ready and not self._were_ready
         self._were_ready = are_ready
-        is_known = self._silent_since <= now    # False for NaN, and if the clock went back
-        if not is_known:
+        has_silence_start = self._silent_since <= now    # False for NaN, and if the clock went back
+        if not has_silence_start:
             self._silent_since = now
         silent_for = now - self._silent_since
         is_late = silent_for > self._longest_wait
         if may_move or became_ready:    # the next silence is counted from the latest messages
-            self._silent_since = now - max([sensor.age(now) for sensor in self._sensors])
+            self._silent_since = now - max(sensor.age(now) for sensor in self._sensors)
             self._longest_wait = RESUME_TIME
         if may_move:
             self._end_silence(silent_for, is_late)
@@ -131,17 +121,13 @@ class SensorMonitor:
 
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
         self.hold_reason = ''
-        gap = max([sensor.longest_gap for sensor in self._sensors])
-        if is_late:
-            self.status = SensorStatus.TIMED_OUT
-            self.silent_for = silent_for
-            self.forget_silences()
-        elif gap > SENSOR_TIMEOUT:
-            self.status = SensorStatus.RECOVERED
-            self.silent_for = gap
-            self.forget_silences()
-        else:
+        gap = max(sensor.longest_gap for sensor in self._sensors)
+        if not is_late and gap <= SENSOR_TIMEOUT:
             self.status = SensorStatus.FRESH
+            return
+        self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.RECOVERED
+        self.silent_for = silent_for if is_late else gap
+        self.forget_silences()
 
     def forget_silences(self) -> None:
         self.hold_reason = ''
@@ -149,13 +135,13 @@ class SensorMonitor:
             sensor.forget_silences()
 
     def problem_text(self, now: float, with_age: bool = False) -> str:
-        """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
-        names each sensor that is silent for half of its timeout."""
+        """Returns a text about the silent sensors; '' while all sensors are fresh."""
         if self.are_fresh(now):
             return ''
-        lost = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
+        # a sensor that is silent for half of its timeout is probably lost, too
+        silent = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
         shown_time = now if with_age else None
-        return ', '.join([sensor.silence_text(shown_time) for sensor in lost])
+        return ', '.join(sensor.silence_text(shown_time) for sensor in silent)
 
     def frozen_text(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
@@ -174,8 +160,7 @@ class DriveSensors(SensorMonitor):
         self.imu = Sensor('imu')
         self.odometry = Sensor('odom')
         super().__init__(self.imu, self.odometry)
-        #: The latest command to the robot: forward speed [m/s], and rate of turn [rad/s].
-        self.last_command = (0.0, 0.0)
+        self.last_command = (0.0, 0.0)    # forward speed [m/s], and rate of turn [rad/s]
 
     def forget_silences(self) -> None:
         super().forget_silences()
@@ -185,30 +170,29 @@ class DriveSensors(SensorMonitor):
         """Find readings that did not change, although `last_command` moves the robot. If the
         odometry turns, the IMU must change, too, since the odometry takes its yaw from the IMU."""
         linear, angular = self.last_command
-        drives = abs(linear) > MIN_VISIBLE_SPEED
-        turns = abs(angular) > MIN_VISIBLE_TURN_RATE
-        self.imu.check_repetition(turns or (drives and odometry_turned), now)
-        self.odometry.check_repetition(drives or turns, now)
+        must_drive = abs(linear) > MIN_VISIBLE_SPEED
+        must_turn = abs(angular) > MIN_VISIBLE_TURN_RATE
+        self.imu.check_repetition(must_turn or (must_drive and odometry_turned), now)
+        self.odometry.check_repetition(must_drive or must_turn, now)
 
 
 class StallMonitor:
     """Finds a robot that is stalled, in one state of a drive or in one turn."""
 
     def __init__(self) -> None:
-        #: The shortest remaining way [m or rad] so far; None after a silence.
-        self._least_remaining: Optional[float] = math.inf
-        self._stalled_for = 0.0
-        self._rested_for = 0.0
+        self._least_remaining: Optional[float] = math.inf    # [m or rad]; None after a silence
+        self._stalled_for = 0.0    # [s]
+        self._rested_for = 0.0     # [s]
 
     def resume(self) -> None:
         """After a silence of the sensors, accept a longer remaining way. Keep the time without
         progress, so that a bad network cannot hide a stalled robot."""
         self._least_remaining = None
 
-    def update(self, remaining: float, rests: bool, dt: float, must_move: bool = True) -> str:
+    def update(self, remaining: float, is_at_rest: bool, dt: float, must_move: bool = True) -> str:
         """Returns a text about the robot's problem, or ''. `remaining` is the remaining way [m or
-        rad]. The previous update was `dt` [s] ago. `rests`: do the samples show a robot at rest?
-        `must_move`: does the command tell the robot to move?"""
+        rad]. The previous update was `dt` [s] ago. `is_at_rest`: do the samples show a robot at
+        rest? `must_move`: does the command tell the robot to move?"""
         if not must_move:
             self._rested_for += dt
             if self._rested_for <= MAX_REST_TIME:
@@ -224,6 +208,6 @@ class StallMonitor:
             self._stalled_for += dt
         if remaining <= self._least_remaining + MAX_RETREAT and self._stalled_for <= STALL_TIME:
             return ''
-        if rests:
+        if is_at_rest:
             return 'the robot does not move although it is told to (stuck, or motors off?)'
         return 'the robot moves, but no longer nearer to its goal: it has missed it'

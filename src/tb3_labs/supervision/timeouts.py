@@ -18,54 +18,41 @@ RESUME_TIME = 2.0
 
 # -- a sensor, a pad or a mouse is silent
 
-#: A sensor is lost if it is silent for longer than this, in which a fast robot drives 5 cm.
-SENSOR_TIMEOUT = 0.22
+SENSOR_TIMEOUT = 0.22    # a fast robot drives 5 cm in this time
 #: A sensor is frozen if it repeats a reading for longer than this while the robot must move.
 FROZEN_TIME = 0.6
-#: A motion waits this long for the first messages of a robot. A board needs up to 14 s to start.
-ROBOT_START_TIMEOUT = 20.0
+ROBOT_START_TIMEOUT = 20.0    # for the first messages of a robot; a board needs up to 14 s to start
 #: If a person types a turn before the robot is connected, the turn waits this long for the robot.
 ROBOT_WAIT_TIMEOUT = 5.0
-#: A board that is reset is silent for longer than this, since the firmware needs 2.6 s.
-RESET_SILENCE = 1.0
-#: A pad, a page that drives, or an active mouse is lost if it is silent for longer than this.
-INPUT_TIMEOUT = 0.25
+RESET_SILENCE = 1.0    # least silence of a board that is reset; the firmware needs 2.6 s
+INPUT_TIMEOUT = 0.25    # of a pad, of a page that drives, or of an active mouse
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
-#: The allowed step of the odometry grows with its silence, up to a silence of this length.
-LONGEST_COUNTED_SILENCE = 5.0
+LONGEST_COUNTED_SILENCE = 5.0    # up to it, the allowed step of the odometry grows
 
 # -- two samples are too far apart to be compared
 
-#: If the gap between two samples of the gyro is longer than this, the rate is unknown.
-MAX_GYRO_GAP = 0.15
-#: If the gap between two samples of moving wheels is longer than this, only the mean rate is known.
-MAX_WHEEL_GAP = 0.08
-#: If the gap between two samples is longer than this, the motion between them is unknown.
-MAX_INTERPOLATED_GAP = 0.3
+MAX_GYRO_GAP = 0.15    # the rate in a longer gap is unknown
+MAX_WHEEL_GAP = 0.08    # in a longer gap of moving wheels, only the mean rate is known
+MAX_INTERPOLATED_GAP = 0.3    # the motion in a longer gap is unknown
 #: The odometry replaces the IMU in a gap up to this length, in which no robot makes half a turn.
 MAX_BRIDGED_GAP = 1.0
 
 # -- a message is late, or repeats an earlier one
 
-#: The least delay is the delay of the fastest message within this time.
-DELAY_WINDOW = 5.0
+DELAY_WINDOW = 5.0    # the fastest message in it shows the least delay
 #: `Lateness` counts a longer silence of a sender as a silence of this length.
 MAX_RECEIVED_STEP = 0.1
-#: If a sample is older than this, the network stalls.
-MAX_SAMPLE_AGE = 0.1
+MAX_SAMPLE_AGE = 0.1    # if a sample is older, the network stalls
 #: A message that arrives within this time after an event may have been sent before the event. An
 #: event is a button press, a sleep, a node's start, or a pad's first message.
 CROSSING_TIME = 0.3
-#: A pad that takes the robot back waits this long, so that move_to_goal can stop the robot.
-HAND_BACK_TIME = 0.15
+HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits: move_to_goal stops it
 
 # -- a person's permission
 
-#: Time from one renewal of a permission to the next.
 RENEWAL_PERIOD = 0.1
-#: A grant is suspended after this time without a renewal.
-RENEWAL_TIMEOUT = 0.5
+RENEWAL_TIMEOUT = 0.5    # then the grant is suspended
 #: A reset is refused if it was requested longer ago than this, since the robot may have moved.
 MAX_RESET_AGE = 1.0
 #: A sender that repeats a message sends it again within this time. If a sender was silent for
@@ -74,10 +61,8 @@ SENDER_PAUSE = 2.0
 
 # -- this process sleeps, or its clock stands
 
-#: If the time between two looks at the clock is longer than this, the process has slept.
-MIN_SLEEP_TIME = 1.0
-#: A simulated clock stands still if it does not change for this long.
-STANDSTILL_TIME = 0.3
+MIN_SLEEP_TIME = 1.0    # least time between two looks at the clock that shows a sleep
+STANDSTILL_TIME = 0.3    # of a simulated clock that does not change
 #: A node that may move its robot looks at the clock after this time without a message.
 QUIET_TIME = 0.1
 #: After QUIET_TIME, a node looks at the clock with this period until the next message.

@@ -6,7 +6,7 @@ handout's formula from the node's *own* numbers in the previous links. So the co
 mistake is not reported as another mistake.
 """
 from functools import cached_property
-from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -15,10 +15,8 @@ from tb3_labs.watch.variables import (
 
 #: If the variables of a node were not read for this time [s], the node may have ended.
 MAX_READING_GAP = 0.4
-#: A longer pause [s] between commands is a mistake.
-MAX_COMMAND_GAP = 0.45
-#: A variable with at most this many readings is never called constant.
-MIN_READINGS = 10
+MAX_COMMAND_PAUSE = 0.45        # [s]
+MAX_UNJUDGED_READINGS = 10
 
 
 class BrokenLink(NamedTuple):
@@ -45,13 +43,6 @@ class NodeRun:
         self.commands = run.commands
         if node is not None:
             self.commands = run.commands.take(np.isin(run.commands.sender, ['', node]))
-        self._results: Dict[Callable[['NodeRun'], Any], Any] = {}
-
-    def cached(self, function: Callable[['NodeRun'], Any]) -> Any:
-        """Returns ``function(self)``. Each function is called only once."""
-        if function not in self._results:
-            self._results[function] = function(self)
-        return self._results[function]
 
     def variable(self, name: str) -> Optional[Series]:
         """Returns the first variable with this `bare_name`, or None."""
@@ -88,8 +79,7 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
     """Returns the sentence on a broken link. `assigned` is {variable: line numbers of its
     assignments in the node's file}."""
     name, message = broken.variable, broken.message
-    short_name = name.rpartition('.')[2]
-    lines = assigned.get(name, assigned.get(short_name, ()))
+    lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
     place = ''
     if lines:
         word = 'line' if len(lines) == 1 else 'lines'
@@ -105,7 +95,7 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
 def is_constant(series: Series) -> bool:
     """Are all values of a variable equal? The first twentieth of the values is ignored."""
     count = len(series.text)
-    return count > MIN_READINGS and len(set(series.text[count // 20:])) == 1
+    return count > MAX_UNJUDGED_READINGS and len(set(series.text[count // 20:])) == 1
 
 
 def worst_index(series: Series, expected: np.ndarray) -> int:
@@ -115,9 +105,8 @@ def worst_index(series: Series, expected: np.ndarray) -> int:
 
 
 def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the quantity `correct`. The clause
-    `behaviour` describes the variable's wrong behaviour. The BrokenLink contains the wrong value
-    and the correct value at the moment when these two values differ most."""
+    """Returns the BrokenLink of a variable that should follow the quantity `correct`, at the moment
+    of the largest error. The clause `behaviour` describes the variable's wrong behaviour."""
     expected = correct.at(series.time)
     worst = worst_index(series, expected)
     name = correct.name.partition(',')[0]
@@ -133,7 +122,7 @@ def should_be(observation: str, correct: Any) -> str:
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
     """Yields a BrokenLink at the time `begin` if commands at these `times` come too seldom."""
     pause = np.median(np.diff(times))
-    if pause > MAX_COMMAND_GAP:
+    if pause > MAX_COMMAND_PAUSE:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 

@@ -17,16 +17,15 @@ from tb3_labs.watch.drive_states import (
     control_intervals, local_frames, own_pose, state_intervals)
 from tb3_labs.watch.variables import shortened_value
 
-#: The tolerance of each state, an angle [rad] or a distance [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
-              ROTATE_TO_FINAL: ANGLE_TOLERANCE}
-MIN_WRONG_READINGS = 4
-#: If the heading error [rad] is larger, the robot may turn to either side.
-MAX_CLEAR_ERROR = 3.0
-#: A node needs at most this time [s] for its first command in a state, and to leave the state.
-MAX_REACTION_TIME = 1.0
-#: The gain [1/s] of each rotation.
-GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
+              ROTATE_TO_FINAL: ANGLE_TOLERANCE}      # [rad] or [m]
+#: A mistake is reported if at least so many readings or commands show it.
+MIN_WRONG_READINGS, MIN_WRONG_TURNS, MIN_LATE_COMMANDS = 5, 3, 4
+MIN_FITTED_COMMANDS, MIN_PACED_COMMANDS = 5, 4
+#: With this heading error [rad] or more, the robot may turn to either side.
+EITHER_SIDE_ERROR = 3.0
+MAX_REACTION_TIME = 1.0     # [s] until the first command in a state, and to leave the state
+GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}      # [1/s]
 
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -38,8 +37,8 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
         if not node_run.runs_at(begin):     # the node did not receive the message
             continue
         readings = series.between(begin + MAX_PROBE_LAG, min(end, node_run.end_after(begin)))
-        is_opposite = readings.value == 1.0 - value
-        if is_opposite.sum() > max(MIN_WRONG_READINGS, len(is_opposite) / 2):
+        wrong_count = (readings.value == 1.0 - value).sum()
+        if wrong_count >= MIN_WRONG_READINGS and wrong_count > len(readings.value) / 2:
             delay = readings.time[-1] - begin
             yield BrokenLink(f'{delay:.1f} s after a {bool(value)} on ctrl_relinq {series.name} '
                              f'was {readings.text[-1]}', readings.time[0], series.name)
@@ -50,7 +49,7 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
     series = node_run.variable('state')
     if series is None:
         return
-    for frame in node_run.cached(local_frames):
+    for frame in local_frames(node_run):
         state = series.text_at(frame.begin - SHORT_LAG)
         first_states = series.between(frame.begin, frame.begin + MAX_PROBE_LAG).text
         readings = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
@@ -60,8 +59,8 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue
         error = own_pose(node_run, readings.time[:1]).error(ROTATE_TO_GOAL)[0]
         if error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE:
-            yield BrokenLink(should_be(f'{frame.clause}{series.name} stayed {state}',
-                                       ROTATE_TO_GOAL), frame.begin, series.name)
+            message = should_be(f'{frame.clause}{series.name} stayed {state}', ROTATE_TO_GOAL)
+            yield BrokenLink(message, frame.begin, series.name)
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -82,8 +81,10 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             yield BrokenLink(message, series.time[0], series.name)
 
 
-def heading_errors(node_run: NodeRun, interval: StateInterval) -> Iterator[Tuple[str, np.ndarray]]:
-    """Yields (formula, heading errors [rad]) of possible formulas. The correct formula is first."""
+def heading_errors(node_run: NodeRun,
+                   interval: StateInterval) -> Iterator[Tuple[str, np.ndarray, bool]]:
+    """Yields (formula, heading errors [rad], is each error normalized?) of possible formulas. The
+    correct formula is first."""
     dx, dy = interval.pose.to_goal.real, interval.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', interval.pose.goal_yaw)]
     if interval.state != ROTATE_TO_GOAL:
@@ -94,22 +95,23 @@ def heading_errors(node_run: NodeRun, interval: StateInterval) -> Iterator[Tuple
     headings = [('local_yaw', interval.pose.yaw), ('the yaw of the IMU', imu.yaw[latest]),
                 ('0', np.zeros(len(latest)))]
     for (target, target_yaw), (heading, yaw) in product(targets, headings):
-        yield f'{target} - {heading}', wrap_all(target_yaw - yaw)
-        yield f'{target} - {heading}, not normalized', target_yaw - yaw
+        yield f'{target} - {heading}', wrap_all(target_yaw - yaw), True
+        yield f'{target} - {heading}, not normalized', target_yaw - yaw, False
 
 
 def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, float]:
-    """Returns (formula, gain). In a rotation, a command is the gain times the heading error. The
-    formula computes the heading error. A formula with the handout's gain is preferred. If no
-    formula fits, `formula` is ''."""
+    """Returns (formula of the heading error, gain) of a rotation, in which a command is the gain
+    times the heading error. A formula with the handout's gain is preferred. If no formula fits,
+    `formula` is ''."""
     handouts_gain = GAINS[interval.state]
     angular = interval.commands.angular
-    fallback = '', handouts_gain
-    for formula, error in heading_errors(node_run, interval):
-        is_clear = (np.abs(error) < MAX_CLEAR_ERROR) | ('not normalized' in formula)
-        is_used = (angular != 0.0) & (error != 0.0) & is_clear
+    fit_with_another_gain = '', handouts_gain
+    for formula, error, is_normalized in heading_errors(node_run, interval):
+        is_used = (angular != 0.0) & (error != 0.0)
+        if is_normalized:
+            is_used &= np.abs(error) < EITHER_SIDE_ERROR
         command, error = angular[is_used], error[is_used]
-        if len(error) < 5:
+        if len(error) < MIN_FITTED_COMMANDS:
             continue
         gain = float(np.median(command / error))
         has_handouts_gain = abs(abs(gain) / handouts_gain - 1.0) < 0.05
@@ -121,14 +123,14 @@ def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, flo
         if has_handouts_gain:
             return formula, gain
         # every formula with a constant error fits a constant command, by some gain
-        if not fallback[0] and np.ptp(command) >= 0.1:
-            fallback = formula, gain
-    return fallback
+        if not fit_with_another_gain[0] and np.ptp(command) >= 0.1:
+            fit_with_another_gain = formula, gain
+    return fit_with_another_gain
 
 
 def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks the commands and the end of each state."""
-    for interval in node_run.cached(state_intervals):
+    for interval in state_intervals(node_run):
         if interval.state not in TOLERANCES:
             yield from unknown_state(interval)
             continue
@@ -141,9 +143,8 @@ def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def unknown_state(interval: StateInterval) -> Iterator[BrokenLink]:
     """Checks that the node does not stay in a state that is unknown to the handout."""
-    is_short = interval.end - interval.begin < MAX_REACTION_TIME
-    is_left = is_short or interval.next_state in STATES
-    if interval.state not in STATES and not is_left:
+    stays = interval.end - interval.begin >= MAX_REACTION_TIME and interval.next_state not in STATES
+    if interval.state not in STATES and stays:
         yield BrokenLink(f"state became {interval.state}, which is none of {', '.join(STATES)}",
                          interval.begin, 'state')
 
@@ -154,9 +155,9 @@ def wrong_command(node_run: NodeRun, interval: StateInterval) -> Iterator[Broken
         # after a reset, a node may wait for the IMU and the odometry
         arrivals = [samples.between(interval.begin, interval.end).arrival
                     for samples in (node_run.run.imu, node_run.run.odometry)]
-        both_came_at = max(min(times, default=np.inf) for times in arrivals)
-        duration = interval.end - interval.begin
-        if interval.end - both_came_at >= MAX_REACTION_TIME:
+        first_arrivals = [min(times, default=np.inf) for times in arrivals]
+        if interval.end - max(first_arrivals) >= MAX_REACTION_TIME:
+            duration = interval.end - interval.begin
             yield BrokenLink(f'in {interval.state} no command came for {duration:.1f} s',
                              interval.begin)
     elif interval.state == MOVE_FORWARD:
@@ -171,17 +172,17 @@ def wrong_command(node_run: NodeRun, interval: StateInterval) -> Iterator[Broken
 def wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
     """Checks that turning commands follow the correct error, and have the correct sign."""
     formula, gain = fitted_formula(node_run, interval)
-    correct, error = next(heading_errors(node_run, interval))
+    correct, error, _ = next(heading_errors(node_run, interval))
     angular = interval.commands.angular
     text = f'in {interval.state} angular.z was '
     if formula and (formula != correct or gain < 0.0):
         yield BrokenLink(f'{text}{gain:.2g} x ({formula}); by the handout it is '
                          f'{GAINS[interval.state]:g} x ({correct})', interval.begin, 'angular.z')
-    is_wrong = (angular * error < 0.0) | (not angular.any())
+    has_wrong_side = (angular * error < 0.0) | (not angular.any())
     is_large = np.abs(error) > 2.0 * TOLERANCES[interval.state]
-    is_clear = np.abs(error) < MAX_CLEAR_ERROR
-    wrong_indices = np.flatnonzero(is_wrong & is_large & is_clear)
-    if len(wrong_indices) > 2:
+    has_one_side = np.abs(error) < EITHER_SIDE_ERROR
+    wrong_indices = np.flatnonzero(has_wrong_side & is_large & has_one_side)
+    if len(wrong_indices) >= MIN_WRONG_TURNS:
         k = wrong_indices[0]
         yield BrokenLink(f'{text}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
                          interval.commands.arrival[k], 'angular.z')
@@ -191,8 +192,7 @@ def early_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink
     """Checks that the error is within the tolerance when the node leaves or skips a state."""
     if interval.next_state not in STATES:
         return
-    first, end = STATES.index(interval.state), STATES.index(interval.next_state)
-    for state in STATES[first:end]:
+    for state in STATES[STATES.index(interval.state):STATES.index(interval.next_state)]:
         error = own_pose(node_run, np.array([interval.end])).error(state)[0]
         if error > TOLERANCES[state] + POSE_TOLERANCE:
             yield BrokenLink(f'state went from {interval.state} to {interval.next_state} at '
@@ -214,9 +214,8 @@ def missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLi
     is_turning = interval.commands.angular[is_later].any()
     is_late = interval.end - times[first] > MAX_REACTION_TIME
     if is_late and (is_passed or not is_turning):
-        yield BrokenLink(
-            f'state stayed {interval.state} at ' + error_text(interval.state, error[last]),
-            times[last], 'state')
+        error_clause = error_text(interval.state, error[last])
+        yield BrokenLink(f'state stayed {interval.state} at {error_clause}', times[last], 'state')
 
 
 def error_text(state: str, error: float) -> str:
@@ -234,23 +233,23 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
                 for begin, end, value in control_intervals(node_run)
                 if not value and node_run.runs_at(begin)]
     silences += [(interval.begin, interval.end, 'state became ' + GOAL_REACHED, False)
-                 for interval in node_run.cached(state_intervals)
+                 for interval in state_intervals(node_run)
                  if interval.state == GOAL_REACHED]
     for begin, end, event, may_send_zeros in sorted(silences):
         seen_at = begin + MAX_PROBE_LAG
         if end <= seen_at:
             continue
-        is_wrong = is_moving | (not may_send_zeros)
-        late_indices = np.flatnonzero(is_wrong & (sent.arrival > seen_at) & (sent.arrival < end))
-        if len(late_indices) > 3:
+        is_forbidden = is_moving | (not may_send_zeros)
+        is_late = (sent.arrival > seen_at) & (sent.arrival < end)
+        late_indices = np.flatnonzero(is_forbidden & is_late)
+        if len(late_indices) >= MIN_LATE_COMMANDS:
             first = late_indices[0]
             yield BrokenLink(f'{event}, and {len(late_indices)} commands came later: '
                              + command_text(sent, first), sent.arrival[first])
         indices = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < seen_at))
         if len(indices) and is_moving[indices[-1]]:
-            last_text = command_text(sent, indices[-1])
-            yield BrokenLink(f'{event}, and the last command was {last_text}: no zero followed',
-                             begin)
+            last = command_text(sent, indices[-1])
+            yield BrokenLink(f'{event}, and the last command was {last}: no zero followed', begin)
 
 
 def command_text(sent: Any, k: int) -> str:
@@ -259,6 +258,6 @@ def command_text(sent: Any, k: int) -> str:
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the commands of a state come often enough."""
-    for interval in node_run.cached(state_intervals):
-        if len(interval.commands) > 3 and interval.state in TOLERANCES:
+    for interval in state_intervals(node_run):
+        if len(interval.commands) >= MIN_PACED_COMMANDS and interval.state in TOLERANCES:
             yield from slow_commands(interval.commands.arrival, interval.begin)

@@ -19,8 +19,7 @@ from tb3_labs.watch.headings import angles_of
 from tb3_labs.watch.variables import (
     TOLERANCE_SHARE, Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
-#: A variable with fewer values in a frame is not judged.
-MIN_VALUES = 10
+MIN_JUDGED_VALUES = 10
 #: All quantities of this file have this scale. Two places, or two angles, are equal if they differ
 #: by at most POSE_TOLERANCE.
 SCALE = POSE_TOLERANCE / TOLERANCE_SHARE
@@ -101,9 +100,8 @@ def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
 
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks the variables of the local pose. If a variable and its reference are wrong, the
-    BrokenLink of the reference is yielded first."""
-    for frame, name in product(node_run.cached(local_frames), REFERENCES_OF):
+    """Checks the variables of the local pose. A wrong reference comes before its variable."""
+    for frame, name in product(local_frames(node_run), REFERENCES_OF):
         for wrong in wrong_in_frame(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
                 yield from wrong_reference(node_run, frame, reference)
@@ -159,7 +157,7 @@ def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[B
     readings = series.between(message_times[0] + MAX_PROBE_LAG, frame.end)
     readings = replace(readings, value=comparable_values(name, readings.value * unit_of(series)))
     readings = readings_with_control(node_run, readings, MAX_PROBE_LAG)
-    has_values = np.isfinite(readings.value).sum() >= MIN_VALUES
+    has_values = np.isfinite(readings.value).sum() >= MIN_JUDGED_VALUES
     if not has_values or matching_quantities(readings, quantities[:2], MIN_CORRECT_SHARE):
         return
     expected = correct.at(readings.time)

@@ -3,6 +3,7 @@ and the states come from the node's own variables.
 
 In this file a place (x, y) is the complex number x + iy, so a rotation is a product.
 """
+from functools import lru_cache
 from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
@@ -12,19 +13,16 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_
 from tb3_labs.watch.broken_link import MAX_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series
 
-#: A pose is correct if it differs by at most this much [m, rad] from the correct pose.
-POSE_TOLERANCE = 0.03
+POSE_TOLERANCE = 0.03           # [m, rad]
 #: Values follow a formula if the formula is correct for at least this share of the values.
 MIN_CORRECT_SHARE = 0.9
 #: The probe shows each change within MAX_PROBE_LAG [s], and most changes within SHORT_LAG [s].
 MAX_PROBE_LAG, SHORT_LAG = 0.4, 0.1
-#: The robot rests for this time [s] after the node's start.
-REST_TIME = 1.5
-#: {variable of the pose: references from which the node computes this variable}.
+REST_TIME_AFTER_START = 1.5     # [s]
+#: {variable of the pose: references from which the node computes it}.
 REFERENCES_OF = {
     'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
     'local_y': ('initial_global_y', 'initial_odom_yaw')}
-#: {variable of the goal: its value [m] or [rad] in the handout}.
 HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
 
 
@@ -47,16 +45,17 @@ class NodeFrame(NamedTuple):
         return f'after the reset at {self.begin:.0f} s ' if self.is_reset else ''
 
 
+@lru_cache(maxsize=1)
 def local_frames(node_run: NodeRun) -> List[NodeFrame]:
     """Returns the local frames of a run in order. A frame begins at each recorded start of the
     node, and at each recorded reset. Starts are recorded only in a trial."""
-    run, times = node_run.run, node_run.reading_times
+    run = node_run.run
+    times = node_run.reading_times
     if not len(times) or not len(run.odometry) or not len(run.imu):
         return []
-    declared = [NodeFrame(min(times[index_from(times, start)], start + REST_TIME))
+    declared = [NodeFrame(min(times[index_from(times, start)], start + REST_TIME_AFTER_START))
                 for start in run.starts]
-    for time, x, y, yaw in zip(
-            run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw):
+    for time, x, y, yaw in zip(run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw):
         if time > times[0]:
             declared.append(NodeFrame(time, complex(x, y), yaw, is_reset=True))
     declared.sort(key=lambda frame: frame.begin)
@@ -97,7 +96,8 @@ class NodePose(NamedTuple):
 def own_pose(node_run: NodeRun, times: np.ndarray) -> NodePose:
     """Returns the NodePose at these times. In a trial, a missing goal is the handout's goal."""
     default = HANDOUT_GOAL if node_run.run.starts else {}
-    values, units = {}, {}
+    values = {}
+    units = {}
     for name in (*REFERENCES_OF, *HANDOUT_GOAL):
         series = node_run.variable(name)
         values[name] = np.full(len(times), default.get(name, np.nan))
@@ -119,14 +119,17 @@ def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -
     """Returns the `readings` at which the node has control and also had control `seconds` earlier.
     The variable has_control, or else ctrl_relinq, shows who has control. Without has_control and
     ctrl_relinq, all readings are returned."""
-    control, has_control = node_run.run.control, node_run.boolean_variable('has_control')
+    control = node_run.run.control
+    has_control = node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
     if has_control is not None:
         time, value = has_control.time, has_control.value
     if not len(time):
         return readings
-    has, had = last_until(time, readings.time), last_until(time, readings.time - seconds)
-    return readings.take((had >= 0) & (value[has] == 1.0) & (value[had] == 1.0))
+    index_now = last_until(time, readings.time)
+    index_earlier = last_until(time, readings.time - seconds)
+    is_known = index_earlier >= 0
+    return readings.take(is_known & (value[index_now] == 1.0) & (value[index_earlier] == 1.0))
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
@@ -149,14 +152,16 @@ class StateInterval(NamedTuple):
     pose: NodePose
 
 
+@lru_cache(maxsize=1)
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
     """Returns the StateIntervals of a run in order; [] if the node does not have a variable `state`
     with the handout's states."""
-    series, sent = node_run.variable('state'), node_run.commands
+    series = node_run.variable('state')
+    sent = node_run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
     # a new frame, a message on ctrl_relinq, and a gap in the readings also end an interval
-    cuts = [*(each.begin for each in node_run.cached(local_frames)), *node_run.run.control.arrival]
+    cuts = [*(each.begin for each in local_frames(node_run)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
     intervals = []
@@ -165,7 +170,7 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
         errors = own_pose(node_run, readings.time).error(ROTATE_TO_GOAL)
         if np.isnan(errors).all():
             continue
-        is_cut = end in gaps or (np.abs(np.subtract(cuts, end)) <= SHORT_LAG).any()
+        is_cut = end in gaps or any(abs(cut - end) <= SHORT_LAG for cut in cuts)
         next_state = series.text_at(end) if end in series.changes and not is_cut else ''
         first, last = readings.time[0], readings.time[-1]
         commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))

@@ -2,6 +2,7 @@
 import math
 import re
 from dataclasses import replace
+from functools import lru_cache
 from itertools import product
 from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
@@ -18,8 +19,7 @@ from tb3_labs.watch.variables import (
 COARSE_FACTOR = 30.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: (name, formula) of each range that a node may use for a yaw. The arguments of a formula are a yaw
-#: (from -180 to 180 degrees) and a whole turn, both in the node's unit. The third formula adds the
-#: number 360 even if the unit is not degrees.
+#: (from -180 to 180 degrees) and a whole turn, both in the node's unit.
 YAW_RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
     ('from 0 to 360', lambda yaw, turn: np.where(yaw < 0.0, yaw + turn, yaw)),
     ('from -180 to 180', lambda yaw, turn: yaw),
@@ -47,6 +47,7 @@ def angles_of(imu: Any) -> Dict[str, np.ndarray]:
             'yaw (of the quaternion read in the order x, y, z, w)': misread_yaw}
 
 
+@lru_cache(maxsize=1)
 def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     """Returns the quantities that a node may use as its heading. The correct quantity is first."""
     imu = node_run.run.imu
@@ -83,11 +84,9 @@ def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Qu
     """Returns the quantity that a variable follows, or None. The first of the `quantities` is the
     correct heading. If a node cannot turn by the returned quantity, `per_degree` is 0."""
     correct = quantities[0]
-    matching = candidates = matching_quantities(series, quantities)
-    if not matching:
-        candidates = matching_quantities(
-            series, [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities])
-    for candidate in candidates:
+    matching = matching_quantities(series, quantities)
+    coarse = [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities]
+    for candidate in matching or matching_quantities(series, coarse):
         if is_usable_heading(candidate, correct):
             return candidate
     if matching:
@@ -157,7 +156,7 @@ def printed_headings(node_run: NodeRun) -> Series:
 
 def wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the printed number follows the heading from 0 to 360 degrees."""
-    series, quantities = printed_headings(node_run), node_run.cached(heading_candidates)
+    series, quantities = printed_headings(node_run), heading_candidates(node_run)
     correct = quantities[0]
     if len(series.time) < 3 or not len(correct.time):
         return

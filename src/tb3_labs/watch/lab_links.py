@@ -23,9 +23,9 @@ class SheetStep(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A link of a chain. A student can answer the `question` by looking at the node. The `check`
-    finds mistakes. The `place` in a lab sheet explains the link. `parts` are the parts of the lab
-    that use the link. If `is_remarked`, a mistake gets a remark even if it costs no points."""
+    """A link of a chain. A student can answer the `question` by looking at the node. `parts` names
+    the parts of the lab that use the link, as in marking/labs. If `is_remarked`, a mistake gets a
+    remark even if it costs no points."""
 
     question: str
     check: Check
@@ -44,7 +44,6 @@ GAMEPAD_SECTION = SheetStep(TRANSFORMATION_SHEET, '4. By thumb')
 TURN_STEP = TURN_SECTION.at_step(5)
 DRIVE_STEP = STATES_SECTION.at_step(1)
 CONTROL_STEP = STATES_SECTION.at_step(2)
-#: Names of parts of the labs in marking/labs, for `Link.parts`.
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
@@ -90,8 +89,8 @@ VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
 
 def find_broken_link(node_run: NodeRun, links: Iterable[Link],
                      parts: Optional[Iterable[str]] = None) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns (Link, BrokenLink) of the first broken link, or None. Checks only the links that
-    these `parts` of the lab use, or all links if `parts` is None."""
+    """Returns the first (Link, BrokenLink), or None. Checks only the links that these `parts` of
+    the lab use, or all links if `parts` is None."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -102,8 +101,8 @@ def find_broken_link(node_run: NodeRun, links: Iterable[Link],
 
 def remarks(run: Any, lab: str) -> List[str]:
     """Returns a list with a sentence on a mistake that costs no points, or []."""
-    links = [link for link in LINKS.get(lab, ()) if link.is_remarked]
-    first = find_broken_link(NodeRun(run), links)
+    remarked_links = [link for link in LINKS.get(lab, ()) if link.is_remarked]
+    first = find_broken_link(NodeRun(run), remarked_links)
     if first is None:
         return []
     link, broken = first

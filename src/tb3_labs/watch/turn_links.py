@@ -13,16 +13,19 @@ from tb3_labs.watch.typed_turns import (
     own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: A goal_yaw is correct if it differs by at most this [deg] from the correct angle. If the robot is
-#: already turning, it turns some degrees before the node reads the letter.
+#: A robot that is already turning turns some degrees before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
 #: The side of a turn is judged only if the error differs by more than this angle [deg] from 0 and
 #: from 180.
 CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
-#: A node sends the first command of a turn within this time [s] after the letter.
-FIRST_COMMAND_TIME = 0.4
+MAX_FIRST_COMMAND_DELAY = 0.4       # [s] after the letter
+#: A mistake is reported if at least so many readings or commands show it.
+MIN_FALSE_READINGS, MIN_ZERO_COMMANDS, MIN_ZERO_PAUSES = 5, 6, 3
+MIN_COMMANDS_AWAY, MIN_FORWARD_COMMANDS, MIN_PACED_COMMANDS = 2, 3, 3
+MIN_TURNING_SPEED = 0.02            # [rad/s]
+SPEED_TOLERANCE = 0.01              # [m/s, rad/s]
 #: When the error is below half the handout's tolerance, the turn must end within this time [s].
 MAX_STOP_TIME = 0.5
 #: A turn with a finer tolerance must end within this time [s].
@@ -33,20 +36,21 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the variable curr_yaw is a usable heading."""
     series = node_run.variable('curr_yaw')
     if series is not None and own_heading(node_run) is None:
-        correct = node_run.cached(heading_candidates)[0]
-        yield broken_heading(series, correct, node_run.cached(followed_by_curr_yaw))
+        correct = heading_candidates(node_run)[0]
+        yield broken_heading(series, correct, followed_by_curr_yaw(node_run))
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that each letter sets goal_yaw to curr_yaw plus or minus 90 degrees."""
     series = node_run.variable('curr_yaw')
     heading = own_heading(node_run)
-    goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
+    goal = node_run.variable('goal_yaw')
+    turning = node_run.boolean_variable('turning')
     if series is None or heading is None or goal is None:
         return
     unit = heading.per_degree
     correct_turn = None
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         if turning is not None and turning.at(turn.begin) == 1.0:
             continue        # the node is still in the previous turn, and has not read the letter
         change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
@@ -74,10 +78,10 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
     turning = node_run.boolean_variable('turning')
     if turning is None:
         return
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         end = min(turn.end, turn.begin + 1.0)
-        readings = turning.between(turn.begin + FIRST_COMMAND_TIME, end)
-        stays_false = len(readings.value) > 4 and not readings.value.any()
+        readings = turning.between(turn.begin + MAX_FIRST_COMMAND_DELAY, end)
+        stays_false = len(readings.value) >= MIN_FALSE_READINGS and not readings.value.any()
         if stays_false and not len(turn.moving_indices):
             clause = ''
             if np.isfinite(turn.error[:1]).any():
@@ -89,14 +93,14 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that commands come often enough, and that no other callback sends zeros."""
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         moving = turn.moving_indices
-        if len(moving) >= 3:
+        if len(moving) >= MIN_PACED_COMMANDS:
             span = slice(moving[0], moving[-1] + 1)
             is_zero = turn.command[span] == 0.0
             yield from slow_commands(turn.time[span], turn.begin)
             becomes_zero = is_zero[1:] & ~is_zero[:-1]
-            if becomes_zero.sum() >= 3:
+            if becomes_zero.sum() >= MIN_ZERO_PAUSES:
                 yield BrokenLink(
                     f'{is_zero.sum()} of {len(is_zero)} commands in the turn after {turn.letter} '
                     'were zero: another callback publishes, too', turn.begin)
@@ -108,8 +112,8 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that commands turn the robot, to the correct side, and within the limits."""
-    for turn in node_run.cached(letter_turns):
-        has_only_zeros = len(turn.time) > 5 and not len(turn.moving_indices)
+    for turn in letter_turns(node_run):
+        has_only_zeros = len(turn.time) >= MIN_ZERO_COMMANDS and not turn.command.any()
         if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
             yield BrokenLink(
                 f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, angular.z '
@@ -120,30 +124,30 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that no command turns the robot away from the goal."""
-    wrong_commands = []
-    for turn in node_run.cached(letter_turns):
+    commands_away = []
+    for turn in letter_turns(node_run):
         error_size = np.abs(turn.error)
-        is_clear = (error_size > CLEAR_ERROR_DEG) & (error_size < 180.0 - CLEAR_ERROR_DEG)
-        turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > 0.02)
-        wrong_commands += [(turn, k) for k in np.flatnonzero(is_clear & turns_away)]
-    if len(wrong_commands) >= 2:
-        turn, k = wrong_commands[0]
+        has_one_side = (error_size > CLEAR_ERROR_DEG) & (error_size < 180.0 - CLEAR_ERROR_DEG)
+        turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > MIN_TURNING_SPEED)
+        commands_away += [(turn, k) for k in np.flatnonzero(has_one_side & turns_away)]
+    if len(commands_away) >= MIN_COMMANDS_AWAY:
+        turn, k = commands_away[0]
         yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
 
 
 def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the rate of each turn is within its limit, and that the forward speed is zero."""
     sent = node_run.commands
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         moving = turn.moving_indices
         if not len(moving):
             continue
         k = int(np.argmax(np.abs(turn.command)))
-        if abs(turn.command[k]) > MAX_ANG_Z + 0.01:
+        if abs(turn.command[k]) > MAX_ANG_Z + SPEED_TOLERANCE:
             yield BrokenLink(f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for',
                              turn.time[k], 'angular.z')
         forward = sent.linear[np.isin(sent.arrival, turn.time[moving])]
-        if (np.abs(forward) > 0.01).sum() > 2:
+        if (np.abs(forward) > SPEED_TOLERANCE).sum() >= MIN_FORWARD_COMMANDS:
             fastest = forward[np.argmax(np.abs(forward))]
             yield BrokenLink(f'in the turn after {turn.letter} linear.x was {fastest:.2g}',
                              turn.begin, 'linear.x')
@@ -152,7 +156,7 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that each turn ends within the tolerance, in time, and by a zero command. Also checks
     that the variable `turning` becomes False."""
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         if len(turn.moving_indices):
             yield from wrong_last_command(node_run, turn)
             yield from late_stop(node_run, turn)
@@ -207,7 +211,7 @@ def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
     if turning is None or not len(node_run.run.letters):
         return
     was_cut = False
-    for turn in node_run.cached(letter_turns):
+    for turn in letter_turns(node_run):
         if turning.at(turn.begin - READING_PERIOD) == 1.0 and not was_cut:
             yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
                              'not become False at the goal before', turn.begin, turning.name)

@@ -1,23 +1,21 @@
 """Finds the turns of a node by its own variables."""
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, List, Optional
 
 import numpy as np
 
 from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
-from tb3_labs.watch.broken_link import MAX_COMMAND_GAP, NodeRun
+from tb3_labs.watch.broken_link import MAX_COMMAND_PAUSE, NodeRun
 from tb3_labs.watch.headings import followed_quantity, heading_candidates
 from tb3_labs.watch.variables import Quantity
 
-#: A node reads a typed letter within this time [s].
-MAX_LETTER_DELAY = 3.0
+MAX_LETTER_DELAY = 3.0      # [s]
 #: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
-#: The letter of a turn whose letter was not recorded.
 UNKNOWN_LETTER = 'a letter'
-#: {value in RunData.letters: letter}, and {letter: requested angle [deg]}.
-LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}
+LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}       # sides as in RunData.letters
 TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG}
 
 
@@ -65,7 +63,7 @@ class NodeTurn:
     def lacks_zero(self) -> bool:
         """Did the commands end without a zero?"""
         is_moving = len(self.moving_indices) > 0 and not self.is_ended
-        return is_moving and self.end - self.time[-1] > MAX_COMMAND_GAP
+        return is_moving and self.end - self.time[-1] > MAX_COMMAND_PAUSE
 
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. If the difference is more than half a
@@ -77,20 +75,22 @@ class NodeTurn:
         return f'{clause} the command was {self.command[k]:+.2f} rad/s'
 
 
+@lru_cache(maxsize=1)
 def followed_by_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
     """Returns the quantity that curr_yaw follows, or None."""
     series = node_run.variable('curr_yaw')
     if series is None:
         return None
-    return followed_quantity(series, node_run.cached(heading_candidates))
+    return followed_quantity(series, heading_candidates(node_run))
 
 
 def own_heading(node_run: NodeRun) -> Optional[Quantity]:
     """Returns the usable heading that curr_yaw follows, or None."""
-    followed = node_run.cached(followed_by_curr_yaw)
+    followed = followed_by_curr_yaw(node_run)
     return followed if followed is not None and followed.per_degree else None
 
 
+@lru_cache(maxsize=1)
 def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
     """Returns the NodeTurn of each letter l or r of a run. If the recording has no letters,
     `turning` shows when the letters were typed."""
@@ -120,13 +120,13 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     """Returns the times at which `turning` became True. Returns no times if goal_yaw changes in a
     turn, since the node may then keep letters in a queue."""
-    turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
+    turning = node_run.boolean_variable('turning')
+    goal = node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)
     goal_changes = np.empty(0) if goal is None else goal.changes
     for time in goal_changes:
-        was_turning = turning.at(time - 2.0 * READING_PERIOD)
-        if was_turning and turning.at(time):
+        if turning.at(time - 2.0 * READING_PERIOD) and turning.at(time):
             return np.empty(0)
     becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
     # the probe may show the change up to two periods after the node read the letter
@@ -140,7 +140,7 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
     heading: Any = own_heading(node_run)
     curr_yaw: Any = node_run.variable('curr_yaw')
     if heading is None:
-        heading = curr_yaw = node_run.cached(heading_candidates)[0]
+        heading = curr_yaw = heading_candidates(node_run)[0]
         goal = None
     begin_yaw = float(curr_yaw.at(begin))
     read_at = begin

@@ -19,17 +19,14 @@ from tb3_labs.geometry.arrays import last_before, last_until
 TOLERANCE_SHARE = 3e-4
 #: A variable follows a quantity if at least this share of its values comes from recent samples.
 MIN_FOLLOWING_SHARE = 0.98
-#: A variable follows a quantity with a delay if at least DELAYED_SHARE of the variable's values are
-#: late by at most MAX_DELAY [s].
+#: A variable follows a quantity with a delay if this share of its values is late by at most
+#: MAX_DELAY [s].
 DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
-#: A sample is recent for this time [s] after the next sample arrives. The last sample is always
-#: recent.
+#: A sample is recent until this time [s] after the next sample arrives.
 RECENT_TIME = 0.5
-#: A node receives a sample at most this time [s] before the recorder does.
+#: A sample may reach the node up to this time [s] earlier than the recorder.
 MAX_ARRIVAL_LEAD = 0.03
-#: At most about this many values of a variable are compared.
 MAX_COMPARED_VALUES = 400
-
 BOOLEAN_VALUES = {'True': 1.0, 'False': 0.0}
 
 
@@ -119,15 +116,15 @@ class Quantity(NamedTuple):
     per_degree: float = 0.0
 
     def at(self, time: Any) -> Any:
-        """Returns the last number before a time, or the first number if none is before. If `time`
-        is an array, an array of numbers is returned."""
+        """Returns the last number before a time, or before each time of an array. Returns the first
+        number if none is before."""
         return self.value[last_before(self.time, time).clip(0)]
 
 
 def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME) -> np.ndarray:
-    """Returns the age [s] of each value of a variable. The age of a value is the age of the newest
-    sample with this value. The age is inf if no sample of the last `max_age` seconds has this
-    value. A sample has the age 0 until the next sample comes."""
+    """Returns the age [s] of the newest sample with the same value, for each value of a variable.
+    The age is inf if no sample of the last `max_age` seconds has this value. A sample has the age 0
+    until the next sample comes."""
     times, readings = quantity.time, series.time
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)
@@ -168,8 +165,8 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the delay [s] with which a variable follows a quantity. The share DELAYED_SHARE of
-    the values has at most this delay. Returns inf if the delay exceeds MAX_DELAY."""
+    """Returns the delay [s] with which the share DELAYED_SHARE of a variable's values follows a
+    quantity. Returns inf if the delay exceeds MAX_DELAY."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
     if not len(ages):
         return math.inf

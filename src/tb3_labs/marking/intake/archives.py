@@ -11,19 +11,18 @@ import stat
 import zipfile
 import zlib
 from pathlib import Path, PurePath
-from typing import IO, Dict, Iterable, List, Sequence, Tuple
+from typing import IO, Dict, List, Sequence, Tuple
 
 from tb3_labs.command_line import printable
 
 ZIP_SUFFIX = '.zip'
-#: The folder of an unpacked zip file has the zip file's name and this ending.
-UNPACKED_SUFFIX = '.unpacked'
-#: The copy of a submission has at most MAX_FILES files and MAX_SUBMISSION_BYTES bytes.
-MAX_FILES, MAX_SUBMISSION_BYTES = 5000, 200000000
-#: A file is copied if it has at most this many bytes.
-MAX_COPIED_BYTES = 20000000
-#: A submission is not judged if a file is inside of more than this many folders.
+UNPACKED_SUFFIX = '.unpacked'       # of the folder with the files of a zip file
+# A submission is not judged if its copy exceeds one of these limits.
+MAX_FILES = 5000
+MAX_SUBMISSION_BYTES = 200000000
 MAX_FOLDER_DEPTH = 50
+MAX_COPIED_BYTES = 20000000         # a larger file is left out
+MAX_SHOWN_PATH_LENGTH = 200
 #: These folders and files are not copied, since they are not a student's work.
 IGNORED_PATHS = re.compile(
     r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
@@ -31,8 +30,6 @@ IGNORED_PATHS = re.compile(
 #: A damaged zip file, or a zip file with a password, raises one of these errors.
 ZIP_ERRORS = (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
               zlib.error, OSError)
-#: A remark shows at most this many characters of a path.
-MAX_SHOWN_PATH_LENGTH = 200
 
 
 class NotJudged(Exception):
@@ -40,7 +37,7 @@ class NotJudged(Exception):
 
 
 def is_zip(name: str) -> bool:
-    """Does a file's name have the ending of a zip file?"""
+    """Is `name` the name of a zip file?"""
     return name.lower().endswith(ZIP_SUFFIX)
 
 
@@ -59,16 +56,16 @@ def digest(folder: Path) -> str:
     return whole.hexdigest()
 
 
-def copy_submission(handed_in: Dict[Path, str], folder: Path) -> List[str]:
+def copy_submission(original_names: Dict[Path, str], folder: Path) -> List[str]:
     """Make `folder`, copy the files of a submission into it, and unpack the zip files there.
     Returns remarks on files that are left out.
 
-    `handed_in` is {file or folder: the file's name on the student's computer}. If several files
-    have the same name, only the last of these files is copied. Raises ``NotJudged`` if a zip file
-    cannot be unpacked, or if the submission is too large.
+    `original_names` is {file or folder: the file's name on the student's computer}. If several
+    files have the same name, only the last of these files is copied. Raises ``NotJudged`` if a zip
+    file cannot be unpacked, or if the submission is too large.
     """
     copy = SubmissionCopy(folder)
-    files, remarks = _files_to_copy(handed_in)
+    files, remarks = _files_to_copy(original_names)
     for path, source in files.items():
         if is_zip(path.name):
             copy.unpack(source, path.with_name(path.stem + UNPACKED_SUFFIX))
@@ -78,20 +75,20 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path) -> List[str]:
     return remarks + copy.remarks()
 
 
-def _files_to_copy(handed_in):
+def _files_to_copy(original_names):
     """Returns ({path in the copy: file to copy}, remarks on the files that are not copied)."""
     files, remarks = {}, []
-    for handed, own_name in handed_in.items():
-        sources = {Path(own_name): handed}
-        if handed.is_dir():
-            accepted, refused = submitted_files(handed)
-            sources = {path.relative_to(handed): path for path in accepted}
-            remarks += omission_remarks('each is a link or a device',
-                                        [path.relative_to(handed) for path in refused])
+    for upload, original_name in original_names.items():
+        sources = {Path(original_name): upload}
+        if upload.is_dir():
+            accepted, refused = submitted_files(upload)
+            sources = {path.relative_to(upload): path for path in accepted}
+            remarks += _omission_remarks('each is a link or a device',
+                                         [path.relative_to(upload) for path in refused])
         for path, source in sources.items():
             if path in files:
                 remarks.append(f'{printable(str(path))} was handed in again: '
-                               f'{printable(handed.name)} counts.')
+                               f'{printable(upload.name)} counts.')
             files[path] = source
     return files, remarks
 
@@ -105,16 +102,15 @@ def submitted_files(folder: Path) -> Tuple[List[Path], List[Path]]:
     files: List[Path] = []
     refused: List[Path] = []
     for root, folders, names in os.walk(str(folder), onerror=_raise):
-        here = Path(root)
+        # os.walk() does not enter the folders that are removed from this list
         folders[:] = sorted(name for name in folders if not IGNORED_PATHS.search(name))
-        refused += [here / name for name in folders if (here / name).is_symlink()]
-        for name in sorted(names):
-            if not IGNORED_PATHS.search(name):
-                status = (here / name).lstat()
-                if stat.S_ISREG(status.st_mode) and status.st_nlink <= 1:
-                    files.append(here / name)
-                else:
-                    refused.append(here / name)
+        refused += [Path(root, name) for name in folders if Path(root, name).is_symlink()]
+        for path in [Path(root, name) for name in sorted(names) if not IGNORED_PATHS.search(name)]:
+            status = path.lstat()
+            if stat.S_ISREG(status.st_mode) and status.st_nlink <= 1:
+                files.append(path)
+            else:
+                refused.append(path)
     return files, refused
 
 
@@ -153,13 +149,10 @@ class SubmissionCopy:
 
     def unpack(self, file: Path, folder: PurePath) -> None:
         """Unpack a zip file into a folder of the copy. Raises ``NotJudged`` if the zip file is
-        damaged, or if one of its paths leads out of the folder.
-
-        For each file, zipfile reads at most the size that the zip file declares.
-        """
+        damaged, or if one of its paths leads out of the folder."""
         try:
             with zipfile.ZipFile(str(file)) as archive:
-                for entry in archive.infolist():
+                for entry in archive.infolist():    # zipfile reads at most the declared size
                     self._add_entry(archive, entry, folder)
         except ZIP_ERRORS as problem:
             # unlike str(problem), strerror has no path of the marking machine
@@ -182,8 +175,8 @@ class SubmissionCopy:
     def remarks(self) -> List[str]:
         """Returns remarks on the files that were left out."""
         too_large = f'each is larger than {MAX_COPIED_BYTES / 1e6:g} MB'
-        return (omission_remarks(too_large, self._large_files)
-                + omission_remarks('each is a link', self._links))
+        return (_omission_remarks(too_large, self._large_files)
+                + _omission_remarks('each is a link', self._links))
 
 
 def _safe_path(name):
@@ -204,7 +197,7 @@ def shortened(names: Sequence[str], max_names: int = 6) -> str:
     return ', '.join(names[:max_names]) + more
 
 
-def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:
+def _omission_remarks(why, paths):
     """Returns a list with one remark on the paths that are left out; [] if there are no paths."""
     shown = [printable(path[:MAX_SHOWN_PATH_LENGTH]) for path in sorted(map(str, paths))]
     return [f'Left out, because {why}: {shortened(shown, 3)}.'] if shown else []

@@ -10,6 +10,7 @@ This module only reads the files.
 import os
 import re
 import shlex
+from functools import lru_cache
 from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
@@ -21,8 +22,7 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-#: Two candidates are alike if their first COMPARED_FIELDS fields are equal.
-COMPARED_FIELDS = 4
+COMPARED_FIELDS = 4     # two candidates are alike if their first fields are equal
 #: The values of `package_rank` are these places of a package's usual name, the best first.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
 #: The instructor reads this text if no file can be the node.
@@ -39,7 +39,7 @@ class ChosenNode(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A file that may be the node. Candidates are compared as tuples. The smallest is chosen."""
+    """A program. Candidates for the node are compared as tuples, and the smallest is chosen."""
 
     is_old: bool            # is the file in a folder of old or copied files?
     package_rank: int       # see _package_rank
@@ -51,18 +51,6 @@ class _Candidate(NamedTuple):
     path: str
     found_signs: Tuple[bool, ...]       # see _signs
     text: str
-
-    @property
-    def has_usual_package(self) -> bool:
-        """Does the name of the file's package contain a usual name?"""
-        return self.package_rank <= PART_OF_NAME
-
-
-class _PackageNames(NamedTuple):
-    """The names of a package in a submission. A file outside of packages has the value ([], 0)."""
-
-    names: List[str]        # the name in package.xml, and the name of the folder
-    depth: int              # the number of folders from the submission's folder to the package
 
 
 def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_file: str = ''
@@ -79,12 +67,9 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
     usual_packages = (chosen_package,) if chosen_package else lab.packages
     usual_files = (os.path.basename(chosen_file),) if chosen_file else lab.files
     files = files_in(folder)
-    package_of = {path: package_folder(path, folder) for path in files if _is_program(path)}
-    names_of = {package: _package_names(package, folder) for package in set(package_of.values())}
-    programs = sorted(
-        _candidate(lab, str(path.relative_to(folder)), path.read_bytes().decode(errors='replace'),
-                   names_of[package], usual_packages=usual_packages, usual_files=usual_files)
-        for path, package in package_of.items())
+    program_files = [file for file in files if _is_program(file)]
+    programs = sorted(_candidate(lab, file, folder, usual_packages=usual_packages,
+                                 usual_files=usual_files) for file in program_files)
     candidates = [program for program in programs
                   if _can_be_the_node(program, usual_files, chosen_file)]
     if chosen_package:
@@ -96,8 +81,8 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
         missing = chosen_file if chosen_file else ' or '.join(usual_files)
         if chosen_package:
             missing += f' in a package {chosen_package}'
-        paths = dict.fromkeys([*package_of, *files])    # the programs first
-        listing = shortened([str(path.relative_to(folder)) for path in paths]) or 'nothing'
+        listed = dict.fromkeys([*program_files, *files])    # the programs first
+        listing = shortened([str(file.relative_to(folder)) for file in listed]) or 'nothing'
         raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in '
                         f'(--type chooses a file): {listing}. {UNPACKING_RULES}')
     starter = None if chosen_file else _starting_program(candidates[0], programs, folder)
@@ -148,7 +133,7 @@ def _is_doubtful(best, other, usual_files):
     only_other_has_usual_name = other.name_rank < len(usual_files) == best.name_rank
     in_same_place = (other.is_old, other.package_rank) == (best.is_old, best.package_rank)
     has_better_name = only_other_has_usual_name and in_same_place
-    has_better_package = other.has_usual_package and not best.has_usual_package
+    has_better_package = other.package_rank <= PART_OF_NAME < best.package_rank
     is_elsewhere = other.is_outside_zip != best.is_outside_zip
     return is_alike or has_better_name or has_better_package or is_elsewhere
 
@@ -161,16 +146,21 @@ def _is_program(path):
     return b'python' in path.read_bytes()[:80]
 
 
+@lru_cache(maxsize=None)        # the same package has many files
 def _package_names(package, folder):
+    """Returns (the names in package.xml and of the package's folder, the depth of this folder)."""
     if package is None:
-        return _PackageNames([], 0)
-    places = package.relative_to(folder).parts
-    return _PackageNames([package_name(package), *places[-1:]], len(places))
+        return [], 0
+    folders = package.relative_to(folder).parts
+    return [package_name(package), *folders[-1:]], len(folders)
 
 
-def _candidate(lab, path, text, package, usual_packages, usual_files):
+def _candidate(lab, file, folder, usual_packages, usual_files):
+    path = str(file.relative_to(folder))
+    text = file.read_bytes().decode(errors='replace')
     *folders, name = path.lower().split('/')
-    own_names, outer_names = package.names + folders[package.depth:], folders[:package.depth]
+    package_names, package_depth = _package_names(package_folder(file, folder), folder)
+    own_names, outer_names = package_names + folders[package_depth:], folders[:package_depth]
     found_signs = _signs(lab, text)
     return _Candidate(
         is_old=is_old_or_copy(path),
@@ -187,9 +177,8 @@ def _rank(name, usual_names):
 
 
 def _package_rank(usual, own_names, outer_names):
-    """Returns SAME_NAME if the package has the name `usual`. Returns PART_OF_NAME if `usual` is a
-    part of the package's name, and OUTER_FOLDER if `usual` is in the name of a folder around the
-    package. Returns NOWHERE in all other cases."""
+    """Returns SAME_NAME if the package has the name `usual`, PART_OF_NAME if its name contains
+    `usual`, OUTER_FOLDER if the name of an outer folder contains `usual`, and else NOWHERE."""
     own_names = list(map(_normalized, own_names))
     if _normalized(usual) in own_names:
         return SAME_NAME
@@ -202,14 +191,13 @@ def _package_rank(usual, own_names, outer_names):
 
 
 def _normalized(name):
-    """Returns a name in small letters. The names Lab_02 and lab-2 become lab2."""
+    """Returns lab2 for Lab_02 and lab-2."""
     return re.sub(r'(?<=[a-z])[ _.-]*0*(?=\d)', '', name.lower())
 
 
 def _signs(lab, text):
-    """Returns a bool for each sign of the lab's node: does the program have the sign? The signs are
-    the subscription to the lab's topic, the handout's class, the handout's name of the node, and
-    the lab's `other_signs`."""
+    """Returns a bool for each sign of the lab's node. The signs are the subscription to the lab's
+    topic, the handout's class, the handout's name of the node, and the lab's `other_signs`."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
     patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.needed_topics[0]),

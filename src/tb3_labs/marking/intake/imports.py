@@ -22,12 +22,10 @@ from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_valid_name, syntax_no
 EXECUTED_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 PATH_METHODS = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
-#: A program has at most this many bytes.
-MAX_PROGRAM_BYTES = 1000000
+MAX_PROGRAM_BYTES = 1000000         # a larger file is not read
 #: These modules may be installed, but they cannot be imported without a screen.
 SCREEN_MODULES = 'pynput', 'pyautogui'
-#: The marking makes the packages that were not handed in. They are in this folder.
-PLACEHOLDERS = 'placeholders'
+PLACEHOLDERS = 'placeholders'       # the folder of the packages that the marking makes
 
 
 class Import(NamedTuple):
@@ -50,8 +48,7 @@ class Import(NamedTuple):
 
 
 class ParsedProgram(NamedTuple):
-    """A program of the submission. A text that is not valid Python has no imports, but
-    `runs_code_on_import` is True."""
+    """A program of the submission. Invalid Python has no imports, but runs code on import."""
 
     text: str
     imports: List[Import]
@@ -74,24 +71,24 @@ def read_program(path: Path) -> ParsedProgram:
     nodes = syntax_nodes_of(data)
     if not nodes:
         return ParsedProgram(text, [], set(), True)
-    tried: Set[ast.AST] = set()
+    nodes_in_try: Set[ast.AST] = set()
     for node in nodes:
         if isinstance(node, ast.Try):
             for statement in node.body:
-                tried.update(ast.walk(statement))
+                nodes_in_try.update(ast.walk(statement))
     imports = []
     for node in nodes:
-        may_fail = node in tried
+        may_fail = node in nodes_in_try
         if isinstance(node, ast.Import):
             for alias in node.names:
-                defined_names = alias.asname or alias.name.split('.')[0]
-                imports.append(Import(alias.name, (), (defined_names,), may_fail))
+                defined_name = alias.asname or alias.name.split('.')[0]
+                imports.append(Import(alias.name, (), (defined_name,), may_fail))
         elif isinstance(node, ast.ImportFrom):
             imports.append(Import(
                 '.' * node.level + (node.module or ''), tuple(alias.name for alias in node.names),
                 tuple(alias.asname or alias.name for alias in node.names), may_fail))
-    used = {node.id for node in nodes if isinstance(node, ast.Name)}
-    return ParsedProgram(text, list(dict.fromkeys(imports)), used, _runs_code(nodes[0]))
+    used_names = {node.id for node in nodes if isinstance(node, ast.Name)}
+    return ParsedProgram(text, list(dict.fromkeys(imports)), used_names, _runs_code(nodes[0]))
 
 
 def _runs_code(tree):
@@ -137,7 +134,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     definitions = _definitions(node, folder)
     types = {path.stem + end for path in definitions for end in ('', 'Request', 'Response')}
     placeholders: Set[str] = set()
-    missing: List[Import] = []
+    missing_imports: List[Import] = []
     for program in programs:
         for item in program.imports:
             if item.may_fail or _is_available(item, own_modules, packages):
@@ -145,25 +142,26 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
             if _can_be_placeholder(item, program, types):
                 placeholders.add(item.package)
             else:
-                missing.append(item)
+                missing_imports.append(item)
     for name in sorted(placeholders):
         _copy_definitions(definitions, packages.setdefault(name, folder / PLACEHOLDERS / name))
-    missing = [item for item in missing if item.package not in placeholders]
+    missing_imports = [item for item in missing_imports if item.package not in placeholders]
     # `from module import *` may define any name
     used_names = {'*'}.union(*(program.used_names for program in programs))
-    used = {item.module for item in missing if used_names.intersection(item.defined_names)}
-    used_packages = {module.split('.')[0] for module in used}
-    unused = {item.module for item in missing if item.package not in used_packages}
-    return MissingModules(sorted(placeholders), sorted(unused), sorted(used))
+    used_imports = [item for item in missing_imports
+                    if used_names.intersection(item.defined_names)]
+    used_packages = {item.package for item in used_imports}
+    unused = {item.module for item in missing_imports if item.package not in used_packages}
+    return MissingModules(
+        sorted(placeholders), sorted(unused), sorted({item.module for item in used_imports}))
 
 
 def _is_available(item, own_modules, packages):
     name = item.package
-    if not name:        # the import begins with a dot
-        return True
-    if name in packages and definition_files(packages[name]):
-        return True
-    if name in own_modules and not item.imports_types:
+    begins_with_dot = not name
+    has_types = name in packages and definition_files(packages[name])
+    is_own_module = name in own_modules and not item.imports_types
+    if begins_with_dot or has_types or is_own_module:
         return True
     is_installed = name in sys.builtin_module_names or PathFinder.find_spec(name) is not None
     return is_installed and name not in SCREEN_MODULES

@@ -16,17 +16,17 @@ import os
 import struct
 import sys
 import tempfile
+from pathlib import Path
 
 import genmsg
 import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-#: An example has at most this many bytes.
 MAX_EXAMPLE_BYTES = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: The check fills in fields of these types. The values are formats of the module struct. In a
-#: header the check fills in only the stamp.
+#: {type of a field that the check fills in: format of the module struct}. In a header the check
+#: fills in only the stamp.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
@@ -35,27 +35,23 @@ def describe(search, definitions):
     """Make the modules in the current folder. Returns the object that the program prints."""
     result = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
     for package, kind, name, text in definitions:
-        search[package] = [os.path.join('in', package, 'msg')]
-        os.makedirs(os.path.join('in', package, kind), exist_ok=True)
-        with open(_definition_path(package, kind, name), 'w', encoding='utf-8') as file:
-            file.write(text)
+        search[package] = [f'in/{package}/msg']
+        path = Path('in', package, kind, f'{name}.{kind}')
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding='utf-8')
     for package, kind, name, _ in definitions:
-        path, target = _definition_path(package, kind, name), os.path.join('out', package, kind)
-        module = os.path.join(target, f'_{name}.py')
+        file, target = f'{package}/{kind}/{name}.{kind}', Path('out', package, kind)
         try:
-            GENERATORS[kind]().generate(
-                genmsg.MsgContext.create_default(), f'{package}/{name}', path, target, search)
+            GENERATORS[kind]().generate(genmsg.MsgContext.create_default(), f'{package}/{name}',
+                                        f'in/{file}', str(target), search)
         except Exception as problem:    # an invalid file must not end the program
-            result['problems'][os.path.relpath(path, 'in')] = str(problem).replace(
-                path + ': ', '') or repr(problem)
-            if os.path.exists(module):
-                os.remove(module)
-        if os.path.isdir(target):
-            write_modules(target)
-    for folder, _, names in os.walk('out'):
-        for name in names:
-            with open(os.path.join(folder, name), encoding='utf-8') as file:
-                result['modules'].append(folder.split(os.sep)[1:] + [name, file.read()])
+            why = str(problem).replace(f'in/{file}: ', '')
+            result['problems'][file] = why or repr(problem)
+            (target / f'_{name}.py').unlink(missing_ok=True)
+        if target.is_dir():
+            write_modules(str(target))
+    for module in Path('out').rglob('*.py'):
+        result['modules'].append([*module.parts[1:], module.read_text(encoding='utf-8')])
     sys.path.insert(0, os.path.abspath('out'))
     for package, kind, name, _ in definitions:
         try:
@@ -64,10 +60,6 @@ def describe(search, definitions):
         except Exception:   # the type was not built, or its example is too large
             continue
     return result
-
-
-def _definition_path(package, kind, name):
-    return os.path.join('in', package, kind, f'{name}.{kind}')
 
 
 def example_of(type_class):
@@ -101,7 +93,7 @@ def _bytes_of(message):
 
 def _first_byte(message, name, type_name, old_bytes):
     """Returns the index of the first byte that changes if all bytes of the field become 1. Returns
-    None if the type is not in FIELD_FORMATS. `old_bytes` has the bytes of the unchanged message."""
+    None if the type is not in FIELD_FORMATS."""
     if type_name not in FIELD_FORMATS:
         return None
     struct_format = FIELD_FORMATS[type_name]

@@ -11,8 +11,7 @@ from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.student_nodes import NAME_PATTERN, is_valid_name
 
 MANIFEST = 'package.xml'
-#: At most this many bytes of a package.xml or a setup.py are read.
-MAX_MANIFEST_BYTES = 100000
+MAX_MANIFEST_BYTES = 100000         # of a package.xml or a setup.py; the rest is not read
 #: Folders of messages and services have these names, and the files have these endings.
 MESSAGES = 'msg'
 DEFINITION_KINDS = MESSAGES, 'srv'
@@ -25,14 +24,9 @@ OLD_OR_COPY = re.compile(
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
-    """Returns the nearest folder above `path` that has a package.xml. Returns None if no folder up
-    to `folder` has a package.xml."""
-    for parent in path.parents:
-        if (parent / MANIFEST).is_file():
-            return parent
-        if parent == folder:
-            return None
-    return None
+    """Returns the nearest folder above `path`, up to `folder`, that has a package.xml, or None."""
+    folders = [parent for parent in path.parents if parent == folder or folder in parent.parents]
+    return next((parent for parent in folders if (parent / MANIFEST).is_file()), None)
 
 
 def node_package(node: Path, folder: Path) -> Path:
@@ -40,8 +34,8 @@ def node_package(node: Path, folder: Path) -> Path:
     package = package_folder(node, folder)
     if package is not None:
         return package
-    in_usual = node.parent.name in NODE_FOLDERS and node.parent != folder
-    return node.parent.parent if in_usual else node.parent
+    is_in_node_folder = node.parent.name in NODE_FOLDERS and node.parent != folder
+    return node.parent.parent if is_in_node_folder else node.parent
 
 
 def package_name(package: Path) -> str:

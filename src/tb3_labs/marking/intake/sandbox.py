@@ -1,12 +1,11 @@
 """Protects the instructor from a submission's node by limits, and by a sandbox of bubblewrap.
 
 The rostest, master, robot, check and node of a submission share a network that has only a loopback
-interface. All processes of a submission end together with mark.py. The node runs in a sandbox
-of its own, and uses the network of the submission. The sandbox has its own processes, its own /tmp
-and its own home folder.
-The node sees only the parts of the system that a node needs, and cannot write these parts. An
-ordinary user makes the sandbox with a user namespace. If root runs mark.py, the node runs as a user
-that owns nothing, since Linux does not limit the number of root's processes.
+interface. All processes of a submission end together with mark.py. The node's sandbox has its own
+processes, its own /tmp and its own home folder. The node sees only the parts of the system that a
+node needs, and cannot write these parts. An ordinary user makes the sandbox with a user namespace.
+If root runs mark.py, the node runs as a user that owns nothing, since Linux does not limit the
+number of root's processes.
 """
 import os
 import platform
@@ -23,30 +22,22 @@ from tb3_labs.marking.limits import LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_THRE
 from tb3_labs.marking.student_nodes import (
     IDENTITY_VARIABLE, OWN_PACKAGE, SANDBOX_HOME, WRITABLE_FOLDERS)
 
-#: The environment variables that list the folders of workspaces and of Python's modules.
 CMAKE_PREFIX_PATH, PYTHONPATH = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
-#: A sandbox gets only environment variables with names that begin with one of these words.
+#: A sandbox gets only the environment variables whose names begin with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH',
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY_VARIABLE)
-#: The folder of rospy's log files in a sandbox.
 LOG_FOLDER = SANDBOX_HOME + '/.ros/log'
-#: If root runs mark.py, programs run as users with these numbers. systemd gives these numbers to
-#: temporary users, which own nothing.
+#: systemd gives these numbers to temporary users, which own nothing.
 UNUSED_USER_IDS = range(61184, 65519)
-#: The first version of Linux that counts the processes of each user namespace separately.
-MIN_LINUX_VERSION = 5, 14
-#: A sandbox that has not started within this time [s] does not work.
-SANDBOX_START_TIMEOUT = 20.0
+SANDBOX_START_TIMEOUT = 20.0        # [s]
 #: Host names, time zone, libraries, fonts and ROS need these parts of /etc in a sandbox.
 ETC_PATHS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
              'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: A student's program sees only these parts of tb3_labs.
 SHARED_PATHS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
-#: In a sandbox, python3 -c first runs this program. The first argument is the number of a user, or
-#: ''. The further arguments are a command. The program makes the user's folders writable, and
-#: becomes the user. Next the program makes the folder of log files, since rospy would try to change
-#: the owner of this folder, and fail. Then the program runs the command.
+#: Runs a command in a sandbox. The arguments are the number of a user, or '', and the command. The
+#: folder of log files is made, since rospy would make it, and fail to change its owner.
 ENTER_PROGRAM = f'''import errno, os, signal, sys
 user, *command = sys.argv[1:]
 if user:
@@ -75,8 +66,7 @@ NO_SANDBOX_WARNING = "No sandboxes: a submission's program can read and delete y
 
 
 class Protection:
-    """Adds limits to the commands that start a submission's check and a submission's programs.
-    `words` is a command without limits, as a list of words.
+    """Adds limits to the commands (lists of words) that start a submission's check and programs.
 
     This class has the weakest limits, for an ordinary user who cannot make sandboxes. A program
     cannot write a large file. The check ends together with its parent process.
@@ -172,17 +162,17 @@ def protection_problem(protection: Protection) -> str:
     command = protection.check_command(protection.program_command(
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
-        done = subprocess.run(command, env=protection.program_environment(os.environ),
-                              timeout=SANDBOX_START_TIMEOUT, stdin=subprocess.DEVNULL,
-                              stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                              universal_newlines=True, cwd='/')    # python -c imports from cwd
+        result = subprocess.run(command, env=protection.program_environment(os.environ),
+                                timeout=SANDBOX_START_TIMEOUT, stdin=subprocess.DEVNULL,
+                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                universal_newlines=True, cwd='/')    # python -c imports from cwd
     except FileNotFoundError:
         return 'bubblewrap is not installed (apt install bubblewrap)'
     except subprocess.TimeoutExpired:
         return 'bubblewrap hangs'
-    if done.returncode == 0:
+    if result.returncode == 0:
         return ''
-    lines = [f'exit status {done.returncode}', *done.stderr.strip().splitlines()]
+    lines = [f'exit status {result.returncode}', *result.stderr.strip().splitlines()]
     failure = 'bubblewrap fails' if protection.is_sandbox else 'another user cannot run them'
     return f'{failure} ({lines[-1]})'
 
@@ -194,7 +184,7 @@ def _change_owner(folder, user):
 
 def _counts_processes_per_sandbox():
     version = tuple(int(number) for number in re.findall(r'\d+', platform.release())[:2])
-    return version >= MIN_LINUX_VERSION
+    return version >= (5, 14)       # this Linux began to count each user namespace separately
 
 
 # -- the files and folders that a program sees
@@ -205,11 +195,14 @@ def _mount_options(readable):
     A mount is one option as a tuple of words, such as ('--proc', '/proc'). A mount's last word is
     the path in the sandbox.
     """
-    hidden, shared = _own_package()
-    mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden] + shared
+    hidden = _own_folders()
+    mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden]
+    shared_paths = [os.path.join(folder, name) for folder in hidden for name in SHARED_PATHS]
+    mounts += [(READ_ONLY, os.path.realpath(path), path) for path in shared_paths
+               if os.path.exists(path)]
     mounts += [(READ_ONLY_IF_EXISTS, folder, folder) for folder in readable]
     options = _with_parents(mounts)
-    for folder in hidden + ['/dev', '/']:
+    for folder in [*hidden, '/dev', '/']:
         options += ['--remount-ro', folder]
     return options
 
@@ -239,31 +232,25 @@ def _ros_mounts():
             if os.path.isdir(folder) and not (folder + '/').startswith('/usr/')]
 
 
-def _own_package():
-    """Returns (the hidden folders of this package, the mounts of their SHARED_PATHS)."""
+def _own_folders():
+    """Returns the folders of this package."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
     folders += [os.path.join(folder, OWN_PACKAGE) for folder in _folders_in(PYTHONPATH)]
     folders += [os.path.join(prefix, 'lib', OWN_PACKAGE)
                 for prefix in _folders_in(CMAKE_PREFIX_PATH)]
-    hidden = list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
-    paths = [os.path.join(folder, name) for folder in hidden for name in SHARED_PATHS]
-    shared = [(READ_ONLY, os.path.realpath(path), path) for path in paths if os.path.exists(path)]
-    return hidden, shared
+    return list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
 
 
 def _with_parents(mounts):
-    """Returns bubblewrap's options for `mounts`.
-
-    A folder is mounted before its subfolders, since a mount hides earlier mounts below its path.
-    The options also make the parent folders of each mount. If bubblewrap made the parent folders,
-    only root could enter some of them.
-    """
+    """Returns bubblewrap's options for `mounts`, and for the parent folders of each mount. If
+    bubblewrap itself made the parent folders, only root could enter some of them."""
     options = []
-    made = {Path('/')}
+    made_folders = {Path('/')}
+    # a folder comes before its subfolders, since a mount hides earlier mounts below its path
     for mount in sorted(mounts, key=lambda mount: len(Path(mount[-1]).parts)):
         for folder in reversed(Path(mount[-1]).parents):
-            if folder not in made:
-                made.add(folder)
+            if folder not in made_folders:
+                made_folders.add(folder)
                 options += ['--dir', str(folder)]
         options += mount
     return options

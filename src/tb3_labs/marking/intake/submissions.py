@@ -6,8 +6,8 @@ handed in, Moodle adds the file's name at the end. Canvas writes ``millerann_123
 If a student is late, Canvas adds ``_LATE`` to the student's name. If ``lab2.zip`` is handed in
 again, Canvas writes ``lab2-1.zip``. A file's name may have any bytes, so each name is checked.
 
-No handed-in file is changed or run. A separate process reads a submission, since a stranger's file
-may use all memory, or take hours to read. If a limit ends the reading process, the marking goes on.
+No handed-in file is changed or run. A separate process with limits reads a submission, since a
+stranger's file may use all memory, or take hours to read.
 """
 import json
 import re
@@ -30,12 +30,11 @@ MOODLE_NAME = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-
 CANVAS_NAME = re.compile(
     r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_(?P<upload>\d+)_(?P<file>.+)',
     re.IGNORECASE)
-#: The number that Canvas adds to the name of a file that is handed in again.
+#: The number of a file that is handed in again.
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
 #: These names are special in Linux or in the folder of marks, so a student's file is renamed.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
-#: A name has at most this many bytes. Linux allows 255 bytes, so there is space for an ending.
-MAX_NAME_LENGTH = 180
+MAX_NAME_BYTES = 180        # Linux allows 255, so there is space for an ending
 #: This program reads a submission. The program's input and output are JSON.
 READ_PROGRAM = '''import json, sys
 del sys.path[0]
@@ -53,7 +52,7 @@ def file_name(text: str) -> str:
     name = printable(text.strip()).replace('/', '_')
     if RESERVED_NAMES.fullmatch(name):
         name = f'_{name}_'
-    return name.encode()[:MAX_NAME_LENGTH].decode(errors='ignore')
+    return name.encode()[:MAX_NAME_BYTES].decode(errors='ignore')
 
 
 class PlatformName(NamedTuple):
@@ -62,7 +61,7 @@ class PlatformName(NamedTuple):
     student: str
     number: str         # the student's number on the platform; '' if missing
     file: str           # the file's name on the student's computer; '' for a folder
-    late: bool = False
+    is_late: bool = False
 
 
 def read_name(name: str, is_folder: bool) -> PlatformName:
@@ -117,7 +116,7 @@ class Submission(NamedTuple):
     #: {file or folder: the file's name on the student's computer}. The latest upload comes last.
     files: Dict[Path, str]
     number: str = ''            # the student's number on the platform; '' if there is none
-    late: bool = False          # does the platform say that the submission is late?
+    is_late: bool = False
 
 
 def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Submission]:
@@ -138,27 +137,25 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
     for student, own_names in sorted(grouped_by_student(names).items()):
         files = {folder / name: names[name].file or name
                  for name in sorted(own_names, key=_upload_key)}
-        number, is_late = names[own_names[0]].number, any(names[name].late for name in own_names)
-        submissions.append(Submission(student, files, number, is_late))
+        is_late = any(names[name].is_late for name in own_names)
+        submissions.append(Submission(student, files, names[own_names[0]].number, is_late))
     return submissions
 
 
 def _refusal(path):
     if path.is_symlink():       # a link may lead to another student's work
         return 'a link'
-    if path.is_dir():
-        return ''
     is_platform_file = bool(read_name(path.name, is_folder=False).number)
-    is_submission = path.is_file() and (is_platform_file or is_zip(path.name))
-    return '' if is_submission else 'neither a folder nor a zip file'
+    is_submitted_file = path.is_file() and (is_platform_file or is_zip(path.name))
+    return '' if path.is_dir() or is_submitted_file else 'neither a folder nor a zip file'
 
 
 def _upload_key(name):
-    """Returns a sort key. Canvas numbers the uploads of a student. The latest upload comes last."""
+    """Returns a sort key with which Canvas's latest upload comes last."""
     canvas, repetition = CANVAS_NAME.fullmatch(name), CANVAS_REPETITION.search(name)
-    repetitions = int(repetition.group(1)) if repetition else 0
-    upload = int(canvas['upload']) if canvas else 0
-    return repetitions, upload, name
+    repetition_number = int(repetition.group(1)) if repetition else 0
+    upload_number = int(canvas['upload']) if canvas else 0
+    return repetition_number, upload_number, name
 
 
 class ParsedSubmission(NamedTuple):
@@ -182,21 +179,21 @@ def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen
     Raises ``NotJudged`` if no file can be the node, if the node uses a missing module, or if a
     limit ends the reading process.
     """
-    files = {str(path): own_name for path, own_name in submission.files.items()}
-    done = subprocess.run(
+    files = {str(path): original_name for path, original_name in submission.files.items()}
+    reader = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', READ_PROGRAM],
         input=json.dumps([files, str(folder), lab, chosen_package, chosen_file]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
         cwd='/',                    # python -c imports from this folder
         start_new_session=True)     # Ctrl+C must not end this process
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
+    if reader.returncode != 0:
+        lines = [f'exit status {reader.returncode}', *reader.stderr.strip().splitlines()]
         raise NotJudged(f'It cannot be read, or its reading takes too much memory or time '
                         f'({lines[-1]}).')
-    result, refusal = json.loads(done.stdout)
+    fields, refusal = json.loads(reader.stdout)
     if refusal is not None:
         raise NotJudged(refusal)
-    return ParsedSubmission(*result)
+    return ParsedSubmission(*fields)
 
 
 def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any],
@@ -204,9 +201,8 @@ def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any],
     """Read a submission as `read_submission` does. `files` is {path: the file's name on the
     student's computer}."""
     copy = Path(folder)
-    remarks = copy_submission({Path(path): own_name for path, own_name in files.items()}, copy)
-    path, node_remarks, findings = find_node(
-        copy, NodeNames(*lab), chosen_package, chosen_file)
+    remarks = copy_submission({Path(path): name for path, name in files.items()}, copy)
+    path, node_remarks, findings = find_node(copy, NodeNames(*lab), chosen_package, chosen_file)
     node = copy / path
     package = node_package(node, copy)
     packages = packages_in(copy, node)

@@ -38,16 +38,12 @@ EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
-#: At most this many packages are built, beginning with the nearest to the node.
-MAX_PACKAGES = 20
-#: The text of the program that makes the modules of messages and services.
+MAX_PACKAGES = 20           # only the nearest to the node are built
 MAKE_MODULES_PROGRAM = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
 #: A regular expression for the names of the files that MAKE_MODULES_PROGRAM makes.
 MODULE_FILE_NAME = re.compile(r'_[A-Za-z0-9_]+\.py')
-#: The program MAKE_MODULES_PROGRAM is ended after this time [s].
-BUILD_TIMEOUT = 30.0
-#: The folder in a workspace into which the submission is copied.
-COPY_FOLDER = 'src'
+BUILD_TIMEOUT = 30.0        # [s]
+COPY_FOLDER = 'src'         # the folder in a workspace into which the submission is copied
 
 
 def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
@@ -68,12 +64,12 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
     _put_first(dict.fromkeys([package, *packages.values()]), environment, 'ROS_PACKAGE_PATH')
     types = build_types(packages, node, python_folder, environment, remarks, protection)
     for module in parsed.unused_modules:
-        place = python_folder
+        module_folder = python_folder
         for name in module.split('.'):
-            place /= name
-            place.mkdir(exist_ok=True)
-            if not (place / '__init__.py').exists():    # keep a module of the submission
-                (place / '__init__.py').write_text(EMPTY_MODULE)
+            module_folder /= name
+            module_folder.mkdir(exist_ok=True)
+            if not (module_folder / '__init__.py').exists():    # keep a module of the submission
+                (module_folder / '__init__.py').write_text(EMPTY_MODULE)
     if parsed.unused_modules:
         remarks.append(f"{', '.join(parsed.unused_modules)}: imported, but not used, and the "
                        'marking machine cannot import it: left out.')
@@ -108,15 +104,15 @@ def _repair(node, remarks, findings):
     if b'\r\n' in code:
         code = code.replace(b'\r\n', b'\n')
         repairs.append('has Windows line endings: changed')
-    first = code.partition(b'\n')[0]
-    python = PYTHON_SHEBANG.match(first)
+    first_line = code.partition(b'\n')[0]
+    shebang = PYTHON_SHEBANG.match(first_line)
     if not code.startswith(b'#!'):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
         findings.append('It does not begin with #!/usr/bin/env python3: if its CMakeLists.txt has '
                         'catkin_install_python, it may run on another machine.')
-    elif python and not shutil.which(os.fsdecode(python.group(1))):
-        findings.append(f'It begins with {printable(os.fsdecode(first[:80]))}, which this machine '
-                        'lacks: on another one it may run.')
+    elif shebang and not shutil.which(os.fsdecode(shebang.group(1))):
+        findings.append(f'It begins with {printable(os.fsdecode(first_line[:80]))}, which this '
+                        'machine lacks: on another one it may run.')
     if not os.access(str(node), os.X_OK):
         repairs.append('is not executable: it was made so')
     remarks += [f'{node.name} {repair}.' for repair in repairs]
@@ -130,9 +126,8 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
     or None if the packages define no type. `packages` is a dict {name: folder}.
 
     Python looks for a package's modules and messages in one folder. Therefore, if a package has
-    modules, its messages are made in the folder of these modules. The program
-    message_examples.py runs with `protection` and `environment`. Problems of a package are added to
-    `remarks` if the code of `node` names the package.
+    modules, its messages are made in the folder of these modules. Problems of a package are added
+    to `remarks` if the code of `node` names the package.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in module_folders(package, name)}
@@ -161,7 +156,7 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
     node_text = node.read_text(encoding='utf-8', errors='replace')
     for path, problem in sorted(built['problems'].items()):
         package_name, _, file = path.split(os.sep)
-        # the end of genmsg's text, which names folders of the marking machine, is cut off
+        # the end of genmsg's text names folders of the marking machine
         why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
         if package_name in node_text:
             remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
@@ -195,8 +190,7 @@ def _built_types(definitions, environment, protection):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """Returns {name: [folder of messages]} of all ROS packages of this machine. The result is
-    cached. A folder of messages need not exist."""
+    """Returns {name: [folder of messages]} of all ROS packages here. The folder need not exist."""
     # a RosPack changes during a query, so two threads must not share one
     ros = rospkg.RosPack()
     return {name: [os.path.join(ros.get_path(name), MESSAGES)] for name in ros.list()}

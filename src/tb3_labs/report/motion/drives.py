@@ -2,7 +2,7 @@
 
 The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
-Units: metres, radians, seconds since the recording's start on the recorder's clock.
+Units: metres, radians, seconds since the recording's start.
 Edge case: a value is NaN if its ground truth or its samples were not recorded.
 """
 import math
@@ -64,7 +64,8 @@ def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float)
     returned.
     """
     latest = min(begin + MAX_RESET_DELAY, (begin + end) / 2.0)
-    return [interval for interval in frames if interval.begin <= latest][-1]
+    begun = [interval for interval in frames if interval.begin <= latest]
+    return begun[-1]        # the first interval begins at -inf
 
 
 def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
@@ -82,7 +83,8 @@ def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequenc
                   next_state: Optional[RecordedState]) -> DriveReport:
     """Returns the report of the drive with these `states`. `next_state` is the state after the
     drive, or None if the recording ended during the drive."""
-    begin, end, goal = states[0].begin, states[-1].end, states[0].goal
+    begin, end = states[0].begin, states[-1].end
+    goal = states[0].goal
     interval = frame_interval_of(frames, begin, end)
     measured_until = end
     if next_state is not None and next_state.state != TURN_TO_GOAL:
@@ -92,9 +94,8 @@ def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequenc
     true_error = UNKNOWN_ERROR
     if interval.local_T_world is not None:
         true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
-    return DriveReport(begin, end, goal, outcome=_outcome(next_state),
-                       error=_final_error(local, goal, end), true_error=true_error,
-                       drift=_drift(run, states))
+    return DriveReport(begin, end, goal, _outcome(next_state), _final_error(local, goal, end),
+                       true_error, _drift(run, states))
 
 
 def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:

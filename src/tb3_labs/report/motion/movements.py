@@ -1,9 +1,8 @@
 """Finds the movements, states and goals of a run whose node publishes only `cmd_vel`.
 
-`completed` computes the topics that only the package's own nodes publish. The states and the goals
-are computed from the movements. The robot's pose in ``local`` is (0, 0, 0) at the first sample, and
-the declared pose at a reset. As in the lab, the robot's place follows the odometry, and the robot's
-heading follows the IMU. If the odometry jumps, the pose in ``local`` jumps, too.
+The robot's pose in ``local`` is (0, 0, 0) at the first sample, and the declared pose at a reset. As
+in the lab, the robot's place follows the odometry, and the robot's heading follows the IMU. If the
+odometry jumps, the pose in ``local`` jumps, too.
 
 A *movement* is a series of commands that are not zero, with pauses shorter than
 `MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two.
@@ -13,12 +12,9 @@ of the two turns of a drive may be missing. Any other movement is a movement by 
 
 If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
 at any other time. If `mouse_info` was recorded, no movement is a drive, and a turn must be faster
-than the mouse can command. Without `ctrl_relinq`, `joy` and `mouse_info`, a person's drive by keys
-looks like a node's drive.
+than the mouse can command. Otherwise a person's drive by keys looks like a node's drive.
 
 Units: metres, radians, seconds since the recording's start.
-Edge cases: a command is in force until the next command, at most for the robot's timeout. A run
-without commands has no movements.
 """
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -35,12 +31,9 @@ from tb3_labs.recording.run_data import Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
 
-#: If no command moves the robot for this time [s], a movement ends.
-MOVEMENT_PAUSE_TIME = 1.0
-#: A smaller speed [m/s, rad/s] counts as zero.
-MIN_MOVING_SPEED = 1e-3
-#: A drive goes forward by at least this distance [m].
-MIN_DRIVE_LENGTH = 0.1
+MOVEMENT_PAUSE_TIME = 1.0       # [s]
+MIN_MOVING_SPEED = 1e-3         # [m/s, rad/s]
+MIN_DRIVE_LENGTH = 0.1          # [m] forward
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
 CAME_TO_REST = 'came to rest'
 
@@ -54,7 +47,7 @@ class MovementKind(Enum):
 @dataclass(frozen=True)
 class Movement:
     """A movement from `begin` to `end`. The commands have a forward speed from `forward_begin`
-    to `forward_end`. `forward_begin` equals `forward_end` if no command has a forward speed."""
+    to `forward_end`. Both equal `end` if no command has a forward speed."""
 
     kind: MovementKind
     begin: float
@@ -84,11 +77,13 @@ def movements(run: RunData) -> List[Movement]:
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     """`moves` are indices of commands. `ends` are the times [s] at which the commands end."""
     time = run.commands.time
-    begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
+    begin = float(time[moves[0]])
+    end = float(min(ends[moves[-1]], run.duration))
     forward_begin = forward_end = end
     forward = moves[np.abs(run.commands.linear[moves]) > MIN_MOVING_SPEED]
     if len(forward):
-        forward_begin, forward_end = float(time[forward[0]]), float(min(ends[forward[-1]], end))
+        forward_begin = float(time[forward[0]])
+        forward_end = float(min(ends[forward[-1]], end))
     kind = MovementKind.DRIVE
     has_mouse = 'mouse_info' in run.devices
     if len(run.control) or 'joy' in run.devices:
@@ -103,7 +98,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
         is_by_node = not has_mouse or fastest > MOUSE_FULL + MIN_MOVING_SPEED
     if not is_by_node:
         kind = MovementKind.BY_HAND
-    return Movement(kind, begin, forward_begin=forward_begin, forward_end=forward_end, end=end)
+    return Movement(kind, begin, forward_begin, forward_end, end)
 
 
 def has_control(run: RunData, time: float) -> bool:

@@ -10,9 +10,8 @@ move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local``
 :mod:`tb3_labs.localization.odometry_jumps`).
 
 The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`). Goals
-are in ``local``. Units: metres, radians, seconds since the recording's start on the recorder's
-clock. Edge case: a reset before the first local_pose, or after the last local_pose, begins no frame
-interval.
+are in ``local``. Units: metres, radians, seconds since the recording's start. Edge case: a reset
+before the first local_pose, or after the last local_pose, begins no frame interval.
 """
 import math
 from dataclasses import dataclass
@@ -27,8 +26,8 @@ from tb3_labs.recording.run_data import Poses, RunData
 
 #: The log line of a reset, and the first pose in the new frame, are at most this time [s] apart.
 RESET_SEARCH_TIME = 0.3
-#: The weight of a jump is its size [m] minus this length [m] for each second between the jump and
-#: the log line. If no pose jumps, the frame begins at the pose nearest to the log line.
+#: The weight of a jump is its size [m] - WEIGHT_LOSS_PER_SECOND * |time [s] to the log line|. If no
+#: pose jumps, the frame begins at the pose nearest to the log line.
 WEIGHT_LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message in the old frame and the first message in the
 #: new frame. The first message comes at most this time [s] after the frame begins.
@@ -70,8 +69,7 @@ def frame_intervals(run: RunData) -> List[FrameInterval]:
 
 
 def _interval_begins(run: RunData) -> List[float]:
-    """Returns the begin [s] of each frame interval after the first. Two resets never begin the same
-    interval."""
+    """Returns the begin [s] of each frame interval after the first."""
     local = run.local_pose
     moved_in_local = _displacements(local)
     moved_in_odom = _displacements(run.odometry.at(local.time))
@@ -83,6 +81,7 @@ def _interval_begins(run: RunData) -> List[float]:
         window = time - RESET_SEARCH_TIME, time + RESET_SEARCH_TIME
         first, last = np.searchsorted(local.time, window)
         near_jumps = range(max(0, first - 1), min(last, len(jumps)))
+        # two resets never begin the same interval
         candidates = [k for k in near_jumps if k not in reset_indices]
         if candidates and local.time[0] < time:
             delays = np.abs(begins[candidates] - time)
@@ -139,7 +138,7 @@ def recorded_states(run: RunData) -> List[RecordedState]:
 
 
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns (times [s], distances [m], angles [rad]) to the goal in force, by local_pose."""
+    """Returns (times [s], distances [m], angles [rad]) from each local_pose to its goal."""
     poses = run.local_pose.between(run.goals.arrival.min(initial=math.inf), math.inf)
     goals = run.goals.take(last_until(run.goals.arrival, poses.time))
     distances = np.hypot(goals.x - poses.x, goals.y - poses.y)

@@ -2,8 +2,7 @@
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
 rests before and after a turn. Topic `turn` gives the requested angle. Without a message on `turn`,
-the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
-a message on `turn`, and with an angle below `MIN_TURN_ANGLE`, is not a turn.
+the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees.
 
 Units: radians (positive to the left), seconds. The IMU's yaw is unwrapped, so that an angle may be
 larger than half a turn. Edge case: without ground truth, the true values are NaN.
@@ -32,10 +31,8 @@ HEADING_MEAN_TIME = 0.3
 MAX_MISSED_TIME = 1.0
 #: Without a message on `turn`, a movement by a smaller angle [rad] is not a turn.
 MIN_TURN_ANGLE = math.radians(45.0)
-#: A longer pause [s] between turning commands separates two turns.
-TURN_PAUSE_TIME = 0.5
-#: The request of a turn comes at most this time [s] before the turn begins.
-MAX_REQUEST_LEAD = 2.0
+MIN_PAUSE_BETWEEN_TURNS = 0.5       # [s]
+MAX_REQUEST_LEAD = 2.0              # [s] before the turn begins
 
 
 @dataclass(frozen=True)
@@ -64,8 +61,7 @@ def turn_reports(run: RunData) -> List[TurnReport]:
         if movement.kind is not MovementKind.TURN or is_part_of_drive:
             continue
         for begin, end, next_command in _separate_turns(run, movement, next_begin):
-            report = _turn_report(
-                run, begin, end, next_command=next_command, previous_end=previous_end)
+            report = _turn_report(run, begin, end, next_command, previous_end)
             if report is not None:
                 reports.append(report)
                 previous_end = report.end
@@ -74,11 +70,11 @@ def turn_reports(run: RunData) -> List[TurnReport]:
 
 def _separate_turns(run: RunData, movement: Movement,
                     next_begin: float) -> List[Tuple[float, float, float]]:
-    """Returns (begin, end, time of the next command) of each turn within one movement. Only a pause
-    of TURN_PAUSE_TIME separates two turns, so a turn includes its quick corrections."""
+    """Returns (begin, end, time of the next command) of each turn within one movement. A turn
+    includes its quick corrections."""
     commands = run.commands.between(movement.begin, movement.end)
     times = commands.time[np.abs(commands.angular) > MIN_MOVING_SPEED]
-    first_after_pause = np.flatnonzero(np.diff(times) > TURN_PAUSE_TIME) + 1
+    first_after_pause = np.flatnonzero(np.diff(times) > MIN_PAUSE_BETWEEN_TURNS) + 1
     begins = [movement.begin, *times[first_after_pause].tolist()]
     next_begins = [*begins[1:], next_begin]
     ends = [*times[first_after_pause - 1].tolist(), movement.end]
@@ -87,8 +83,7 @@ def _separate_turns(run: RunData, movement: Movement,
 
 def _turn_report(run: RunData, begin: float, end: float, next_command: float,
                  previous_end: float) -> Optional[TurnReport]:
-    """Returns the report of the turn that the commands from `begin` to `end` make; None if these
-    commands are not a turn."""
+    """Returns the report of the turn by the commands from `begin` to `end`; None if it is none."""
     times_before = begin - np.arange(0.0, MAX_MISSED_TIME, RATE_MEAN_TIME / 3.0)
     before = _first_rest(run.imu, times_before - RATE_MEAN_TIME, times_before)
     latest = min(end + MAX_STOPPING_TIME, next_command)

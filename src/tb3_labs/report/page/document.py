@@ -36,8 +36,7 @@ def number_text(value: float, form: str, unknown: str = UNKNOWN_NUMBER) -> str:
     if not math.isfinite(value):
         return unknown
     text = form.format(value)
-    is_zero = float(text) == 0.0
-    return form.format(0.0) if is_zero else text
+    return form.format(0.0) if float(text) == 0.0 else text
 
 
 def degrees_text(angle: float, form: str) -> str:
@@ -77,9 +76,9 @@ def _html(text: str) -> str:
 
 def hints_section(first_broken_link: Optional[Tuple[Link, BrokenLink]], mistake: str,
                   has_timeline: bool = True) -> str:
-    """Returns the HTML of three hints; '' if `first_broken_link` is None. The hints are the link's
-    question, the place in a lab sheet that explains the link, and the sentence `mistake`. A hint is
-    hidden until the previous hint is open, so a student sees no more hints than needed."""
+    """Returns the HTML of three hints; '' if `first_broken_link` is None. The third hint is the
+    sentence `mistake`. A hint is hidden until the previous hint is open, so a student sees no more
+    hints than needed."""
     if first_broken_link is None:
         return ''
     link, broken = first_broken_link

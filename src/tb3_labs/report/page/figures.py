@@ -30,10 +30,9 @@ from tb3_labs.report.motion.resets_and_goals import FrameInterval, frame_interva
 from tb3_labs.report.motion.turns import HEADING_MEAN_TIME, turn_reports
 
 DOTS_PER_INCH = 150
-#: The width [inch] of an A4 page between its margins.
-WIDTH = 7.2
+WIDTH = 7.2     # [inch], of an A4 page between its margins
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
-#: Successive curves have these (colour, line style).
+#: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 # the renderer Agg in Noetic fails on a longer line, so matplotlib draws the line in parts
 matplotlib.rcParams['agg.path.chunksize'] = 20000
@@ -42,7 +41,6 @@ SHOWN_TIME_BEFORE, SHOWN_TIME_AFTER = 0.2, 2.0 * HEADING_MEAN_TIME
 
 
 def png(figure: Figure) -> bytes:
-    """Returns the figure as a PNG file."""
     file = BytesIO()
     figure.savefig(file, format='png', dpi=DOTS_PER_INCH, bbox_inches='tight',
                    metadata={'Software': None})

@@ -26,8 +26,7 @@ from tb3_labs.report.page.document import document, number_text, safe_cell, tabl
 from tb3_labs.report.page.moments import broken_links, printed_faults, timeline_events
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A path shorter than this [m] is not drawn.
-MIN_PATH_LENGTH = 0.05
+MIN_PATH_LENGTH = 0.05      # [m]
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Remaining angle, and rate of turn, from the first command on.'}
@@ -50,7 +49,6 @@ class Column(NamedTuple):
     form: str                       # the value's format; '' for a text
 
     def text(self, report: Any) -> str:
-        """Returns the text of the cell for one report."""
         value = self.value(report)
         return number_text(value, self.form, unknown='') if self.form else safe_cell(value)
 

@@ -19,11 +19,9 @@ from tb3_labs.report.page.timeline import TimelineEvent, changed_rows, timeline_
 from tb3_labs.watch.broken_link import sentence
 from tb3_labs.watch.lab_links import broken_links_of_nodes
 
-#: rospy prints these words before a traceback of a callback.
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 TRACEBACK_LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
-#: A node of the skeletons prints this text when it reaches an open TODO.
-OPEN_TODO = re.compile(r'TODO \d+ is open')
+OPEN_TODO = re.compile(r'TODO \d+ is open')      # printed by a node of the skeletons
 CONTROL_EVENTS = {True: ('start', 'control given to the node'),
                   False: ('stop', 'control taken from the node')}
 FAULT_LINE = '<p><b>{}</b> ({}) <a href="#t={:.1f}">Watch it</a></p>'

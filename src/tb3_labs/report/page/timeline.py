@@ -1,8 +1,8 @@
 """Makes the data of a run's timeline, and the HTML that contains these data.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
-the recording. The track differs from each recorded value by at most the bound of the track. A track
-has a gap while there are no samples.
+the recording, and differs from each recorded value by at most the track's bound. A track has a gap
+while there are no samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The tracks
 `local` and `goals` are in the frame ``local``, all other poses are in ``odom``. A variable is in
@@ -23,15 +23,13 @@ from tb3_labs.report.motion.resets_and_goals import (
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.watch.variables import Series, variables_by_node
 
-#: The HTML of the timeline. The program and the style are in timeline.js and timeline.css.
 TIMELINE_FILE = Path(__file__).with_name('timeline.html')
 #: The bounds [m], [deg], [m/s], [rad/s] of tracks. The errors of rounding are added.
 PLACE_BOUND, ANGLE_BOUND, SPEED_BOUND, RATE_BOUND = 0.002, 0.2, 0.005, 0.03
 MAX_TEXT_LENGTH = 1000
-#: The name of rosbag's node. The log lines of this node are not shown.
-RECORDER_NODE = 'record'
+RECORDER_NODE = 'record'        # rosbag's node, whose log lines are not shown
 MAX_SHOWN_VARIABLES = 40
-#: A page shows these variables of the handouts first, in this order.
+#: A page shows these variables first.
 HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
                  'has_control')
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.

@@ -22,17 +22,15 @@ from contextlib import suppress
 from enum import Enum
 from types import FunctionType, ModuleType
 
-#: The pause [s] between two readings, and the shortest pause [s] between two searches for objects.
-READ_PAUSE, SEARCH_PAUSE = 0.05, 0.25
+READ_PAUSE, MIN_SEARCH_PAUSE = 0.05, 0.25       # [s]
 #: The searches for objects take at most this share of the time.
-SEARCH_SHARE = 0.003
+MAX_SEARCH_SHARE = 0.003
 MAX_SHOWN_VARIABLES, MAX_OBJECTS, MAX_OBJECTS_OF_A_CLASS = 40, 20, 3
 MAX_VALUE_LENGTH = 200
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
-#: The parts of an object, and the parts of these parts, are shown down to this depth.
-MAX_NESTED = 3
+MAX_DEPTH_OF_PARTS = 3
 
 
 def leave_the_path():
@@ -109,8 +107,8 @@ class WatchedNode:
         """Returns {name: text of the value} of at most MAX_SHOWN_VARIABLES variables."""
         if time.monotonic() > self._next_search:
             self._search()
-        objects = [reference() for reference in self._objects]
-        objects = [each for each in objects if each is not None]
+        referents = (reference() for reference in self._objects)
+        objects = [each for each in referents if each is not None]
         attributes_of = {id(each): attributes(each) for each in objects}
         part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
         shown = {}
@@ -131,7 +129,7 @@ class WatchedNode:
         return shown
 
     def _search(self):
-        self._next_search = time.monotonic() + SEARCH_PAUSE
+        self._next_search = time.monotonic() + MIN_SEARCH_PAUSE
         begin = time.thread_time()
         counts = Counter()
         self._objects = []
@@ -142,8 +140,7 @@ class WatchedNode:
                 if is_wanted and len(self._objects) < MAX_OBJECTS:
                     with suppress(TypeError):   # a class with __slots__ has no weak references
                         self._objects.append(weakref.ref(each))
-        duration = time.thread_time() - begin
-        self._next_search += duration / SEARCH_SHARE
+        self._next_search += (time.thread_time() - begin) / MAX_SEARCH_SHARE
 
     def _add(self, shown, variables, owner, shown_ids):
         for name, value in variables.items():
@@ -166,7 +163,7 @@ class WatchedNode:
         if text is not None:
             yield name, text
             return
-        if depth < MAX_NESTED:
+        if depth < MAX_DEPTH_OF_PARTS:
             for part, each in self._parts(value, shown_ids).items():
                 yield from self._texts(f'{name}.{part}', each, shown_ids, depth + 1)
 
@@ -234,8 +231,7 @@ def run():
     status = DiagnosticStatus(name=rospy.get_name())
     message = DiagnosticArray(status=[status])
 
-    def read():
-        """Publish the variables once. The node's stack frames are not kept."""
+    def publish_once():         # a function, so that the node's stack frames are not kept
         nonlocal node
         frames = script_frames()
         if node is None and frames:
@@ -248,7 +244,7 @@ def run():
     while not rospy.is_shutdown():
         time.sleep(READ_PAUSE)
         with suppress(Exception):       # an error of the probe must not disturb the node
-            read()
+            publish_once()
 
 
 def run_quietly():
