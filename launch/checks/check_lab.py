@@ -35,8 +35,7 @@ from tb3_labs.marking.trial.ros_trial import record_trial
 from tb3_labs.ros.node import begin_shutdown, exit_process
 
 FINISHED = 'finished'
-#: The command-line option with which rostest gives the path of the results file.
-XML_OPTION = '--gtest_output=xml:'
+XML_OPTION = '--gtest_output=xml:'      # before rostest's path of the results file
 #: {words in a message of rosrun: a remedy for the student}
 REMEDIES = {'not executable': 'Type: chmod +x FILE',
             'not found': 'Build its workspace, and type: source devel/setup.bash',
@@ -66,11 +65,12 @@ def marks_of_node():
     print_line(f"{lab.title}, {', '.join(parts or lab.parts)}: {package}/{executable} is judged, "
                f'{file}')
     with tempfile.TemporaryDirectory() as folder:
-        path = parameters['record'] or os.path.join(folder, 'trial.bag')
-        record_trial(lab_name, package, executable, parts, path, pad, print_line)
+        bag_path = parameters['record'] or os.path.join(folder, 'trial.bag')
+        record_trial(lab_name, package, executable, parts, bag_path, pad, print_line)
         if marked_program:
             return None
-        return marks_after_trial(Marks(''), read_trial(path), lab_name, criterion_points, parts)
+        return marks_after_trial(
+            Marks(''), read_trial(bag_path), lab_name, criterion_points, parts)
 
 
 def print_line(line):
@@ -93,8 +93,7 @@ def file_of(package, executable):
 
 
 class Check(unittest.TestCase):
-    """A test whose result is known already. The failure of a Check is a sentence without a stack
-    trace."""
+    """A test whose result is known already. Its failure is a sentence without a stack trace."""
 
     def __init__(self, name, failure=None):
         super().__init__()
@@ -145,7 +144,6 @@ def report(checks):
 
 
 def main():
-    """Test and judge the node, and report the results to rostest. Returns the exit status."""
     rospy.init_node('check')
     try:
         marks = marks_of_node()

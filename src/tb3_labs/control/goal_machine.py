@@ -11,7 +11,8 @@ command is None.
 from collections import defaultdict
 from typing import Dict, Optional
 
-from tb3_labs.control.drive_law import DriveLaw, LawStep
+from tb3_labs.control.commands import LawStep
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.turning import Settling
 from tb3_labs.geometry.se2 import Pose2

@@ -145,7 +145,7 @@ class Marks:
     @property
     def full_points(self) -> float:
         """Full marks: the sum of the points for the handout's criteria."""
-        return sum(verdict.worth for verdict in self.graded_verdicts)
+        return sum(verdict.full_points for verdict in self.graded_verdicts)
 
     @property
     def graded_verdicts(self) -> List[Verdict]:

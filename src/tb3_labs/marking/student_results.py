@@ -111,7 +111,7 @@ def _verdict_table(verdicts, has_timeline):
         sentence = verdict.sentence
         if has_timeline and verdict.moment is not None and verdict.outcome is Outcome.MISSED:
             sentence = Markup(f'{escape(sentence)} <a href="#t={verdict.moment:.1f}">Watch it</a>')
-        points = f'{verdict.points:g} / {verdict.worth:g}' if verdict.worth else ''
+        points = f'{verdict.points:g} / {verdict.full_points:g}' if verdict.full_points else ''
         rows.append([verdict.criterion.meaning, symbol(verdict), points, sentence])
     heads = ['what is asked', '', 'points', SEEN_HEADING]
     return table(heads, rows, text_columns=(SEEN_HEADING,), is_plain=True)
@@ -166,7 +166,7 @@ def _test(number, verdict):
         'name': ('Beyond the handout: ' if is_extra else '') + verdict.criterion.meaning,
         'number': str(number),
         'score': verdict.points,
-        'max_score': 0.0 if is_extra else verdict.worth,
+        'max_score': 0.0 if is_extra else verdict.full_points,
         'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
         'output': verdict.sentence,
         'visibility': VISIBILITY,

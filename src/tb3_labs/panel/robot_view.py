@@ -38,7 +38,7 @@ from tb3_labs.watch.printed_pose import declared_pose
 #: After a larger jump, the odometry was reset.
 MAX_POSITION_JUMP = 0.2         # [m]
 MAX_YAW_JUMP = math.radians(60.0)
-MAX_EXTRAPOLATION_TIME = 0.3    # [s]
+MAX_TRUTH_DELAY = 0.3    # [s]; over a longer time the true pose is not extrapolated
 STANDSTILL_SPEED = 0.02         # [m/s, rad/s]
 #: After a silence of this length [s] a page no longer shows a node's variables.
 VARIABLES_TIMEOUT = 2.0
@@ -164,7 +164,7 @@ class RobotView:
             return None
         pose, stamp = truth
         odom = self.latest('odom')
-        if odom is not None and abs(stamp - odom.stamp) < MAX_EXTRAPOLATION_TIME:
+        if odom is not None and abs(stamp - odom.stamp) < MAX_TRUTH_DELAY:
             time_apart = stamp - odom.stamp
             motion = Pose2(time_apart * odom.linear, 0.0, time_apart * odom.angular)
             pose = pose @ motion.inverse()

@@ -41,7 +41,7 @@ class Criterion:
     """A requirement on a node, and the function that judges the node."""
 
     name: str
-    part: str                # the part of the lab that tests the requirement
+    part: str                # the part of the lab
     meaning: str             # the requirement
     sheet_step: SheetStep    # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
@@ -61,13 +61,12 @@ class Verdict:
     criterion: Criterion
     outcome: Outcome
     reason: Reason
-    worth: float             # the points of a met criterion
+    full_points: float       # the points of a met criterion
     moment: Optional[float] = None      # the time [s] at which the judged stimulus began
 
     @property
     def points(self) -> float:
-        """The earned points: `worth` or 0."""
-        return self.worth if self.outcome is Outcome.MET else 0.0
+        return self.full_points if self.outcome is Outcome.MET else 0.0
 
     @property
     def sentence(self) -> str:
@@ -79,8 +78,8 @@ class Verdict:
     @property
     def line(self) -> str:
         """A line with the outcome, the points, the requirement and the property `sentence`."""
-        points = f'{self.points:g} of {self.worth:g}'
-        if self.criterion.extra and not self.worth:
+        points = f'{self.points:g} of {self.full_points:g}'
+        if self.criterion.extra and not self.full_points:
             points = 'extra'
         text = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
         return f'  {self._printed_outcome:11}  {points:8}  {text}'
@@ -119,7 +118,6 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
 # ----- criteria of several labs: start and Ctrl+C -----
 
 def within(seconds: float) -> str:
-    """Returns the words for a time limit."""
     return f'within {seconds:g} s'
 
 
@@ -176,19 +174,18 @@ def why_not_printed(observation: Observation, text: str) -> Reason:
 
 # ----- criteria of several labs: stopping the robot -----
 
-#: The Reason if a node ends its commands without a zero velocity. Half a second after the last
-#: command, the robot's firmware stops the wheels.
+#: Half a second after the last command, the robot's firmware stops the wheels.
 NO_ZERO_VELOCITY = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
 def ends_in_motion(commands: np.ndarray) -> bool:
     """Does the last command move the robot? Returns False if there is no command."""
-    return bool(commands[-1:, 1:].any())
+    return len(commands) > 0 and bool(commands[-1, 1:].any())
 
 
 def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
-    scene began. `event` is a clause that says how the scene began."""
+    `event`, a clause that says how the scene began."""
     soon, late = scene.commands_before_and_after(limit)
     if late[:, LINEAR:].any():
         return f'the robot was still driven {limit:g} s after {event}'
@@ -198,8 +195,7 @@ def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reaso
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
                           sheet_step: SheetStep) -> Criterion:
-    """Returns a criterion beyond the handout. In the stimulus `stimulus`, a `device` falls silent.
-    Then the node must stop the robot."""
+    """Returns a criterion beyond the handout: if a `device` falls silent, the robot must stop."""
     def why_not_stopped_when_lost(observation: Observation) -> Reason:
         scene = observation.scene(stimulus)
         if not scene.facts[WAS_MOVING]:
@@ -211,12 +207,9 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
 
 # ----- criteria of several labs: driving by a stick or a mouse -----
 
-#: The least and the greatest value of a command.
-Bounds = Tuple[float, float]
-#: The columns of an array of commands.
-TIME, LINEAR, ANGULAR = 0, 1, 2
-#: A speed that should be zero may have up to this value [m/s or rad/s].
-ZERO_TOLERANCE = 0.05
+Bounds = Tuple[float, float]    # the least and the greatest value of a command
+TIME, LINEAR, ANGULAR = 0, 1, 2     # the columns of an array of commands
+ZERO_TOLERANCE = 0.05       # [m/s or rad/s] of a speed that should be zero
 ZERO_BOUNDS = (-ZERO_TOLERANCE, ZERO_TOLERANCE)
 ANY_BOUNDS = (-np.inf, np.inf)
 #: A command may exceed a limit by this value [m/s or rad/s], because nodes round their numbers.

@@ -22,16 +22,13 @@ from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.lab_links import GAMEPAD_SECTION
 
-#: The command for a full stick must be within these bounds.
 FULL_STICK_SPEED_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
 FULL_STICK_RATE_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)        # [rad/s]
-#: The command for a half stick must be within these shares of the command for a full stick.
-HALF_STICK_SHARES = (0.25, 0.75)
+HALF_STICK_SHARES = (0.25, 0.75)    # of the command for a full stick
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a
 #: service takes 1 s or more.
 UNBLOCKED_TIME = 0.7
 HANDOUT_PAD = 'handout'
-#: This step of the sheet explains the usual mistakes in a reset.
 Y_STEP = GAMEPAD_SECTION.at_step(3)
 
 
@@ -89,9 +86,7 @@ def _why_not_published(observation: Observation, name: str, expected: bool) -> R
         return f'after {name} it published {published} on ctrl_relinq'
     reason = f'after {name} nothing was published on ctrl_relinq'
     instead = other_topics(scene.process, CTRL_RELINQ_TOPIC)
-    if instead:
-        reason += f': {instead}'
-    return reason
+    return f'{reason}: {instead}' if instead else reason
 
 
 def _require_hand_over(observation):
@@ -128,10 +123,8 @@ def _why_not_reset(observation: Observation) -> Reason:
                 'move2goal_tf.py offers')
     if not facts[IS_ORIGIN]:
         return 'after Y the reset was called with another pose than (0, 0, 0)'
-    if not facts[IS_UNIT]:
-        return ('after Y the orientation of the call was not a rotation: its quaternion is not of '
-                'length 1')
-    return ''
+    return '' if facts[IS_UNIT] else (
+        'after Y the orientation of the call was not a rotation: its quaternion is not of length 1')
 
 
 def _why_blocked(observation: Observation) -> Reason:
@@ -173,8 +166,8 @@ def _why_not_latched(observation: Observation) -> Reason:
 
 
 def _why_not_called_once(observation: Observation) -> Reason:
-    calls = observation.scene(RESET_BUTTON).facts[CALL_COUNT]
-    return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
+    call_count = observation.scene(RESET_BUTTON).facts[CALL_COUNT]
+    return '' if call_count == 1 else f'Y, held for a moment, called the reset {call_count} times'
 
 
 def _stick_limits(bounds: Bounds, unit: str) -> str:

@@ -14,7 +14,6 @@ from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
 from tb3_labs.watch.lab_links import HEADING_SECTION
 
-#: A printed heading may differ by this angle [deg] from the IMU's heading.
 HEADING_TOLERANCE_DEG = 1.0
 #: A node may print this many headings after IMU_GOODBYE. In the handout's code, a callback that
 #: runs at the time of Ctrl+C prints one more heading.
@@ -27,8 +26,8 @@ CTRL_C_STEP = HEADING_SECTION.at_step(4)
 
 def printed_headings(text: str) -> List[float]:
     """Returns the headings [deg] in a node's output."""
-    return [float(number) for number in re.findall(
-        PRINTED_HEADING.format(r'(-?\d+(?:\.\d+)?)'), text)]
+    pattern = PRINTED_HEADING.format(r'(-?\d+(?:\.\d+)?)')
+    return [float(number) for number in re.findall(pattern, text)]
 
 
 def _headings_at_rest(observation):
@@ -83,9 +82,8 @@ def _why_360_printed(observation: Observation) -> Reason:
     headings = printed_headings(observation.scene(JUST_BELOW_ZERO).printed)
     if not headings:
         return 'nothing was printed while the IMU was just below zero'
-    if max(headings) >= 360.0:
-        return f'printed {max(headings):.6f} degrees for an IMU just below zero'
-    return ''
+    greatest = max(headings)
+    return '' if greatest < 360.0 else f'printed {greatest:.6f} degrees for an IMU just below zero'
 
 
 def _why_not_survived(observation: Observation) -> Reason:
@@ -93,9 +91,9 @@ def _why_not_survived(observation: Observation) -> Reason:
     if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
     errors = [abs(heading - VALID_HEADING_DEG) for heading in printed_headings(scene.printed)]
-    if not any(error < HEADING_TOLERANCE_DEG for error in errors):
-        return 'after a quaternion of zeros the heading was not printed any more'
-    return ''
+    if any(error < HEADING_TOLERANCE_DEG for error in errors):
+        return ''
+    return 'after a quaternion of zeros the heading was not printed any more'
 
 
 CRITERIA = [

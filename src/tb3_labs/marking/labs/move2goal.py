@@ -27,19 +27,13 @@ from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.lab_links import (
     STATES_SECTION, LOCAL_POSE_SECTION, RESET_SECTION, TRANSFORMATION_SHEET, SheetStep)
 
-#: The node may send commands for this time [s] after the robot arrived at the goal.
-MAX_COMMAND_TIME_AT_GOAL = 0.5
-#: A correct node turns the robot by at least this angle [deg] after a reset in a drive.
-MIN_TURN_IN_DRIVE_DEG = 20.0
-REACHED_LINE = re.compile(PRINTED_REACHED, re.IGNORECASE)
-
+MAX_COMMAND_TIME_AT_GOAL = 0.5      # [s] after the arrival
+MIN_TURN_IN_DRIVE_DEG = 20.0        # of a correct node after a reset in a drive
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
-#: The robot may coast by this distance and this angle after a stop command.
-COAST_DISTANCE = 0.02       # [m]
-COAST_DEG = 2.0             # [deg]
-#: The tolerances of the criterion `exact`, which is beyond the handout.
-EXACT_DISTANCE = 0.02       # [m]
-EXACT_DEG = 1.0             # [deg]
+#: The robot may coast by this distance [m] and this angle after a stop command.
+COAST_DISTANCE, COAST_DEG = 0.02, 2.0
+#: The tolerances of the criterion `exact`, which is beyond the handout. The distance is in [m].
+EXACT_DISTANCE, EXACT_DEG = 0.02, 1.0
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
     f'{within(DRIVE_REACTION_TIME)}, over {within(MAX_DRIVE_TIME)}, never ' \
@@ -47,8 +41,7 @@ PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for sto
 HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees), and ' \
     f'{COAST_DEG:g} degrees for stopping'
 
-ANALYSIS = SheetStep(TRANSFORMATION_SHEET, '6. Analysis')
-#: This step of the sheet explains the usual mistakes in a drive after a reset.
+ANALYSIS_STEP = SheetStep(TRANSFORMATION_SHEET, '6. Analysis')
 SECOND_DRIVE_STEP = RESET_SECTION.at_step(2)
 TWO_ZEROS_STEP = LOCAL_POSE_SECTION.at_step(4)
 
@@ -77,8 +70,9 @@ def _why_not_at_heading(observation: Observation, name: str,
 def _exceeded_limit(scene: Scene) -> str:
     _, dx, dy, _ = scene.truth[-1] - scene.truth[0]
     distance = math.hypot(dx, dy)
-    is_too_far = distance > MAX_DRIVE_DISTANCE
-    limit = f'more than {MAX_DRIVE_DISTANCE:g} m from its start' if is_too_far else 'the limit'
+    limit = 'the limit'
+    if distance > MAX_DRIVE_DISTANCE:
+        limit = f'more than {MAX_DRIVE_DISTANCE:g} m from its start'
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 
 
@@ -101,7 +95,7 @@ def _final_pose(scene: Scene) -> Pose2:
 
 def _why_not_printed_once(observation: Observation) -> Reason:
     printed = observation.scene(FIRST_DRIVE).printed + observation.scene(AT_GOAL).printed
-    count = len(REACHED_LINE.findall(printed))
+    count = len(re.findall(PRINTED_REACHED, printed, re.IGNORECASE))
     return '' if count == 1 else f'"{PRINTED_REACHED}!" was printed {count} times'
 
 
@@ -112,9 +106,7 @@ def _why_not_silent_at_goal(observation: Observation) -> Reason:
     if ends_in_motion(drive.commands):
         return NO_ZERO_VELOCITY.format('its arrival')
     _, late = observation.scene(AT_GOAL).commands_before_and_after(MAX_COMMAND_TIME_AT_GOAL)
-    if len(late):
-        return 'it went on sending commands on cmd_vel after it had arrived'
-    return ''
+    return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
 
 
 def _why_not_within_limits(observation: Observation) -> Reason:
@@ -238,7 +230,7 @@ CRITERIA = [
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', EXTRAS,
               why_not_stopped_at_ctrl_c, extra=True, limits=STOP_LIMITS),
     Criterion('exact', RESET, f'both drives are within {EXACT_DISTANCE:g} m and '
-              f'{EXACT_DEG:g} degree', ANALYSIS, _why_not_exact, extra=True),
+              f'{EXACT_DEG:g} degree', ANALYSIS_STEP, _why_not_exact, extra=True),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
               EXTRAS, lambda observation: (_why_reset_failed(observation, RESET_ELSEWHERE)
                                            or _why_not_arrived(observation, DECLARED_DRIVE)),

@@ -22,10 +22,8 @@ from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, Repeater
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
-#: The marker presses a button for this time [s].
-PRESS_TIME = 0.15
-#: The marker presses Y for this time [s]. For one press of Y, a node should call the reset once.
-Y_PRESS_TIME = 0.6
+PRESS_TIME = 0.15       # [s]
+Y_PRESS_TIME = 0.6      # [s], so long that a node may call the reset twice by mistake
 
 
 class HeldPad(Repeater):
@@ -64,7 +62,6 @@ def _push_stick_up(trial, pad, name):
 
 
 def try_sticks(trial):
-    """Hold the sticks at each of the STICK_POSITIONS."""
     with ResetServices(trial):
         trial.node.start()
         with HeldPad(trial.pad) as pad:
@@ -89,11 +86,10 @@ def try_buttons(trial):
                     pad.press(pad.numbers.reset_button, Y_PRESS_TIME)
                     wait_until(lambda: calls, stimuli.CALL_AFTER_Y_TIME - Y_PRESS_TIME)
                     time.sleep(DELIVERY_TIME)
-                called_names = [name for name, _ in calls]
                 requests = [request for _, request in calls]
                 stimulus.facts.update({
                     stimuli.CALL_COUNT: len(calls),
-                    stimuli.SERVICE_NAME: next(iter(called_names), ''),
+                    stimuli.SERVICE_NAME: calls[0][0] if calls else '',
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
             trial.remark(f'{remark} See {Y_STEP}.'
@@ -164,10 +160,12 @@ def is_origin(request):
 
 def is_unit(request):
     """Does each quaternion in a request have the length 1?"""
-    quaternions = [value for _, type_name, value in fields_of(request)
-                   if type_name == 'geometry_msgs/Quaternion']
-    return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
-               for q in quaternions)
+    for _, type_name, q in fields_of(request):
+        if type_name == 'geometry_msgs/Quaternion':
+            length = math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2)
+            if not abs(length - 1.0) < 0.01:
+                return False
+    return True
 
 
 def has_covariance(request):
@@ -188,13 +186,10 @@ ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMs
 
 
 class ResetServices:
-    """Offers reset services with the names RESET_NAMES, until the end of a ``with`` block. The
-    services accept calls of any type. The answer to a request of a known type is a success, and the
-    answer to a request of an unknown type is an error. `calls` is a list of (name, request), with
-    an Empty in place of a request of an unknown type.
-
-    A client's checksum shows the type of its service. ResetServices does not read the fields of a
-    type that a student made.
+    """Offers the reset services RESET_NAMES, until the end of a ``with`` block. The services accept
+    calls of any type, which the client's checksum shows. A request of a known type gets a success,
+    and a request of an unknown type gets an error. `calls` is a list of (name, request), with an
+    Empty in place of a request of an unknown type. The fields of a student's type are not read.
     """
 
     def __init__(self, trial):

@@ -25,8 +25,7 @@ from tb3_labs.srv import ResetPoseRequest
 ODOMETRY_RESET_TOPIC = 'reset'      # the robot's board listens to this topic
 #: A robot has arrived if it rests, and if its node has sent no command to move for this time [s].
 ARRIVAL_REST_TIME = 1.5
-#: The pose to which the part `declared` resets the frame.
-DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
+DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))     # of the part `declared`
 OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The names of the reset service in the handouts, the likeliest name first.
@@ -50,14 +49,15 @@ def fields_of(message):
 def fill_pose(message, pose):
     """Write a Pose2 into a request. Returns False if the request has no geometry_msgs/Pose, and is
     not a ResetPoseRequest."""
+    if isinstance(message, ResetPoseRequest):
+        message.x, message.y, message.yaw_deg = pose.x, pose.y, math.degrees(pose.yaw)
+        return True
     for _, type_name, value in fields_of(message):
         if type_name == 'geometry_msgs/Pose':
             value.position.x, value.position.y = pose.x, pose.y
             value.orientation = to_quaternion(pose.yaw)
             return True
-    if isinstance(message, ResetPoseRequest):
-        message.x, message.y, message.yaw_deg = pose.x, pose.y, math.degrees(pose.yaw)
-    return isinstance(message, ResetPoseRequest)
+    return False
 
 
 class ResetCaller:
@@ -76,12 +76,13 @@ class ResetCaller:
         #: A wrong name of the reset service; '' if the service is called SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
         self._service_class = graph.service_class(self.name) if self.name else None
-        #: Does a request of the service have fields for a pose?
-        self.takes_pose = False
-        if self._service_class is not None:
-            self.takes_pose = fill_pose(self._service_class._request_class(), Pose2())
 
-    def call(self, pose):
+    def takes_pose(self):
+        """Does a request of the service have fields for a pose?"""
+        return (self._service_class is not None
+                and fill_pose(self._service_class._request_class(), Pose2()))
+
+    def call(self, pose=Pose2()):
         """Call the reset service with a Pose2, and record the call. Returns the reason why the call
         failed; '' for a success."""
         problem = self._problem_of_call(pose)[:MAX_SENTENCE_LENGTH]
@@ -159,7 +160,7 @@ class ControlGiver:
 def reset_to_origin(trial):
     """Reset the node's frame to the robot's place. Returns False if the reset failed."""
     caller = ResetCaller(trial)
-    return bool(caller.name) and not caller.call(Pose2())
+    return bool(caller.name) and not caller.call()
 
 
 def try_drive(trial):
@@ -189,11 +190,11 @@ def try_reset(trial):
 
 
 def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
-                  straight=True):
+                  drove_straight=True):
     """Call the reset service with `pose`, wait for `seconds` [s], and record both as the stimulus
-    `name`. Returns False if the call failed. `straight` is the value of DROVE_STRAIGHT."""
+    `name`. Returns False if the call failed."""
     facts = {WAS_MOVING: trial.recorder.node_moved_since(ros_time() - INTERRUPTION_TIME),
-             stimuli.DROVE_STRAIGHT: straight, stimuli.WRONG_NAME: caller.wrong_name}
+             stimuli.DROVE_STRAIGHT: drove_straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
         problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call(pose)
         time.sleep(seconds)
@@ -204,17 +205,17 @@ def _try_reset_in_drive(trial, control, caller):
     """Reset the frame at the goal, turn the robot toward the new goal, and give control. In the
     middle of the drive, reset the frame again."""
     control.take()
-    caller.call(Pose2())
+    caller.call()
     x, y, _ = stimuli.GOAL
     trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
-    begun = ros_time()
+    begin = ros_time()
     control.give()
-    straight = wait_until(
-        lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begun)),
+    drove_straight = wait_until(
+        lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begin)),
         stimuli.DRIVE_REACTION_TIME)
     time.sleep(INTERRUPTION_TIME)
     _record_reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
-                  straight=straight)
+                  drove_straight=drove_straight)
     control.take()
 
 
@@ -232,7 +233,7 @@ def try_declared_pose(trial):
     control = ControlGiver(trial)
     trial.node.start()
     caller = ResetCaller(trial)
-    if not caller.takes_pose:
+    if not caller.takes_pose():
         reason = 'its reset takes no pose' if caller.name else OFFERS_NO_RESET
         trial.not_offered([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE], reason)
     if _record_reset(trial, stimuli.RESET_ELSEWHERE, caller, DECLARED_POSE):

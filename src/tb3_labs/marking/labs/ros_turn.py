@@ -22,14 +22,11 @@ from tb3_labs.ros.conversions import to_quaternion
 
 #: The topic of the IMU that the marker plays. The marker remaps the node's topic imu to this topic.
 MARKERS_IMU = 'probe/imu'
-#: The marker repeats each unusual sample for this time [s].
-ODD_SAMPLE_TIME = 0.6
-#: The marker sends samples with these yaws [rad], which are slightly less than zero.
-YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
+ODD_SAMPLE_TIME = 0.6           # [s]
+YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))     # [rad]
 #: A turn is over if the robot rests, and if the node has commanded no movement for this time [s].
 TURN_REST_TIME = 0.4
-#: Before a turn, the heading may differ by this angle [deg] from the requested heading.
-MAX_START_ERROR_DEG = 25.0
+MAX_START_ERROR_DEG = 25.0      # of the heading at which a turn begins
 
 
 def stand_at_headings(trial):
@@ -65,15 +62,11 @@ def send_odd_samples(trial):
 # ----- the lab -----
 
 class HeldMouse(Repeater):
-    """The mouse that the marker plays. HeldMouse sends messages of the type that the node uses on
-    mouse_info.
-
-    Raises ``ValueError`` if the type has no fields for a mouse.
-    """
+    """The mouse that the marker plays. Its messages have the type that the node uses on mouse_info.
+    Raises ``ValueError`` if this type has no fields for a mouse."""
 
     def __init__(self, graph, recording):
-        #: The sign of y in the upper half of the screen.
-        self.y_sign = 1
+        self.y_sign = 1     # of y in the upper half of the screen
         self._recording = recording
         self._last_sent = None
         self._message_class = graph.message_class(MOUSE_INFO_TOPIC)
@@ -103,11 +96,9 @@ class HeldMouse(Repeater):
         self._recording.add(MOUSE_INFO_TOPIC, MouseController(Header(stamp=now), *self._last_sent))
 
 
-#: The names of the fields in the mouse lab.
-STATUS, X, Y = 'status', 'xPos', 'yPos'
-#: A flag has one of the types FLAGS, and a number has one of the types NUMBERS.
-FLAGS = ('bool', 'std_msgs/Bool')
-NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
+STATUS, X, Y = 'status', 'xPos', 'yPos'     # the fields in the mouse lab
+FLAG_TYPES = ('bool', 'std_msgs/Bool')
+NUMBER_TYPES = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 def mouse_fields(fields):
@@ -119,15 +110,16 @@ def mouse_fields(fields):
     with x, or no name begins with y, the fields for x and y are the first two numbers. Raises
     ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
     """
-    flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
-    numbers = [name for name, type_name, *_ in fields if type_name in NUMBERS]
+    flags = [name for name, type_name, *_ in fields if type_name in FLAG_TYPES]
+    numbers = [name for name, type_name, *_ in fields if type_name in NUMBER_TYPES]
     if not flags or len(numbers) < 2:
         found = ', '.join(f'{type_name} {name}' for name, type_name, *_ in fields)
         raise ValueError(f"its message has no flag and two numbers, but {found or 'no field'}")
     with_x = [name for name in numbers if name.lower().startswith('x')]
     with_y = [name for name in numbers if name.lower().startswith('y')]
     x_and_y = [with_x[0], with_y[0]] if with_x and with_y else numbers[:2]
-    chosen = [STATUS if STATUS in flags else flags[0], *x_and_y]
+    status = STATUS if STATUS in flags else flags[0]
+    chosen = [status, *x_and_y]
     remarks = [f'Your {name} was taken for {usual}.'
                for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
     return chosen, remarks

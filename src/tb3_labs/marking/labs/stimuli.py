@@ -13,14 +13,10 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, LEFT_KEY, RIGHT_KEY, 
 #: Keys of the facts about a Ctrl+C.
 EXIT_SECONDS = 'took'       # the time [s] until the node ended; None if it was killed
 EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 without a signal
-#: A node must subscribe to its topic within this time [s] after its start.
-START_TIME = 15.0
-#: A node must end within this time [s] after Ctrl+C. rospy itself needs up to 2 s.
-EXIT_TIME = 5.0
-#: A stop is "at once" if the zero velocity comes within this time [s].
-STOP_TIME = 0.5
-#: A node must stop the robot within this time [s] after a sensor or a device fell silent.
-LOST_STOP_TIME = 1.0
+START_TIME = 15.0           # [s] until a started node must subscribe to its topic
+EXIT_TIME = 5.0             # [s] until a node must end after Ctrl+C; rospy itself needs up to 2 s
+STOP_TIME = 0.5             # [s] until the zero velocity of a stop that is "at once"
+LOST_STOP_TIME = 1.0        # [s] until a node must stop after a sensor or a device fell silent
 #: The part of a lab in which a sensor or an input device falls silent.
 DEVICE_LOST = 'lost'
 
@@ -30,14 +26,12 @@ DEVICE_LOST = 'lost'
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
 #: {stimulus: the heading [deg] at which the robot stands}
 STANDING_HEADINGS = {f'at {heading:g} degrees': heading for heading in (50.0, 150.0, 220.0, 350.0)}
-#: The node must print its line within this time [s] at each heading.
-READING_TIME = 1.5
+READING_TIME = 1.5          # [s] until the node must print its line at each heading
 #: The stimuli with samples that a real IMU seldom sends.
 JUST_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
-#: The marker sends samples with this heading [deg] after the quaternion of zeros.
+#: After the quaternion of zeros, the marker sends samples with this heading for this time.
 VALID_HEADING_DEG = 57.0
-#: The marker sends the samples with VALID_HEADING_DEG for this time [s].
-VALID_HEADING_TIME = 0.9
+VALID_HEADING_TIME = 0.9    # [s]
 #: Key of a fact: the IMU's heading [deg] while the robot stands.
 HEADING_DEG = 'heading_deg'
 
@@ -53,8 +47,8 @@ class TurnStimulus(NamedTuple):
     """A turn that the marker asks for."""
 
     typed: str              # the letter
-    requested_deg: float    # the requested angle [deg], left positive
-    begins_deg: float       # the heading [deg] at which the turn begins
+    requested_deg: float    # left positive
+    begins_deg: float       # the heading at which the turn begins
     slip: float = 0.0       # the share of the wheels' travel that slips
     crossing: str = ''      # 'across 180' or 'across 0' if the heading jumps in the turn, else ''
 
@@ -73,15 +67,12 @@ TURN_STIMULI = {
 }
 NONSENSE = 'nonsense'       # the stimulus of an invalid input
 TYPED_NONSENSE = 'x'        # the invalid input
-#: A turn begins within this time [s] after the marker typed its letter.
-TURN_REACTION_TIME = 3.0
-#: A turn lasts at most this time [s].
-MAX_TURN_TIME = 8.0
+TURN_REACTION_TIME = 3.0    # [s] from the letter to the begin of the turn
+MAX_TURN_TIME = 8.0         # [s]
 #: A turn may take this time [s] while the mouse is active. The turn is slow if the node sends a
 #: zero velocity for each message of the mouse.
 BESIDE_MOUSE_TIME = 2.0 * MAX_TURN_TIME
-#: The node answers an invalid input within this time [s].
-ANSWER_TIME = 1.0
+ANSWER_TIME = 1.0           # [s] until the node answers an invalid input
 MOUSE_NOT_ACTIVE, MOUSE_DEACTIVATED = 'mouse not active', 'mouse deactivated'
 MOUSE_UP, MOUSE_LEFT = 'mouse up', 'mouse left'
 MOUSE_NEAR_MIDDLE, MOUSE_HALF_WAY = 'mouse near the middle', 'mouse half right and half down'
@@ -96,10 +87,8 @@ BESIDE_TURNS = (TURN_BESIDE_MOUSE, MOUSE_AFTER_TURN, MOUSE_IN_TURN)
 #: from -1 to 1.
 MOUSE_POSITIONS = {MOUSE_UP: (0.0, 1.0), MOUSE_NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
                    MOUSE_HALF_WAY: (0.6, -0.6)}
-#: The marker holds the mouse at a place for this time [s].
-MOUSE_HOLD_TIME = 0.8
-#: If the marker moves the mouse during a turn, the mouse drives the robot within this time [s].
-MOUSE_REACTION_TIME = 4.0
+MOUSE_HOLD_TIME = 0.8       # [s]
+MOUSE_REACTION_TIME = 4.0   # [s] until a mouse that is moved during a turn drives the robot
 
 # -- the Transformation lab, move to goal
 
@@ -117,24 +106,15 @@ ODOMETRY_SILENT = 'odometry silent'
 RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
 DROVE_STRAIGHT = 'straight'     # did the robot drive forward after the marker had turned it?
-#: The marker observes the node for this time [s] before the node has control, and at the goal.
-OBSERVATION_TIME = 1.5
-#: The reset service answers within this time [s].
-RESET_REPLY_TIME = 3.0
-#: The node prints its line about a reset within this time [s] after the service's answer.
-PRINT_AFTER_RESET_TIME = 0.5
-#: The marker turns the robot by this angle [deg] between the first drive and the reset.
-TURN_BEFORE_RESET_DEG = 100.0
-#: The node turns the robot for at most this time [s] after a reset in a drive.
-TURN_TIME_IN_DRIVE = 3.0
-#: The goal of a drive as (x [m], y [m], heading [rad]).
-GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
-#: A drive begins within this time [s] after the node got control.
-DRIVE_REACTION_TIME = 4.0
-#: A drive lasts at most this time [s].
-MAX_DRIVE_TIME = 50.0
-#: In a drive, the robot may be up to this distance [m] from the start.
-MAX_DRIVE_DISTANCE = 3.0
+OBSERVATION_TIME = 1.5          # [s] before the node has control, and at the goal
+RESET_REPLY_TIME = 3.0          # [s] until the reset service answers
+PRINT_AFTER_RESET_TIME = 0.5    # [s] from the service's answer to the node's line about the reset
+TURN_BEFORE_RESET_DEG = 100.0   # between the first drive and the reset
+TURN_TIME_IN_DRIVE = 3.0        # [s] for the turn to the new goal, after a reset in a drive
+GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))     # (x [m], y [m], heading [rad])
+DRIVE_REACTION_TIME = 4.0       # [s] from the moment when the node gets control
+MAX_DRIVE_TIME = 50.0           # [s]
+MAX_DRIVE_DISTANCE = 3.0        # [m] from the start
 
 # -- the Transformation lab, gamepad
 
@@ -157,13 +137,10 @@ PAD_SILENT = 'pad silent'
 RELINQ_VALUE = 'relinquished'   # the latest value on ctrl_relinq; None without a message
 IS_LATCHED = 'heard late'       # after A, does a new subscriber get the value?
 #: Keys of the facts about the button Y.
-CALL_COUNT = 'calls'            # the number of calls
-SERVICE_NAME = 'name'           # the name of the called service
+CALL_COUNT = 'calls'
+SERVICE_NAME = 'name'           # of the called service
 IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
 IS_UNIT = 'unit'                # did each quaternion have the length 1?
-#: The marker holds a stick for this time [s].
-STICK_HOLD_TIME = 0.8
-#: The node publishes a value on ctrl_relinq within this time [s] after A or B.
-PUBLISH_TIME = 1.0
-#: The node calls the reset, or prints an error, within this time [s] after Y.
-CALL_AFTER_Y_TIME = 2.5
+STICK_HOLD_TIME = 0.8           # [s]
+PUBLISH_TIME = 1.0              # [s] from A or B to the node's value on ctrl_relinq
+CALL_AFTER_Y_TIME = 2.5         # [s] from Y to the node's call of the reset, or to its error

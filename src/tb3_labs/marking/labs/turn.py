@@ -28,25 +28,22 @@ START_STEP = TURN_SECTION.at_step(4)
 LAW_STEP = TURN_SECTION.at_step(5)
 RIGHT_TURN_STEP = TURN_SECTION.at_step(6)
 CTRL_C_STEP = TURN_SECTION.at_step(7)
-#: The turns in which the heading jumps from 180 to -180 degrees, or from 360 to 0 degrees.
 TURNS_ACROSS_JUMP = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
-#: The robot may coast by this angle [deg] after a stop command.
-COAST_DEG = 1.0
-#: A person can read an answer of at most this many lines.
-MAX_LEGIBLE_LINES = 1000
-#: In the criterion `within_1_deg`, the error of a turn may be up to this angle [deg].
-EXACT_DEG = 1.0
+COAST_DEG = 1.0             # after a stop command
+MAX_LEGIBLE_LINES = 1000    # of an answer
+MAX_EXACT_ERROR_DEG = 1.0   # in the criterion `within_1_deg`
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
-#: A mouse at the edge of the screen asks for a speed within these bounds [m/s or rad/s].
-EDGE_BOUNDS = (MOUSE_FULL - ZERO_TOLERANCE, MOUSE_FULL + ZERO_TOLERANCE)
-#: A mouse at 0.6 of the way to the edge asks for a speed within these bounds [m/s or rad/s]. The
-#: bounds are wide, because the mouse lab does not say how the speed grows outside the dead zone.
-HALF_WAY_BOUNDS = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
-MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
-    '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_HOLD_TIME), *EDGE_BOUNDS, ZERO_TOLERANCE,
-                                    *HALF_WAY_BOUNDS, *MOUSE_POSITIONS[MOUSE_HALF_WAY])
+#: The speeds [m/s or rad/s] for a mouse at the edge of the screen, and at 0.6 of the way to the
+#: edge. The mouse lab does not say how the speed grows outside the dead zone.
+MIN_EDGE_SPEED, MAX_EDGE_SPEED = MOUSE_FULL - ZERO_TOLERANCE, MOUSE_FULL + ZERO_TOLERANCE
+MIN_HALF_WAY_SPEED, MAX_HALF_WAY_SPEED = 0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL
+EDGE_BOUNDS = (MIN_EDGE_SPEED, MAX_EDGE_SPEED)
+HALF_WAY_BOUNDS = (MIN_HALF_WAY_SPEED, MAX_HALF_WAY_SPEED)
+MOUSE_LIMITS = f'{within(MOUSE_HOLD_TIME)}: {MIN_EDGE_SPEED:.2f} to {MAX_EDGE_SPEED:.2f} at the ' \
+    f'edge, the other speed at most {ZERO_TOLERANCE:g}; both {MIN_HALF_WAY_SPEED:.2f} to ' \
+    f'{MAX_HALF_WAY_SPEED:.2f} at {MOUSE_POSITIONS[MOUSE_HALF_WAY]}'
 TURN_LIMITS = f'within {HDG_TOL:g} degrees, and {COAST_DEG:g} for stopping; begun ' \
     f'{within(TURN_REACTION_TIME)}, over {within(MAX_TURN_TIME)}, by a zero velocity'
 CARPET_LIMITS = f'as left, also if the wheels slip by {CARPET_SLIP:.0%}'
@@ -119,9 +116,8 @@ def _why_not_on_the_spot(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
     observation.set_moment_of_fastest(commands, LINEAR)
     fastest = np.abs(commands[:, LINEAR]).max()
-    if fastest < ROUNDING:
-        return ''
-    return f'it commanded up to {fastest:.2f} m/s forward while turning'
+    return '' if fastest < ROUNDING else (
+        f'it commanded up to {fastest:.2f} m/s forward while turning')
 
 
 def _why_not_answered(observation: Observation) -> Reason:
@@ -176,11 +172,10 @@ def _why_not_driven_in_turn(observation: Observation) -> Reason:
 
 
 def expected_sign_at_top(observation: Observation) -> float:
-    """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0.
+    """Returns the sign of the speed that a correct node commands for a mouse at the upper edge.
 
-    The marker sends y with the sign of the submission's mouse client, so the right sign is 1.0. If
-    the marker does not know this mouse client, the right sign is the sign of the node's first speed
-    at the upper edge.
+    The marker has applied the sign of the submission's mouse client to y, so a correct node drives
+    forward: 1.0. Without a known mouse client, the node's first speed at this edge has the sign.
     """
     if observation.mouse_y_sign:
         return 1.0
@@ -195,9 +190,8 @@ def expected_sign_at_top(observation: Observation) -> float:
 def any_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
     """Does a command drive as fast as a mouse at the upper edge requires? The speed must have one
     of the `signs`. A command is (time, linear, angular)."""
-    min_speed, _ = EDGE_BOUNDS
     speeds = [sign * command[LINEAR] for command in commands for sign in signs]
-    return any(speed > min_speed for speed in speeds)
+    return any(speed > MIN_EDGE_SPEED for speed in speeds)
 
 
 def _why_not_driven_by_mouse(observation: Observation) -> Reason:
@@ -264,7 +258,7 @@ CRITERIA = [
               limits='as left, over ' + within(BESIDE_MOUSE_TIME)),
     Criterion('mouse_after_turn', MOUSE_AND_TURNS, 'the mouse drives after a turn', MOUSE_STEP,
               _why_not_driven_after_turn,
-              limits=f'more than {EDGE_BOUNDS[0]:.2f} m/s {within(MOUSE_HOLD_TIME)}'),
+              limits=f'more than {MIN_EDGE_SPEED:.2f} m/s {within(MOUSE_HOLD_TIME)}'),
     Criterion('mouse_in_turn', MOUSE_AND_TURNS,
               'a mouse moved during a turn drives then or after it', MOUSE_STEP,
               _why_not_driven_in_turn, limits=within(MOUSE_REACTION_TIME)),
@@ -273,9 +267,9 @@ CRITERIA = [
     Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', CTRL_C_STEP,
               partial(why_not_printed, text=CONTROLLER_GOODBYE)),
     clean_exit_criterion(SHUTDOWN, CTRL_C_STEP),
-    Criterion('within_1_deg', TURNS, f'all turns are within {EXACT_DEG:g} degree', IMU_EXTRAS,
-              lambda observation: _why_turns_failed(observation, TURN_STIMULI, EXACT_DEG),
-              extra=True),
+    Criterion('within_1_deg', TURNS, f'all turns are within {MAX_EXACT_ERROR_DEG:g} degree',
+              IMU_EXTRAS, partial(_why_turns_failed, names=TURN_STIMULI,
+                                  tolerance=MAX_EXACT_ERROR_DEG), extra=True),
     lost_device_criterion('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
     lost_device_criterion('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
 ]

@@ -13,13 +13,11 @@ from tb3_labs.recording.bag_reader import CLOCK_JUMPED
 from tb3_labs.recording.ros_bag import read_run
 from tb3_labs.recording.run_data import Numbers, Poses, RunData, SamplesType, States
 
-#: A node prints its line about a reset within this time [s] after the call.
-SAME_RESET_TIME = 1.0
-#: An Observation keeps at most this many characters from the start of a process's output, and at
-#: most this many characters from its end.
+SAME_RESET_TIME = 1.0       # [s] between a call of the reset and the node's line about this reset
+#: An Observation keeps this many characters from the start of a process's output, and as many
+#: characters from its end.
 MAX_OUTPUT_LENGTH = 20000
-#: A code that sets the colour of a program's text on a terminal.
-COLOUR_CODE = re.compile(r'\x1b\[[\d;]*m')
+COLOUR_CODE = re.compile(r'\x1b\[[\d;]*m')      # of a terminal
 #: {kind of event: an attribute of Observation}
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
 #: {key of a fact: field of NodeProcess} for the keys that are not the field's name. The keys cannot
@@ -55,9 +53,9 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
     for printer in observation.processes + observation.stimuli:
         printer.printed = COLOUR_CODE.sub('', cleaned(printer.printed))
     for process in observation.processes:
-        if len(process.printed) > 2 * MAX_OUTPUT_LENGTH:
-            process.printed = '{}\n...\n{}'.format(
-                process.printed[:MAX_OUTPUT_LENGTH], process.printed[-MAX_OUTPUT_LENGTH:])
+        text = process.printed
+        if len(text) > 2 * MAX_OUTPUT_LENGTH:
+            process.printed = f'{text[:MAX_OUTPUT_LENGTH]}\n...\n{text[-MAX_OUTPUT_LENGTH:]}'
     observation.recording = with_stimuli(recording, observation)
     return observation
 
@@ -75,9 +73,11 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     resets = np.column_stack([printed.arrival, printed.x, printed.y, printed.yaw]).tolist()
     for at, pose, problem in observation.calls:
         if problem:
-            end = min([process.begin for process in observation.processes if process.begin > at],
-                      default=math.inf)
-            is_known &= (recording.variables.arrival < at) | (recording.variables.arrival > end)
+            later_starts = [
+                process.begin for process in observation.processes if process.begin > at]
+            next_start = min(later_starts, default=math.inf)
+            arrival = recording.variables.arrival
+            is_known &= (arrival < at) | (arrival > next_start)
         elif not (np.abs(printed.arrival - at) < SAME_RESET_TIME).any():
             resets.append([at, *pose])
     goals, letters = [], []
@@ -97,8 +97,8 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
 
 
 def samples_from_rows(kind: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
-    """Returns Samples of the class `kind`. A row has the time of arrival, then the fields. Each
-    sample's stamp is its time of arrival."""
+    """Returns Samples of the class `kind`. A row has the time of arrival, which is also the stamp,
+    then the fields."""
     return kind.from_rows([(row[0], *row) for row in rows])
 
 
@@ -138,8 +138,8 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         _add_output(observation, f"\n... {facts['characters']} characters are left out here ...\n",
                     facts['lines'])
     elif kind == 'odd':
-        observation.omitted_counts[NOT_FINITE] = observation.omitted_counts.get(NOT_FINITE, 0) + 1
         observation.not_finite.append([at, facts['text']])
+        observation.omitted_counts[NOT_FINITE] = len(observation.not_finite)
     elif kind == 'left out':
         observation.omitted_counts[facts['what']] = facts['number']
     elif kind == 'own move':

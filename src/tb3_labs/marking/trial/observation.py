@@ -27,10 +27,8 @@ LOCAL_T_WORLD = 'local_T_world'     # the transform from the true frame to the l
 #: A busy machine delays the simulated robot. In a fair trial, no gap between two true poses is
 #: longer than this time [s].
 MAX_FAIR_GAP = 0.15
-#: An Observation has at most this many findings, and at most this many remarks.
-MAX_FINDINGS = 20
-#: A finding or a remark has at most this many characters.
-MAX_SENTENCE_LENGTH = 2000
+MAX_FINDINGS = 20           # and as many remarks
+MAX_SENTENCE_LENGTH = 2000  # characters of a finding or a remark
 #: The marker counts commands that are not finite numbers, and does not record them.
 NOT_FINITE = 'commands that are not finite numbers'
 #: The recording of a submission that had no trial.
@@ -50,8 +48,7 @@ class NotTried(NotObserved):
 
 
 class Ended(NotObserved):
-    """The node ended during a stimulus. The exception's text is the node's output during the
-    stimulus."""
+    """The node ended during a stimulus. The exception's text is the node's output until then."""
 
 
 @dataclass
@@ -62,7 +59,7 @@ class Stimulus:
     begin: float
     end: float = math.nan
     printed: str = ''           # the final part of the node's output in the stimulus
-    line_count: int = 0         # the number of lines of the whole output
+    line_count: int = 0         # of the whole output
     died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
 
@@ -81,13 +78,11 @@ class NodeProcess:
     silent_topics: List[str] = field(default_factory=list)
     needed_topic: str = ''          # the topic to which the node must subscribe
     nodes: List[str] = field(default_factory=list)      # the node's names at the ROS master
-    subscribed: List[str] = field(default_factory=list)         # the subscribed topics
-    published: Dict[str, str] = field(default_factory=dict)     # {published topic: type}
+    subscribed: List[str] = field(default_factory=list)         # topics
+    published: Dict[str, str] = field(default_factory=dict)     # {topic: type}
     #: The subscribed topics on which the node has no connection to the robot.
     unconnected: List[str] = field(default_factory=list)
-    #: The exit status of a process that ended by itself. The status is -N if signal N ended the
-    #: process.
-    status: Optional[int] = None
+    status: Optional[int] = None    # of a process that ended by itself; -N if signal N ended it
 
 
 @dataclass
@@ -101,8 +96,7 @@ class Observation:
     parts: List[Tuple[str, float]] = field(default_factory=list)
     stimuli: List[Stimulus] = field(default_factory=list)
     processes: List[NodeProcess] = field(default_factory=list)
-    #: {stimulus: the reason why the node could not get the stimulus}
-    not_offered: Dict[str, str] = field(default_factory=dict)
+    not_offered: Dict[str, str] = field(default_factory=dict)   # {stimulus: reason}
     remarks: List[str] = field(default_factory=list)    # sentences for the student
     marker_error: str = ''      # the marker's own error, which ended the trial
     findings: List[str] = field(default_factory=list)   # sentences for the instructor
@@ -182,17 +176,14 @@ class Observation:
     def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
         """Yields the Scene of each tried stimulus in `names`. If no stimulus was tried, the method
         `scene` raises an exception."""
-        tried = [name for name in names if self.has(name)]
-        if not tried:
-            tried = [names[0]]
+        tried = list(filter(self.has, names)) or names[:1]
         return (self.scene(name, may_die) for name in tried)
 
     def set_moment_of_fastest(self, commands: np.ndarray, column: int) -> None:
-        """Sets `moment` to the start of the stimulus with the greatest speed in a column of
-        `commands`."""
-        fastest = np.abs(commands[:, column]).argmax()
-        at = commands[fastest, 0]
-        self.moment = max(stimulus.begin for stimulus in self.stimuli if stimulus.begin <= at)
+        """Sets `moment` to the start of the stimulus with the fastest of the `commands`."""
+        fastest_row = np.abs(commands[:, column]).argmax()
+        begins = [stimulus.begin for stimulus in self.stimuli]
+        self.moment = max(begin for begin in begins if begin <= commands[fastest_row, 0])
 
 
 class Scene(Stimulus):

@@ -17,17 +17,15 @@ from typing import Iterable
 from tb3_labs.marking.limits import (
     MAX_DISK_BYTES, MAX_NODE_MEMORY_BYTES, MAX_OTHER_MEMORY_BYTES, MAX_PROCESSES)
 
-#: ResourceWatch checks the limits with this period [s].
-LIMITS_POLL_PERIOD = 0.25
+LIMITS_POLL_PERIOD = 0.25       # [s]
 #: If a program prints more characters in one second, only the final characters are recorded. If the
 #: bag is full, a tenth of this number is recorded.
 MAX_CHARACTERS_PER_SECOND = 20000
 
 
 class RunningProgram:
-    """Runs a command in its own process group and pseudo-terminal, as a shell in a terminal does.
-    The command is a list of words. ``on_text(text)`` is called with each part of the command's
-    output and errors."""
+    """Runs a command, a list of words, in its own process group and pseudo-terminal, as a shell
+    does. ``on_text(text)`` is called with each part of the command's output and errors."""
 
     def __init__(self, command, environment, on_text, files=None):
         """`files` are three open files: a file for this class, the program's input, and the

@@ -8,9 +8,7 @@ from tb3_labs.marking.trial.observation import (
 from tb3_labs.watch.broken_link import wrong_field_text
 
 TWIST = 'geometry_msgs/Twist'       # the type of cmd_vel
-#: A robot without a command turns less than this angle [deg].
-MAX_IDLE_TURN_DEG = 3.0
-
+MAX_IDLE_TURN_DEG = 3.0             # of a robot without a command
 #: A traceback begins with these words, which can stand in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR_LINE = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
@@ -37,9 +35,10 @@ def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
     if observation.clause_on_silent_topics:
         remarks.append(f'Note that {observation.clause_on_silent_topics}.')
     remarks += tracebacks_before_the_end(observation, verdict_text)
-    return remarks + [
-        f'{number} {what} came on {CMD_VEL_TOPIC}: they are not recorded, and not judged.'
-        for what, number in sorted(observation.omitted_counts.items())]
+    for what, count in sorted(observation.omitted_counts.items()):
+        remarks.append(
+            f'{count} {what} came on {CMD_VEL_TOPIC}: they are not recorded, and not judged.')
+    return remarks
 
 
 def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:
@@ -76,8 +75,8 @@ def why_idle(scene: Scene) -> str:
     if errors:
         return f'an exception had stopped it, {errors[0]!r}'
     if scene.not_finite:
-        return '{} of its commands were not finite numbers, such as {}'.format(
-            len(scene.not_finite), scene.not_finite[0])
+        return (f'{len(scene.not_finite)} of its commands were not finite numbers, such as '
+                f'{scene.not_finite[0]}')
     if len(scene.moving_commands):
         return f'its last command on {CMD_VEL_TOPIC} was zero'
     if other_fields(scene):
@@ -121,10 +120,10 @@ def why_unprinted(scene: Scene) -> str:
     errors = exceptions_before_ctrl_c(scene.observation, process)
     if errors:
         return f'its callback failed: {errors[0]!r}'
-    if process.unconnected:
-        topics = ' and '.join(process.unconnected)
-        return f'no message of {topics} reached it: does its type agree with that of the topic?'
-    return _printed(scene.printed)
+    if not process.unconnected:
+        return _printed(scene.printed)
+    topics = ' and '.join(process.unconnected)
+    return f'no message of {topics} reached it: does its type agree with that of the topic?'
 
 
 # -- a criterion that could not be judged
@@ -133,7 +132,9 @@ def reason_of(problem: NotObserved, observation: Observation) -> str:
     """Returns a clause on the reason why a criterion raised `problem`."""
     if isinstance(problem, Ended):
         return 'it ended in the middle of this: ' + last_error(str(problem), observation.file)
-    return why_missing(observation) if isinstance(problem, NotTried) else str(problem)
+    if isinstance(problem, NotTried):
+        return why_missing(observation)
+    return str(problem)
 
 
 def why_missing(observation: Observation) -> str:
@@ -147,7 +148,8 @@ def why_missing(observation: Observation) -> str:
             ending = 'its main program was over, and nothing kept the node running'
         return f'it ended at once: {ending}' if process.ready is None else f'it had ended: {ending}'
     if process.ready is None:
-        return ': '.join(filter(None, [_never_ready(process), observation.clause_on_silent_topics]))
+        clauses = [_never_ready(process), observation.clause_on_silent_topics]
+        return ': '.join(filter(None, clauses))
     return 'the time was up before this was tried' if process.end is None else 'this was not tried'
 
 
@@ -204,14 +206,13 @@ def exceptions_in(scene: Scene) -> List[str]:
 
 
 def last_line(printed: str) -> str:
-    """Returns the last line of a node's output, in quotes. Returns a clause if the output is
-    empty."""
-    lines = list(filter(None, map(str.strip, printed.splitlines())))
-    return repr(lines[-1][:MAX_QUOTE_LENGTH]) if lines else 'it printed nothing'
+    """Returns the last line of a node's output, in quotes; a clause if the output is empty."""
+    lines = printed.strip().splitlines()
+    return repr(lines[-1].strip()[:MAX_QUOTE_LENGTH]) if lines else 'it printed nothing'
 
 
 def last_error(printed: str, file: str) -> str:
-    """Returns the last exception in a node's output, in quotes. Returns the last line if the output
-    has no exception."""
+    """Returns the last exception in a node's output, in quotes; the last line if the output has no
+    exception."""
     errors = exceptions(printed, file)
     return repr(errors[-1]) if errors else last_line(printed)

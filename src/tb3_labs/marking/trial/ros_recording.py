@@ -52,10 +52,8 @@ SAME_COMMAND_TIME = 0.04
 FULL_BAG_BYTES = 3 * 10 ** 6
 #: If the bag is full, only these topics are recorded.
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL_TOPIC}
-#: rosbag compresses the messages in parts of this many bytes.
-CHUNK_BYTES = 2 ** 17
-#: A robot rests if it moved less than MAX_REST_DISTANCE, and turned less than MAX_REST_ANGLE, in
-#: the last ROBOT_REST_TIME.
+CHUNK_BYTES = 2 ** 17           # rosbag compresses the messages in parts of this size
+#: A robot rests if it moved less than these limits in the last ROBOT_REST_TIME.
 MAX_REST_DISTANCE = 0.002       # [m]
 MAX_REST_ANGLE = 0.005          # [rad]
 ROBOT_REST_TIME = 0.4           # [s]
@@ -128,9 +126,8 @@ class Recording:
 
 
 class Recorder:
-    """Records the topics of the robot and of the node. The methods of a Recorder return the robot's
-    pose and the node's commands. All times are ROS times [s]. Raises ``RuntimeError`` if the robot
-    does not run."""
+    """Records the topics of the robot and of the node. All times are ROS times [s]. Raises
+    ``RuntimeError`` if the robot does not run."""
 
     def __init__(self, recording):
         self.recording = recording

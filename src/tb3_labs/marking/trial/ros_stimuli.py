@@ -19,12 +19,9 @@ from tb3_labs.ros.node import guarded
 
 #: The settings of the robot that make a sensor silent.
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
-#: The robot rests within this time [s] after its last command.
-STOP_REST_TIME = 2.0
-#: A movement lasts for this time [s] before a stimulus interrupts the movement.
-INTERRUPTION_TIME = 0.5
-#: The output and the messages of a node reach the marker within this time [s].
-DELIVERY_TIME = 0.3
+STOP_REST_TIME = 2.0        # [s] from the robot's last command until the robot rests
+INTERRUPTION_TIME = 0.5     # [s] from the begin of a movement to the stimulus that interrupts it
+DELIVERY_TIME = 0.3         # [s] until a node's output and messages reach the marker
 
 
 class Robot:
@@ -90,8 +87,8 @@ class Robot:
 
 
 class Repeater:
-    """Repeats a message on a topic until the end of a ``with`` block, as the driver of a mouse or a
-    gamepad does."""
+    """Repeats a message until the end of a ``with`` block, as a driver of a mouse or gamepad does.
+    """
 
     def __init__(self, topic, kind):
         self._message = None

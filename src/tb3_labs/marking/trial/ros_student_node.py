@@ -46,8 +46,7 @@ class StudentNode:
         program = self._node_start.program
         self._command = [program] if program else ['rosrun', *node.split('/', 1)]
         self._process = self._resource_watch = self._output = None
-        #: Was any process ready? None before the first process.
-        self._was_ready = None
+        self._was_ready = None      # was any process ready? None before the first process
         self._got_ctrl_c = False
         self.graph = Graph(Types(self._node_start.types))
 
@@ -172,8 +171,7 @@ class Graph:
     def __init__(self, types):
         self.types = types
         self._master = rosgraph.Master(rospy.get_name())
-        #: The names of the student's node. A process may have several nodes.
-        self.node_names = set()
+        self.node_names = set()     # of the student's process, which may have several nodes
 
     def roles_by_node(self):
         """Returns {name of a node: {(role, topic or service)}} for all nodes except the marker.
@@ -210,8 +208,8 @@ class Graph:
         return sorted(subscribed - published - marker_topics)
 
     def topics(self):
-        """Returns the topics that the student's node subscribes to, and {topic: type} for the
-        topics that it publishes. IGNORED_TOPICS are left out."""
+        """Returns the subscribed topics of the student's node, and {published topic: type}.
+        IGNORED_TOPICS are left out."""
         types = dict(self._master.getTopicTypes())
         subscribed = self.names_in_role(SUBSCRIBER) - IGNORED_TOPICS
         published = self.names_in_role(PUBLISHER) - IGNORED_TOPICS

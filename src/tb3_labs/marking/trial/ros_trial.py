@@ -36,11 +36,11 @@ SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_mo
 class Trial:
     """One robot, one node, and the recording of both."""
 
-    def __init__(self, lab, package, executable, path, pad, print_line):
-        """`path` is the path of the bag. `pad` has the numbers of the gamepad's axes and buttons. A
-        call of ``print_line(line)`` announces each step of the trial."""
+    def __init__(self, lab, package, executable, bag_path, pad, print_line):
+        """`pad` has the numbers of the gamepad's axes and buttons. A call of ``print_line(line)``
+        announces each step of the trial."""
         node = f'{package}/{executable}'
-        self.recording = Recording(path)
+        self.recording = Recording(bag_path)
         self.recording.event('trial', lab=lab, node=node)
         self.recorder = Recorder(self.recording)
         self.robot = Robot(self.recorder)
@@ -87,8 +87,10 @@ class Trial:
             files = {program}
         else:
             folder = Path(rospkg.RosPack().get_path(self._package))
-            patterns = ['*/' * depth + self._executable for depth in range(MAX_PACKAGE_DEPTH + 1)]
-            files = {str(path.resolve()) for pattern in patterns for path in folder.glob(pattern)}
+            files = set()
+            for depth in range(MAX_PACKAGE_DEPTH + 1):
+                pattern = '*/' * depth + self._executable
+                files.update(str(path.resolve()) for path in folder.glob(pattern))
         assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
         self.recording.event('program', assigned=assigned)
 
@@ -105,8 +107,8 @@ class Trial:
     # -- patterns that several labs use
 
     def causes_motion(self, act, seconds):
-        """Call `act()`. Returns True as soon as the node commands a movement. Returns False after
-        `seconds` [s], or if the node ends."""
+        """Call `act()`. Does the node command a movement before it ends, and within `seconds` [s]?
+        """
         begin = ros_time()
         act()
         wait_until(lambda: self.recorder.node_moved_since(begin) or not self.node.is_alive, seconds)
@@ -117,10 +119,9 @@ class Trial:
         """Record the stimulus `name`, in which `act()` should start a motion of the robot. All
         times are in [s].
 
-        The stimulus ends if no motion begins within `begins_within`. The stimulus also ends if the
-        robot rests and got no command to move for `rest_time`, if the node ends, or if
-        `is_astray()` is True. At the latest, the stimulus ends `ends_within` after the start of the
-        motion.
+        The stimulus ends if no motion begins within `begins_within`, if the robot rests and got no
+        command to move for `rest_time`, if the node ends, if `is_astray()` is True, or if
+        `ends_within` has passed since the motion began.
         """
         def is_over():
             return not self.node.is_alive or self.recorder.is_at_rest(rest_time) or is_astray()
@@ -133,8 +134,8 @@ class Trial:
     def set_in_motion(self, is_ready, act, reaction_time):
         """Call `act()`. Returns whether the node moves the robot within `reaction_time` [s].
 
-        If `is_ready()` is False, this method starts the node first. After a failed attempt, this
-        method starts a new process, because the previous stimulus may have disturbed the node.
+        If `is_ready()` is False, the node is started first. The second attempt has a new process,
+        because the previous stimulus may have disturbed the node.
         """
         for _ in range(2):
             if not is_ready():
@@ -203,10 +204,10 @@ def end_with_the_marker(recording):
     rospy.on_shutdown(on_shutdown)
 
 
-def record_trial(lab, package, executable, parts, path, pad, print_line):
+def record_trial(lab, package, executable, parts, bag_path, pad, print_line):
     """Test a node in the `parts` of a lab, or in all parts if `parts` is empty, and write the bag
     of the trial. The class Trial explains all other arguments."""
-    trial = Trial(lab, package, executable, path, pad, print_line)
+    trial = Trial(lab, package, executable, bag_path, pad, print_line)
     end_with_the_marker(trial.recording)
     try:
         trial.record_assigned_lines()

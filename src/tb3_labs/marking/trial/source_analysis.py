@@ -27,15 +27,13 @@ print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1
 MAX_TEXT_BYTES = 200000     # a larger file is not read
 #: The result has at most MAX_NAMES variables, and for each variable at most MAX_LISTED_LINES lines.
 MAX_NAMES, MAX_LISTED_LINES = 200, 6
-#: A mouse client's text has a call that matches this pattern.
+#: The call by which a mouse client's program publishes its messages.
 PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
-#: The name of a variable whose value is y.
-Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
+Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # of a variable whose value is y
 #: A variable or a function with such a name has a position in pixels, where y points down.
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
 #: The results of these functions grow with their arguments.
 GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
-#: These syntax tree nodes give a value to a variable or a field.
 ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
 ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a yaw becomes a ' \
     'quaternion by sine and cosine of its half. Y sends 0, so it costs no points.'
@@ -70,8 +68,7 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
         lines.update(assigned_lines(nodes))
-    is_known = len(signs) == 1
-    y_sign = -min(signs) if is_known else 0     # pixels count y down
+    y_sign = -min(signs) if len(signs) == 1 else 0      # pixels count y down
     return {'mouse_y_sign': y_sign, 'remarks': remarks, 'assigned': lines}
 
 
@@ -105,8 +102,7 @@ def _gives_angle(function: ast.FunctionDef) -> bool:
 
 
 def _dotted_name(node: Any) -> str:
-    """Returns a variable's name, such as `a.b`, without `.data`. Returns '' for other
-    expressions."""
+    """Returns a variable's name, such as `a.b`, without `.data`; '' for other expressions."""
     if isinstance(node, ast.Attribute):
         owner = _dotted_name(node.value)
         return owner if node.attr == 'data' else f'{owner}.{node.attr}'
