@@ -43,16 +43,11 @@ from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
 
-#: Longest wait [s, wall clock] for a message of a node, such as a state at the end of a drive.
-MESSAGE_TIMEOUT = 120.0
-#: Longest wait [s, wall clock] for the recorder. A recorder ends if the disk is full.
-RECORDER_TIMEOUT = 15.0
-#: The node repeats its grant with this period [s, wall clock] until move_to_goal has control.
-GRANT_PERIOD = 1.0
-#: Time [s] from the end of a drive to the reading of the true pose.
-SETTLING_TIME = 0.5
-#: The node tries at most this many times to begin a drive.
-MAX_ATTEMPTS = 10
+MESSAGE_TIMEOUT = 120.0    # [s, wall clock]
+RECORDER_TIMEOUT = 15.0    # [s, wall clock]; a recorder ends if the disk is full
+GRANT_PERIOD = 1.0         # [s, wall clock]
+SETTLING_TIME = 0.5        # [s], before the true pose is read
+MAX_ATTEMPTS = 10          # to begin a drive
 #: A recording must have these topics from its start on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
                    'ctrl_relinq', '/tf')
@@ -76,11 +71,11 @@ class DemoConfig(Config):
 class DemoDrive:
     """The result of one drive. The poses are in the local frame."""
 
-    state: str               # state in which the drive ended
+    last_state: str
     goal: Pose2
-    measured_pose: Pose2     # the pose at rest that move_to_goal measured
-    true_pose: Pose2         # the true pose at rest
-    duration: float          # duration [s] of the drive
+    measured_pose: Pose2     # at rest, by move_to_goal
+    true_pose: Pose2         # at rest
+    duration: float          # [s]
 
     @property
     def true_error(self):
@@ -92,12 +87,12 @@ class DemoDrive:
     def is_good(self):
         """Did move_to_goal reach the goal, with small true errors?"""
         distance, angle = self.true_error
-        return (self.state == GoalState.GOAL_REACHED.name
+        return (self.last_state == GoalState.GOAL_REACHED.name
                 and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)
 
     def row(self, number):
         distance, angle = self.true_error
-        verdict = 'ok' if self.is_good else 'NOT GOOD: ' + self.state
+        verdict = 'ok' if self.is_good else 'NOT GOOD: ' + self.last_state
         return TABLE_ROW.format(
             f'drive {number}', short_pose(self.goal), short_pose(self.measured_pose),
             f'{1000.0 * distance:.1f} mm {angle:.2f} deg', f'{self.duration:.2f} s', verdict)
@@ -108,7 +103,7 @@ class ControlTaken(Exception):
 
 
 class Demo:
-    """Lets move_to_goal drive, and judges the drives, in a separate thread."""
+    """Lets move_to_goal drive, and judges the drives."""
 
     def __init__(self):
         self._config = read_config(DemoConfig)
@@ -122,7 +117,7 @@ class Demo:
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._store(topic, PoseStamped, lambda message: to_pose2(message.pose))
         rospy.Subscriber('ctrl_relinq', Bool, guarded(self._on_control), tcp_nodelay=True)
-        threading.Thread(target=guarded(self._run), daemon=True).start()
+        threading.Thread(target=guarded(self._judge_drives), daemon=True).start()
 
     def _store(self, topic, message_type, read):
         """Store the latest value of `topic`. For goal_state store all values."""
@@ -138,7 +133,7 @@ class Demo:
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
             self._is_control_taken = self._has_granted
 
-    def _run(self):
+    def _judge_drives(self):
         self._await('local_pose')
         self._await('current_goal')
         if self._config.record and not wait_until(recorder_listens, RECORDER_TIMEOUT):

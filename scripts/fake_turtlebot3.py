@@ -60,22 +60,20 @@ class FakeTurtlebot3Config(Config):
                            low=0, high=LAST_NUMBER)
 
 
-class FakeTurtlebot3:
-    """The simulated robot in this node's namespace."""
-
-    def __init__(self):
-        settings, surroundings = read_config(SimulatorConfig, FakeTurtlebot3Config)
-        settings = replace(settings, model=read_model().name)
-        if surroundings.mystery:
-            robot = FakeRobot(settings, HiddenFault(surroundings.mystery, settings))
-            rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no '
-                          'setting can be changed while it runs.', surroundings.mystery)
-        else:
-            settings = _with_values(
-                settings, {**NETWORKS[surroundings.network], **HOSTS[surroundings.host]})
-            robot = FakeRobot(settings)
-            LiveSettings(settings, robot.configure, fixed=FIXED_FIELDS)
-        start(robot, surroundings.speed)
+def start_robot():
+    """Start the simulated robot in this node's namespace."""
+    settings, surroundings = read_config(SimulatorConfig, FakeTurtlebot3Config)
+    settings = replace(settings, model=read_model().name)
+    if surroundings.mystery:
+        robot = FakeRobot(settings, HiddenFault(surroundings.mystery, settings))
+        rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no setting '
+                      'can be changed while it runs.', surroundings.mystery)
+    else:
+        settings = _with_values(
+            settings, {**NETWORKS[surroundings.network], **HOSTS[surroundings.host]})
+        robot = FakeRobot(settings)
+        LiveSettings(settings, robot.configure, fixed=FIXED_FIELDS)
+    start(robot, surroundings.speed)
 
 
 def _with_values(settings, values):
@@ -87,4 +85,4 @@ def _with_values(settings, values):
 
 
 if __name__ == '__main__':
-    run('turtlebot3', FakeTurtlebot3, __doc__)
+    run('turtlebot3', start_robot, __doc__)

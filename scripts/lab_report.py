@@ -18,7 +18,7 @@ from tb3_labs.robot.turtlebot3 import model_of_environment
 from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
 
-MAX_PRINTED_LENGTH = 1000       # characters of a line on the terminal
+MAX_PRINTED_LENGTH = 1000    # [characters]
 
 
 def parse(argv):
@@ -42,7 +42,7 @@ def parse(argv):
 
 
 def main(argv):
-    """Read the bag, and write the report. Returns the exit status."""
+    """Write the report. Returns the exit status."""
     arguments = parse(argv)
     try:
         from tb3_labs.report.motion.movements import LAB_GOAL, completed
@@ -73,7 +73,7 @@ def _fail(problem):
 
 
 def _print(text):
-    """Print a text on the terminal. A stranger's bag can have characters that are not printable."""
+    """Print a text, which may come from a stranger's bag."""
     print(f'lab_report.py: {printable(str(text)[:MAX_PRINTED_LENGTH])}', file=sys.stderr)
 
 

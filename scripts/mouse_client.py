@@ -21,8 +21,7 @@ from std_msgs.msg import Bool
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.node import begin_shutdown, guarded, run
 
-#: Time [s] between two messages while the mouse is active.
-SEND_PERIOD = 1.0 / 30.0
+SEND_PERIOD = 1.0 / 30.0    # [s], while the mouse is active
 
 
 class MouseNode:
@@ -32,7 +31,7 @@ class MouseNode:
         self._is_active = False
         self._send_now = threading.Event()
         self._lock = threading.Lock()    # guards _is_closed and the publisher
-        self._is_closed = False          # was the final message published?
+        self._is_closed = False
         # latched, so a controller that starts later gets the state of the mouse at once
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
@@ -44,7 +43,7 @@ class MouseNode:
             return
         rospy.on_shutdown(self._close)
         rospy.loginfo('Scroll down to drive by the mouse, scroll up to stop')
-        threading.Thread(target=guarded(self._run), name='mouse', daemon=True).start()
+        threading.Thread(target=guarded(self._publish_positions), name='mouse', daemon=True).start()
 
     def _on_scroll(self, steps):
         if steps < 0 and not self._is_active:
@@ -59,7 +58,7 @@ class MouseNode:
         if not self._is_active:
             self._send_now.set()
 
-    def _run(self):
+    def _publish_positions(self):
         while not rospy.is_shutdown():
             try:
                 position = self._pointer.position()
@@ -90,8 +89,7 @@ class MouseNode:
 
 class Pointer:
     """Reads the position, the movements and the wheel of the mouse on X11, with the package pynput.
-    Raises ``ValueError`` with one sentence if the mouse cannot be read, or if the display is
-    lost."""
+    Raises ``ValueError`` if the mouse cannot be read, or if the display is lost."""
 
     def __init__(self, on_scroll, on_move):
         """A thread of pynput calls `on_move()`, and `on_scroll(steps)` with positive steps for
@@ -129,8 +127,7 @@ class Pointer:
 
 
 def screen_position(pixel_x, pixel_y, width, height):
-    """Returns the position (x, y) of a pixel, each from -1 to 1. Pixel (0, 0) is the top left
-    corner."""
+    """Returns (x, y) of a pixel, each from -1 to 1. Pixel (0, 0) is the top left corner."""
     x = 2.0 * pixel_x / max(width - 1, 1) - 1.0
     y = 1.0 - 2.0 * pixel_y / max(height - 1, 1)
     return max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y))

@@ -15,22 +15,20 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, fault_of
 from tb3_labs.terminal import run_tool
 
-#: The error of a right value may exceed the tolerance by this number, because of rounding.
-ROUNDING = 1e-9
+ROUNDING_ERROR = 1e-9
 
 
 def judge(number, name, value):
-    """Judges a student's answer, the `name` and the `value` of a fault. Whole turns in the error of
-    an angle are ignored. Returns (is the answer right?, the text for the student). If the fault is
-    wrong, the text does not name the right fault. Raises ``ValueError`` if the number of the robot
-    is not valid."""
+    """Returns (is the answer right?, the text for the student). The answer is the `name` and the
+    `value` of a fault. Whole turns in the error of an angle are ignored. If the fault is wrong, the
+    text does not name the right fault. Raises ``ValueError`` for an invalid `number`."""
     fault, right_value, _ = fault_of(number)
     if name != fault.name:
         return False, f'Wrong: mystery {number} has another fault.'
     error = value - right_value
     if fault.unit == 'deg':
         error = wrap_all(error, 360.0)
-    if abs(error) <= fault.tolerance + ROUNDING:
+    if abs(error) <= fault.tolerance + ROUNDING_ERROR:
         return True, f'Right: mystery {number} is {fault.name!r}, {fault.text(right_value)}.'
     return False, ('The fault is right, its value is not: it may be off by '
                    f'{fault.tolerance:g} {fault.unit}. The value is {fault.quantity}.')

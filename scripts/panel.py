@@ -31,17 +31,16 @@ from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
 
 
-class Panel:
-    """Offers the page, and prints its address."""
-
-    def __init__(self):
-        config = read_config(PanelConfig)
-        pages = Pages(config, read_model().body_radius)
-        rospy.on_shutdown(pages.release)
-        # not logged, since the address has a token, with which anyone can drive
-        only = '' if config.control else ' (it only shows)'
-        print(f'Panel: open {pages.address} in a browser{only}')
+def offer_pages():
+    """Offer the page, and print its address."""
+    config = read_config(PanelConfig)
+    pages = Pages(config, read_model().body_radius)
+    rospy.on_shutdown(pages.release)
+    # not logged, since the address has a token, with which anyone can drive
+    restriction = '' if config.control else ' (it only shows)'
+    print(f'Panel: open {pages.address} in a browser{restriction}')
+    return pages
 
 
 if __name__ == '__main__':
-    run('panel', Panel, __doc__)
+    run('panel', offer_pages, __doc__)

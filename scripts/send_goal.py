@@ -31,12 +31,10 @@ from tb3_labs.ros.topics import require_master, subscribe
 from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
 
-HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
-    'them, such as: 1 1 90'
-#: Longest wait [s] for an answer of move_to_goal.
-SERVER_TIMEOUT = 2.0
-#: The program checks with this period [s] whether ROS has shut down.
-SHUTDOWN_POLL_PERIOD = 2.0
+HELP = ('usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between '
+        'them, such as: 1 1 90')
+SERVER_TIMEOUT = 2.0          # [s]
+SHUTDOWN_POLL_PERIOD = 2.0    # [s]
 
 
 def print_states():

@@ -14,10 +14,9 @@ import rospkg
 from tb3_labs.command_line import Parser, failure_text
 from tb3_labs.terminal import run_tool
 
-#: The folder has a subfolder of templates for each lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
-SUFFIX = '.in'
+TEMPLATE_SUFFIX = '.in'
 #: {lab: the package's name in the handouts}
 PACKAGES = {'imu': 'ice6', 'turn': 'lab2', 'move2goal': 'lab7_tf', 'gamepad': 'lab4_gamepad'}
 
@@ -31,8 +30,8 @@ def package_files(templates, package):
     for path in sorted(templates.rglob('*')):
         name = path.relative_to(templates).as_posix()
         if path.is_file():
-            if name.endswith(SUFFIX):
-                name = name[:-len(SUFFIX)]
+            if name.endswith(TEMPLATE_SUFFIX):
+                name = name[:-len(TEMPLATE_SUFFIX)]
             files[name] = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
     return files
 

@@ -1,7 +1,6 @@
 """Reads the command lines of tools, and writes their output files."""
 import argparse
 import errno
-import os
 import secrets
 import signal
 from pathlib import Path
@@ -33,7 +32,7 @@ def number_or_text(word: str) -> Union[float, str]:
 def output_folder(path: Union[str, Path]) -> Path:
     """Returns the folder for a tool's output, which is made if it is missing. Raises ``OSError`` if
     the folder cannot be made, or is a link, which could lead to any other folder."""
-    folder = Path(str(path))
+    folder = Path(path)
     if folder.is_symlink():
         raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))
     folder.mkdir(parents=True, exist_ok=True)
@@ -43,18 +42,17 @@ def output_folder(path: Union[str, Path]) -> Path:
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
     """Write a whole file, with text as UTF-8. Raises ``OSError`` if the file cannot be written.
 
-    The content is written to a new file, which is then renamed to `path`. If the program is
-    interrupted, the old file is not lost. If `path` is a link, the new file replaces the link, and
-    the link's target is not changed.
+    If the program is interrupted, the old file is not lost. If `path` is a link, the new file
+    replaces the link, and the link's target is not changed.
     """
-    path = Path(str(path))
+    path = Path(path)
     if isinstance(content, str):
         content = content.encode('utf-8', errors='backslashreplace')
     new_file = path.with_name(f'.{secrets.token_hex(8)}.part')
     try:
-        with open(str(new_file), 'xb') as file:     # x fails if the file or a link exists
+        with new_file.open('xb') as file:    # x fails if the file or a link exists
             file.write(content)
-        os.replace(str(new_file), str(path))
+        new_file.replace(path)
     finally:
         new_file.unlink(missing_ok=True)    # after a failure, the new file still exists
 

@@ -7,8 +7,7 @@ import difflib
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, Iterable, Mapping, Optional, Sequence, Type, TypeVar
 
-#: A parameter that was not given has this value.
-NOT_GIVEN = 'default'
+NOT_GIVEN = 'default'    # the value of a parameter that was not given
 TYPE_TEXTS = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}
 ConfigType = TypeVar('ConfigType', bound='Config')
 
@@ -31,11 +30,8 @@ class Config:
 
 
 def from_parameters(config_type: Type[ConfigType], given: Mapping[str, Any]) -> ConfigType:
-    """Returns a configuration of class `config_type` from the parameters `given`.
-
-    Unknown parameters, and parameters with the value NOT_GIVEN, are ignored. Raises ``ValueError``
-    for the first invalid value.
-    """
+    """Returns a `config_type` with the values `given`. Unknown parameters, and parameters with the
+    value NOT_GIVEN, are ignored. Raises ``ValueError`` for the first invalid value."""
     return config_type(**{item.name: given[item.name] for item in fields(config_type)
                           if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
 

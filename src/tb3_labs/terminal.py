@@ -16,8 +16,8 @@ class SafeStream:
             self._stream.write(text)
             self._stream.flush()
 
-    def flush(self) -> None:
-        """Do nothing, since :meth:`write` flushes each text."""
+    def flush(self) -> None:    # :meth:`write` flushes each text
+        pass
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)

@@ -80,7 +80,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
     along = Pose2(goal.x, goal.y, declared.bearing_to(goal)).inverse() @ local_T_world
     commands: List[Twist2] = []
     overrun = -math.inf
-    while navigator.status(robot.now).active and robot.now - begun < 180.0:
+    while navigator.status(robot.now).is_active and robot.now - begun < 180.0:
         commands += _navigate(robot, navigator, POLL_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
     before = robot.truth

@@ -7,7 +7,7 @@ from itertools import takewhile
 import rospy
 
 from tb3_labs.geometry.angles import difference
-from tb3_labs.ros.rospy_internals import find_late_publishers
+from tb3_labs.ros.rospy_internals import join_publisher_lists
 from tb3_labs.ros.topics import subscribe
 
 #: Number of messages kept of each topic: enough for minutes, not for hours.
@@ -27,7 +27,7 @@ class Observer:
     """
 
     def __init__(self):
-        find_late_publishers()    # a test starts together with its robot
+        join_publisher_lists()    # a test starts together with its robot
         self._changed = threading.Condition(threading.RLock())
         self._seen = {}
 

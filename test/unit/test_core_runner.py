@@ -58,6 +58,6 @@ def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent)
     monkeypatch.setattr(cmd_vel.rospy, 'Publisher',
                         lambda *_, **__: SimpleNamespace(publish=lambda twist: published.append(
                             (twist.linear.x, twist.angular.z))))
-    monkeypatch.setattr(cmd_vel, 'write_at_once', lambda publisher: None)
+    monkeypatch.setattr(cmd_vel, 'make_writes_immediate', lambda publisher: None)
     cmd_vel.CmdVel().send(Twist2(*command))
     assert published == ([sent] if sent else [])

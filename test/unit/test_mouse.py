@@ -44,13 +44,13 @@ def test_the_speeds_of_a_mouse_position(x, y, linear, angular):
 
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
 def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x, lost):
-    assert not lost.active
+    assert not lost.is_active
     for now in (1.0, 1.1, 1.2, 1.3):
         hear(lost, True, 0.9, 0.0, now)
-    assert not lost.active
+    assert not lost.is_active
     hear(lost, active, x, 0.0, 1.4)
     hear(lost, True, 0.9, 0.0, 1.5)
-    assert lost.active and lost.twist != Twist2()
+    assert lost.is_active and lost.twist != Twist2()
 
 
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
@@ -59,13 +59,13 @@ def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x, lost):
     for k in range(20):
         hear(lost, active, x, 0.0, 5.0 + 0.001 * k)
     hear(lost, True, 0.9, 0.0, 5.1)
-    assert not lost.active
+    assert not lost.is_active
 
 
 def test_a_lost_mouse_drives_after_a_deactivation_and_a_later_activation(lost):
     hear(lost, False, 0.9, 0.0, 0.4)
     hear(lost, True, 0.9, 0.0, 5.0)
-    assert lost.active
+    assert lost.is_active
 
 
 def two_active_mice():
@@ -75,26 +75,26 @@ def two_active_mice():
     for name in 'mouse', 'page':
         for k in range(8):
             hear(mouse, True, 0.0, 0.0, 1.0 + 0.05 * k, name)
-    assert mouse.active
+    assert mouse.is_active
     return mouse
 
 
 def test_a_deactivated_mouse_stops_the_other_mice_until_they_are_centred():
     mouse = two_active_mice()
-    assert hear(mouse, False, 0.0, 0.0, 1.4, 'page') and not mouse.active
+    assert hear(mouse, False, 0.0, 0.0, 1.4, 'page') and not mouse.is_active
     hear(mouse, True, 0.9, 0.0, 1.45, 'mouse')
-    assert not mouse.active
+    assert not mouse.is_active
     for k in range(10):
         hear(mouse, True, 0.0, 0.0, 1.5 + 0.05 * k, 'mouse')
     hear(mouse, True, 0.9, 0.0, 2.0, 'mouse')
-    assert mouse.active and mouse.twist != Twist2()
+    assert mouse.is_active and mouse.twist != Twist2()
 
 
 def test_a_lost_mouse_does_not_drive_beside_an_active_mouse():
     mouse = inactive_mouse('page')
     hear(mouse, True, 0.0, 0.0, 1.0, 'page')
     hear(mouse, True, 0.9, 0.0, 1.01, 'mouse')
-    assert mouse.active and mouse.twist == Twist2()
+    assert mouse.is_active and mouse.twist == Twist2()
 
 
 def test_a_silent_mouse_stops_the_other_mouse():
@@ -103,22 +103,22 @@ def test_a_silent_mouse_stops_the_other_mouse():
         hear(mouse, True, 0.9, 0.0, 1.4 + 0.05 * k, 'mouse')
     assert mouse.check_silence(1.75).startswith('no mouse for 0.4 s: move it')
     hear(mouse, True, 0.9, 0.0, 1.8, 'mouse')
-    assert not mouse.active
+    assert not mouse.is_active
 
 
 def test_a_delayed_message_only_deactivates_a_mouse():
     mouse = inactive_mouse('laptop')
     assert not hear(mouse, True, 0.0, 0.0, 10.0, 'laptop', 510.0)
-    assert mouse.active
+    assert mouse.is_active
     for k in range(5):                  # 0.3 s late
         hear(mouse, True, 0.0, 0.0, 10.4 + 0.05 * k, 'laptop', 510.1 + 0.05 * k)
-        assert not mouse.active
+        assert not mouse.is_active
     hear(mouse, True, 0.9, 0.0, 10.65, 'laptop', 510.65)
-    assert not mouse.active
+    assert not mouse.is_active
     for k in range(10):
         hear(mouse, True, 0.0, 0.0, 10.7 + 0.05 * k, 'laptop', 510.7 + 0.05 * k)
-    assert mouse.active
-    assert hear(mouse, False, 0.0, 0.0, 12.2, 'laptop', 511.2) and not mouse.active
+    assert mouse.is_active
+    assert hear(mouse, False, 0.0, 0.0, 12.2, 'laptop', 511.2) and not mouse.is_active
 
 
 @pytest.mark.parametrize('stamp, age, drives', [
@@ -129,5 +129,5 @@ def test_a_mouse_is_silent_if_its_driver_repeats_a_stamp(stamp, age, drives):
     for k in range(100):
         mouse.on_message(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
                                age if k else Age.NEW, sent_at=stamp))
-    assert (mouse.active and not mouse.check_silence(15.0)) is drives
+    assert (mouse.is_active and not mouse.check_silence(15.0)) is drives
     assert mouse.on_message(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))

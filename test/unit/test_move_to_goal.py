@@ -138,7 +138,7 @@ def test_after_a_loss_of_the_pose_the_robot_rests_until_a_reset(silence, is_reac
     robot.odom_pose = Pose2()
     assert set(robot.run(0.5)) <= {None}
     lost = 'gave up: pose lost: reset_pose, or place the robot and reset'
-    assert robot.status.text == lost and not robot.status.active
+    assert robot.status.text == lost and not robot.status.is_active
     assert robot.stamped_pose is None
     robot.control(False)
     robot.control(True)
@@ -193,7 +193,7 @@ def test_a_new_grant_does_not_start_the_drive_to_a_reached_goal():
     robot.run(0.1)
     robot.core.set_goal(Pose2())       # the robot stands there
     robot.run(0.5)
-    assert robot.status.state is GoalState.GOAL_REACHED and not robot.status.active
+    assert robot.status.state is GoalState.GOAL_REACHED and not robot.status.is_active
     robot.control(False)
     robot.control(True)
     assert set(robot.run(0.5)) == {None}
@@ -255,7 +255,7 @@ def test_a_client_gets_one_answer_at_the_start_and_one_at_the_end():
     robot.heard.clear()
     robot.reset(Pose2(1.0))            # the robot drives to the ended goal again, but the client had its answer
     robot.run(0.5)
-    assert robot.status.active and robot.cancel('home') and robot.answers() == []
+    assert robot.status.is_active and robot.cancel('home') and robot.answers() == []
     robot.ask(Pose2(3.0))
     robot.run(0.2)
     robot.odom_pose = Pose2(4.0, 2.0, 0.3)

@@ -25,7 +25,7 @@ from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.node import Interrupted, catch_signals, end_roslaunch, exit_process, pause
 from tb3_labs.ros.rospy_internals import (
-    find_late_publishers, serve_connections_in_threads, write_at_once)
+    join_publisher_lists, serve_connections_in_threads, make_writes_immediate)
 
 
 class Child:
@@ -177,7 +177,7 @@ def test_ctrl_c_ends_a_node_that_still_imports(name, before_it):
 
 def test_a_hanging_subscriber_delays_no_other_subscriber_and_gets_the_last_message():
     topic, readers = _PublisherImpl('/cmd_vel', Twist), []
-    write_at_once(SimpleNamespace(impl=topic))
+    make_writes_immediate(SimpleNamespace(impl=topic))
     for name in '/robot', '/hangs':
         written, read = socket.socketpair()
         readers.append(read)
@@ -201,7 +201,7 @@ def test_a_hanging_subscriber_delays_no_other_subscriber_and_gets_the_last_messa
 def test_a_list_without_a_publisher_does_not_remove_a_waiting_publisher():
     """A publisher that registers together with a subscriber is found."""
     manager = RegManager(None)
-    find_late_publishers(manager)
+    join_publisher_lists(manager)
     one, two = ['http://robot:1/'], ['http://robot:2/', 'http://robot:3/']
     for topic, given, kept in (('/odom', one, one), ('/odom', [], one), ('/imu', two, two)):
         manager.publisher_update(topic, given)

@@ -22,7 +22,7 @@ def test_sticks_are_even_from_the_edge_of_their_dead_zone(position, speed):
     state = read_pad(axes(a1=position), BUTTONS, CONFIG)
     assert state.forward == pytest.approx(speed) and state.left == 0.0
     assert read_pad(axes(a3=position), BUTTONS, CONFIG).left == pytest.approx(speed)
-    assert state.at_rest is (abs(position) <= 0.1)
+    assert state.is_at_rest is (abs(position) <= 0.1)
 
 
 OTHER = PadConfig(linear_axis=4, angular_axis=0, reset_button=7, hold_button=5)

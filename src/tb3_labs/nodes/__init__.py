@@ -2,13 +2,13 @@
 folder has the node's core, without ROS and clocks, and the files `ros_*.py`, which use both.
 
 The class :class:`tb3_labs.ros.core_runner.CoreRunner` calls the methods of every core. A core takes
-in a sample, a message or a request by ``on_<what>(...)``, which returns nothing. A message that a
-person may have caused is an events.Event.
+in a sample, a message or a request by ``on_<what>(...)``. A message that a person may have caused
+is an events.Event. A *steady* clock never stands still and never goes back.
 
-The core decides in ``tick(now)``, which returns one events.Output. An Output has the command, and
-everything else that the node must do. CoreRunner calls `tick` after each message, and ten times a
-second. After an Output with `needs_fast_ticks`, CoreRunner calls `tick` more often, since the
-messages may stop. For ``idle_for(now)`` seconds the core needs no sample of the IMU.
+The core decides in ``tick(now)``, which returns one events.Output. CoreRunner calls `tick` after
+each message, and ten times a second. After an Output with `needs_fast_ticks`, CoreRunner calls
+`tick` more often, since the messages may stop. For ``idle_for(now)`` seconds the core needs no
+sample of the IMU.
 
 The methods ``status(now)`` and ``problem_text(now)``, and all properties, do not change the core.
 """

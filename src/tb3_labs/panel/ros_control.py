@@ -15,7 +15,7 @@ from tb3_labs.panel.requests import BrowserPad
 from tb3_labs.panel.ros_server import run_in_thread
 from tb3_labs.panel.ros_subscriptions import RobotSubscriptions
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.conversions import frame, to_pose_stamped
+from tb3_labs.ros.conversions import frame_name, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.ros.rospy_internals import subscribers_of
@@ -110,7 +110,7 @@ class PanelRobot:
         self._check_age(request, MAX_REQUEST_AGE)
         self._require_listener(self._goal, 'move_base_simple/goal: is move_to_goal running?')
         typed = request.value
-        self._goal.publish(to_pose_stamped(typed.pose, frame('local'), rospy.get_time()))
+        self._goal.publish(to_pose_stamped(typed.pose, frame_name('local'), rospy.get_time()))
         return f'goal sent: {typed.x:.2f} m, {typed.y:.2f} m, {typed.yaw_deg:.0f} deg'
 
     def _reset(self, page, request):

@@ -13,7 +13,7 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.panel.robot_view import RobotView
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.conversions import frame, to_odometry_sample, to_pose2, transform_to_pose2
+from tb3_labs.ros.conversions import frame_name, to_odometry_sample, to_pose2, transform_to_pose2
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
@@ -42,7 +42,7 @@ class RobotSubscriptions:
         self._on_stop = on_stop
         self._lock = threading.Lock()    # guards the view
         self._view = RobotView()
-        self._odom, self._local = frame('odom'), frame('local')
+        self._odom, self._local = frame_name('odom'), frame_name('local')
 
         def subscribe_all(topic, *arguments):    # the callback gets every message
             subscribe(topic, *arguments, queue_size=None)

@@ -13,9 +13,6 @@ import rospy
 
 from tb3_labs.ros.rospy_internals import is_wall_time
 
-#: Time [s, wall clock] between two checks of a condition.
-POLL_PERIOD = 0.05
-
 
 def ros_time():
     """Returns the same time as rospy.get_time(), in a tenth of the computing time."""
@@ -28,8 +25,9 @@ def steady_time():
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
-def wait_until(condition, seconds, period=POLL_PERIOD):
-    """Wait at most `seconds` of wall time. Returns True as soon as ``condition()`` is true."""
+def wait_until(condition, seconds, period=0.05):
+    """Wait at most `seconds` of wall time. Returns True as soon as ``condition()`` is true. The
+    condition is checked every `period` [s]."""
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

@@ -6,9 +6,9 @@ node can drive. A node also stops the robot if the node ends, or if ROS time sta
 import math
 
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, Vector3
 
-from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
+from tb3_labs.ros.rospy_internals import is_wall_time, make_writes_immediate
 
 #: A speed below this value [m/s or rad/s] is sent as 0. A lower speed does not turn a motor, and
 #: the firmware even reads 1e-40 as full speed.
@@ -21,9 +21,9 @@ class CmdVel:
     def __init__(self):
         self._clock_runs = is_wall_time()
         self._is_driving = False
-        self._is_closed = False        # does the node end?
+        self._is_closed = False
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-        write_at_once(self._publisher)
+        make_writes_immediate(self._publisher)
 
     def send(self, command):
         """Send `command`, a Twist2. A zero command, or a clock that stands still, stops the robot.
@@ -59,6 +59,4 @@ class CmdVel:
         return has_stopped
 
     def _publish(self, linear, angular):
-        message = Twist()
-        message.linear.x, message.angular.z = linear, angular
-        self._publisher.publish(message)
+        self._publisher.publish(Twist(Vector3(x=linear), Vector3(z=angular)))

@@ -1,10 +1,11 @@
-"""Converts messages to the types of the cores, and back. Also makes the names of frames. A message
-with NaN, infinity or an invalid quaternion raises ``ValueError``.
-"""
+"""Converts messages to the types of the cores, and back. A message with NaN, infinity or an invalid
+quaternion raises ``ValueError``."""
 import math
 
 import rospy
-from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
+from geometry_msgs.msg import (
+    Point, Pose, PoseStamped, Quaternion, Transform, TransformStamped, Twist, Vector3)
+from std_msgs.msg import Header
 
 from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
@@ -12,12 +13,12 @@ from tb3_labs.robot.samples import (
     MAX_STAMP, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_TURN_RATE, OdometrySample,
     within_bound)
 
-#: This environment variable has the path of the pipe for the true poses of the simulated robot. A
+#: This environment variable has the path of the pipe for the simulated robot's true poses, since a
 #: student's node could read a topic. Each line of the pipe has x [m], y [m], yaw [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
-def frame(name):
+def frame_name(name):
     """Returns the name of a frame in this node's namespace, such as `robot3/odom`."""
     namespace = rospy.get_namespace().strip('/')
     return f'{namespace}/{name}' if namespace else name
@@ -36,13 +37,19 @@ def to_quaternion(yaw, *tilt):
 
 def to_pose2(pose):
     """Returns the planar part of a geometry_msgs/Pose."""
-    return _finite(Pose2(pose.position.x, pose.position.y, yaw_of(pose.orientation)))
+    return _to_finite_pose2(pose.position, pose.orientation)
 
 
 def transform_to_pose2(transform):
     """Returns the planar part of a geometry_msgs/Transform."""
-    return _finite(Pose2(transform.translation.x, transform.translation.y,
-                         yaw_of(transform.rotation)))
+    return _to_finite_pose2(transform.translation, transform.rotation)
+
+
+def _to_finite_pose2(place, orientation):
+    pose = Pose2(place.x, place.y, yaw_of(orientation))
+    if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+        raise ValueError(f'a number is not finite: {pose}')
+    return pose
 
 
 def to_odometry_sample(message):
@@ -58,36 +65,18 @@ def to_odometry_sample(message):
 
 def to_pose_stamped(pose, frame_id, stamp):
     """Returns the geometry_msgs/PoseStamped of a Pose2. `stamp` is in [s]."""
-    message = PoseStamped()
-    message.header.frame_id = frame_id
-    message.header.stamp = rospy.Time.from_sec(stamp)
-    message.pose.position.x = pose.x
-    message.pose.position.y = pose.y
-    message.pose.orientation = to_quaternion(pose.yaw)
-    return message
+    header = Header(frame_id=frame_id, stamp=rospy.Time.from_sec(stamp))
+    return PoseStamped(header, Pose(Point(x=pose.x, y=pose.y), to_quaternion(pose.yaw)))
 
 
 def to_transform(parent_T_child, parent, child, stamp):
     """Returns the geometry_msgs/TransformStamped of a Pose2. `stamp` is in [s]."""
-    message = TransformStamped()
-    message.header.frame_id = parent
-    message.header.stamp = rospy.Time.from_sec(stamp)
-    message.child_frame_id = child
-    message.transform.translation.x = parent_T_child.x
-    message.transform.translation.y = parent_T_child.y
-    message.transform.rotation = to_quaternion(parent_T_child.yaw)
-    return message
+    header = Header(frame_id=parent, stamp=rospy.Time.from_sec(stamp))
+    translation = Vector3(x=parent_T_child.x, y=parent_T_child.y)
+    return TransformStamped(
+        header, child, Transform(translation, to_quaternion(parent_T_child.yaw)))
 
 
 def to_twist(linear, angular):
     """Returns the geometry_msgs/Twist of a forward speed [m/s] and a rate of turn [rad/s]."""
-    message = Twist()
-    message.linear.x = linear
-    message.angular.z = angular
-    return message
-
-
-def _finite(pose):
-    if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
-        raise ValueError(f'a number is not finite: {pose}')
-    return pose
+    return Twist(Vector3(x=linear), Vector3(z=angular))

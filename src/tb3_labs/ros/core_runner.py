@@ -25,15 +25,14 @@ from tb3_labs.ros.topics import INVALID_COUNTS
 from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
-#: Time [s, wall clock] between two messages of the diagnostics.
-DIAGNOSTICS_PERIOD = 1.0
+DIAGNOSTICS_PERIOD = 1.0    # [s, wall clock]
 
 
 class CoreRunner:
-    """Guards a core (:mod:`tb3_labs.nodes`) by one lock. Each message takes the lock once. The lock
-    is also held while a command is sent. So a command that was decided before a stop is never sent
-    after the stop. A separate thread carries out all other parts of an Output in order, without the
-    lock. So neither a blocked terminal nor actionlib can delay a stop."""
+    """Guards a core (:mod:`tb3_labs.nodes`) by one lock. The lock is also held while a command is
+    sent. So a command that was decided before a stop is never sent after the stop. A separate
+    thread carries out all other parts of an Output in order, without the lock. So neither a blocked
+    terminal nor actionlib can delay a stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the core's next Output. ``publish(output)`` is called after the
@@ -41,15 +40,16 @@ class CoreRunner:
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting_outputs = queue.SimpleQueue()    # for carry_out
-        threading.Thread(target=guarded(self._run), name='core runner', daemon=True).start()
+        threading.Thread(target=guarded(self._log_and_carry_out), name='core runner',
+                         daemon=True).start()
         self._cmd_vel = CmdVel()
         rospy.on_shutdown(self._close)
         self._watchdog = Watchdog(self.check, self._on_clock)
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
-        decide. Returns the Output. `method` itself must read the clock. A time that was read
-        before the lock was taken could be older than the time of the core's last decision."""
+        decide. Returns the Output. `method` itself must read the clock: a time from before the lock
+        was taken could be older than the core's last decision."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -79,9 +79,9 @@ class CoreRunner:
             self._waiting_outputs.put(output)
         return output
 
-    def _on_clock(self, runs):
+    def _on_clock(self, clock_runs):
         with self._lock:
-            has_stopped = self._cmd_vel.set_clock_runs(runs)
+            has_stopped = self._cmd_vel.set_clock_runs(clock_runs)
         if has_stopped:
             rospy.logwarn('/clock stands still: nothing is driven until it goes on')
 
@@ -89,7 +89,7 @@ class CoreRunner:
         with self._lock:
             self._cmd_vel.close()
 
-    def _run(self):
+    def _log_and_carry_out(self):
         while True:
             output = self._waiting_outputs.get()
             for line in output.log_lines:
@@ -100,8 +100,8 @@ class CoreRunner:
 
 class Watchdog:
     """Calls `check()` in a separate thread while no message arrives. If time is simulated, the
-    thread also calls `on_clock(runs)`; `runs` is False if the clock stands still. The first call of
-    :meth:`set_awake` starts the thread. A rospy.Timer would stop with simulated time."""
+    thread also calls `on_clock(clock_runs)`. The first call of :meth:`set_awake` starts the thread.
+    A rospy.Timer would stop with simulated time."""
 
     def __init__(self, check, on_clock):
         self._check, self._on_clock = check, on_clock
@@ -109,13 +109,13 @@ class Watchdog:
         self._messages = Freshness('message', QUIET_TIME)
         self._clock = Freshness('/clock', STANDSTILL_TIME)
         self._last_time = 0.0
-        self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
+        self._thread = threading.Thread(target=guarded(self._watch), name='watchdog', daemon=True)
 
-    def set_awake(self, awake):
-        """If `awake` is True, check often, else seldom. The caller holds the lock."""
+    def set_awake(self, is_awake):
+        """If `is_awake`, check often, else seldom. The caller holds the lock."""
         if not self._thread.ident:
             self._thread.start()
-        if awake:
+        if is_awake:
             self._awake.set()
         else:
             self._awake.clear()
@@ -123,7 +123,7 @@ class Watchdog:
     def on_message_handled(self):
         self._messages.on_message(steady_time())
 
-    def _run(self):
+    def _watch(self):
         while not rospy.is_shutdown():
             is_awake = self._awake.wait(IDLE_PERIOD)
             self._check_clock()
@@ -143,29 +143,26 @@ class Watchdog:
             self._on_clock(self._clock.is_fresh(steady_time()))
 
 
-class Diagnostics:
-    """Publishes the result of ``report()`` on `/diagnostics` every second. ``report()`` returns
-    ``(problem, {name: value})``, and is called without a lock."""
-
-    def __init__(self, hardware, report):
-        self._report = report
-        self._updater = Updater()
-        self._updater.setHardwareID(hardware)
-        self._updater.add('state', self._fill)    # the Updater puts the node's name before 'state'
-        threading.Thread(target=guarded(self._run), name='diagnostics', daemon=True).start()
-
-    def _run(self):
-        while True:
-            time.sleep(DIAGNOSTICS_PERIOD)
-            self._updater.force_update()
-
-    def _fill(self, status):
-        problem, values = self._report()
+def publish_diagnostics(hardware, report):
+    """Publish the result of ``report()`` on `/diagnostics` every second from now on. ``report()``
+    returns ``(problem, {name: value})``, and is called without a lock."""
+    def fill(status):
+        problem, values = report()
         level = DiagnosticStatus.WARN if problem else DiagnosticStatus.OK
         status.summary(level, problem or 'OK')
         for name, value in values.items():
             status.add(name, str(value))
         return status
+
+    def repeat():
+        while True:
+            time.sleep(DIAGNOSTICS_PERIOD)
+            updater.force_update()
+
+    updater = Updater()
+    updater.setHardwareID(hardware)
+    updater.add('state', fill)    # the Updater puts the node's name before 'state'
+    threading.Thread(target=guarded(repeat), name='diagnostics', daemon=True).start()
 
 
 def values_of(freshness, now):

@@ -23,8 +23,7 @@ from tb3_labs.ros.live_settings import decode, encode
 from tb3_labs.ros.topics import require_master
 from tb3_labs.terminal import run_tool
 
-#: Longest wait [s] for the service of a node.
-SERVICE_TIMEOUT = 2.0
+SERVICE_TIMEOUT = 2.0    # [s]
 #: Matches the text with which rospy reports a refusal. Group 2 of the match is the reason.
 REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
                      r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
@@ -46,7 +45,7 @@ def change(node, name, text):
 
 
 def main(argv):
-    """Carry out the command line. Returns the exit status."""
+    """Returns the exit status."""
     if argv[:1] in (['-h'], ['--help']):
         print(__doc__.strip())
         return 0

@@ -2,9 +2,8 @@
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
 package begins with a parameter whose value is the output of ``python3 PATH/run.py launch
-FILE.launch``. ``run.py`` reads the arguments of the roslaunch. If an argument is unknown or
-missing, ``run.py`` prints one line and fails, and roslaunch does not start a node. Any Python can
-run this module, which imports only the standard library.
+FILE.launch``. If an argument is unknown or missing, ``run.py`` prints one line and fails, and
+roslaunch does not start a node. Any Python can run this module.
 """
 import difflib
 import os
@@ -13,7 +12,6 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-#: The package of the launch files.
 PACKAGE = 'tb3_labs'
 #: An argument that is a group of parameters has an example in its doc, such as {slip: 0.1}.
 GROUP_EXAMPLE_PATTERN = re.compile(r'.*({.*})')
@@ -24,7 +22,7 @@ FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
 def _words_of(process):
-    """Returns the words after `roslaunch` on the command line of a process, or []."""
+    """Returns the words after `roslaunch` on a process's command line, or []."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     names = [os.path.basename(word) for word in argv[:2]]    # the first word may be python3
     return argv[names.index('roslaunch') + 1:] if 'roslaunch' in names else []
@@ -32,10 +30,8 @@ def _words_of(process):
 
 def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
-    all arguments are right. `argv` has the words after `roslaunch`.
-
-    If `argv` names another launch file, which includes `path`, no argument is checked.
-    """
+    all arguments are right, or if another launch file includes `path`. `argv` has the words after
+    `roslaunch`."""
     pairs = zip(['', *argv], argv)
     if not any(_names_launch_file(path, word_before, word) for word_before, word in pairs):
         return ''
@@ -60,15 +56,14 @@ def problem_of(argv, path):
 
 
 def _names_launch_file(path, word_before, word):
-    """Does `word`, which follows `word_before` on the command line, name the launch file `path`?"""
     if word == path.name and word_before == PACKAGE:
         return True
     return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
 
 
 def _problem_of_value(name, value, doc, folder):
-    """Returns a sentence that corrects a wrong value; '' if the value is right. The text `doc` of
-    the argument `name` shows which values are right. The launch files are in `folder`."""
+    """Returns a sentence that corrects a wrong value; '' if the value is right. The argument's text
+    `doc` shows which values are right. The launch files are in `folder`."""
     example = GROUP_EXAMPLE_PATTERN.match(doc)
     if example and not GROUP_PATTERN.fullmatch(value):
         return ('parameters are given in braces, with a blank after each colon, and a point in '

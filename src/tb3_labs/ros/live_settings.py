@@ -1,11 +1,9 @@
 """Lets a user change settings of a running node, by dynparam or in rqt_reconfigure.
 
-LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12). Three defects of
-this server were measured. LiveSettings does not have these defects, as test/ros/live_test.py shows.
-
-The server silently clips an invalid value to the nearest bound, before a callback can refuse the
-value. The server writes each change to the parameter server, so a simulated fault is also present
-after the next start. The import of the server calls rosdep, which may print a line.
+LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12), which silently
+clips an invalid value to the nearest bound, before a callback can refuse the value. That server
+also writes each change to the parameter server, so a simulated fault is present after the next
+start. Its import calls rosdep, which may print a line. Test: test/ros/live_test.py.
 """
 import threading
 from dataclasses import asdict, fields, replace
@@ -101,7 +99,6 @@ def _description(config, offered_fields):
 
 
 def _bounds(offered_fields, bound_key, bool_bound):
-    """Returns the bound 'low' or 'high' of each field. The bound of a bool is `bool_bound`."""
-    bounds = {item.name: item.metadata[bound_key] for item in offered_fields}
-    bounds.update({name: bool_bound for name, bound in bounds.items() if bound is None})
-    return encode(bounds)
+    return encode({
+        item.name: bool_bound if type(item.default) is bool else item.metadata[bound_key]
+        for item in offered_fields})

@@ -21,16 +21,14 @@ import rosgraph
 import rospy
 
 from tb3_labs.ros.rospy_internals import (
-    find_late_publishers, log_without_the_master, record_connections, serve_connections_in_threads)
+    join_publisher_lists, log_without_the_master, record_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
-#: The main thread waits for the master, or for the end of the node. Time [s] between two checks.
-MAIN_THREAD_PERIOD = 0.2
-#: Time [s] for rospy's queues to send the last messages.
-FLUSH_TIME = 0.1
+MAIN_THREAD_POLL_PERIOD = 0.2    # [s]
+FLUSH_TIME = 0.1    # time [s] for rospy's queues to send the last messages
 #: A node that ends waits at most this time [s] for its shutdown hooks and for the master.
 END_TIMEOUT = 4.0
-END_POLL_PERIOD = 0.01
+END_POLL_PERIOD = 0.01    # [s]
 XML_RPC_LIMIT_TEXT = 'int exceeds XML-RPC limits'
 #: The signals that end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
@@ -40,11 +38,11 @@ _received_signals = []
 _shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until the hooks have run
 
 
-def run(name, make_node, interface):
-    """Initialise the node `name`, call ``make_node()``, wait for the end, and exit. The option
+def run(name, start_node, interface):
+    """Initialise the node `name`, call ``start_node()``, wait for the end, and exit. The option
     --help only prints `interface`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
-    if set(rospy.myargv()[1:]) & {'-h', '--help'}:
+    if {'-h', '--help'} & set(rospy.myargv()[1:]):
         print(interface.strip())
         sys.exit(0)
     catch_signals()
@@ -53,17 +51,17 @@ def run(name, make_node, interface):
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
-                pause(MAIN_THREAD_PERIOD)
+                pause(MAIN_THREAD_POLL_PERIOD)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_shutdown_has_begun.set)
         log_without_the_master()
         serve_connections_in_threads()
-        find_late_publishers()
+        join_publisher_lists()
         record_connections()
-        node = make_node()    # noqa: F841 (without a name Python would delete the node)
+        node = start_node()    # noqa: F841 (without a name Python would delete the node)
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
-            pause(MAIN_THREAD_PERIOD)
+            pause(MAIN_THREAD_POLL_PERIOD)
     except (ValueError, OverflowError) as problem:
         ignore_signals()
         end_roslaunch()
@@ -132,8 +130,9 @@ def roslaunch_of_this():
 
 def end_roslaunch():
     """End the roslaunch that started this process. After SIGTERM roslaunch prints no red lines."""
-    if roslaunch_of_this():
-        os.kill(roslaunch_of_this(), signal.SIGTERM)
+    roslaunch = roslaunch_of_this()
+    if roslaunch:
+        os.kill(roslaunch, signal.SIGTERM)
 
 
 class Interrupted(BaseException):
@@ -141,8 +140,8 @@ class Interrupted(BaseException):
 
 
 def catch_signals():
-    """From now on the first signal of END_SIGNALS raises Interrupted in the main thread. A
-    background job also obeys SIGINT from now on. After nohup a node ignores SIGHUP."""
+    """From now on the first signal of END_SIGNALS raises Interrupted in the main thread, even in a
+    background job. After nohup a node ignores SIGHUP."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)

@@ -29,8 +29,8 @@ def read_config(*config_types, other_node=None, typed_values=()):
                 raise ValueError(f'{word} is not an argument; a parameter is given by '
                                  f'_{shown_name}:=VALUE (--help tells more)')
         for name in sorted(set(values) - known_names):
-            hint = spelling_hint(name, known_names)
-            raise ValueError(f'parameter {node}/{name} is unknown; {hint}')
+            remedy = spelling_hint(name, known_names)
+            raise ValueError(f'parameter {node}/{name} is unknown; {remedy}')
     try:
         configs = [from_parameters(config_type, values) for config_type in config_types]
     except ValueError as problem:

@@ -21,7 +21,6 @@ def call_reset(x, y, yaw_deg):
 
 
 def _call_as_in_the_handout(x, y, yaw_deg):
-    service = rospy.resolve_name(SET_POSE_SERVICE)
     half_yaw = math.radians(yaw_deg) / 2.0
     message = PoseWithCovarianceStamped()
     message.header.frame_id = 'map'
@@ -31,7 +30,8 @@ def _call_as_in_the_handout(x, y, yaw_deg):
     pose.position.x, pose.position.y = x, y
     pose.orientation.z, pose.orientation.w = math.sin(half_yaw), math.cos(half_yaw)
     try:
-        rospy.ServiceProxy(service, SetInitialPose)(message)
+        rospy.ServiceProxy(SET_POSE_SERVICE, SetInitialPose)(message)
     except (rospy.ROSException, rospy.ServiceException) as problem:
         raise ValueError(str(problem)) from None
-    return f'{service} was called with x={x:.3f}, y={y:.3f}, yaw={yaw_deg:.1f} deg'
+    return (f'{rospy.resolve_name(SET_POSE_SERVICE)} was called with x={x:.3f}, y={y:.3f}, '
+            f'yaw={yaw_deg:.1f} deg')

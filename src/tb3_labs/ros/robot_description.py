@@ -13,10 +13,8 @@ forward, and y to the left. Joints turn by positive angles when the robot drives
 from tb3_labs.robot.turtlebot3 import RobotModel, robot_model
 from tb3_labs.terminal import run_tool
 
-#: Width [m] of a wheel, for all models, as in turtlebot3_description.
-WHEEL_WIDTH = 0.018
-#: Height [m] of body and nose.
-THICKNESS = 0.005
+WHEEL_WIDTH = 0.018    # [m], for all models, as in turtlebot3_description
+THICKNESS = 0.005      # height [m] of body and nose
 
 _ROBOT = """<?xml version="1.0"?>
 <robot name="turtlebot3_{name}">
@@ -63,7 +61,7 @@ _WHEEL = """
 """
 
 
-def urdf(model: RobotModel, prefix: str = '') -> str:
+def urdf(model: RobotModel, prefix: str) -> str:
     """Returns the URDF of a simple shape with the size of `model`."""
     wheels = [_WHEEL.format(prefix=prefix, side=side, y=y, radius=model.wheel_radius,
                             width=WHEEL_WIDTH)
@@ -80,7 +78,7 @@ def main(model, prefix='', *_):
     try:
         print(urdf(robot_model(model), prefix))
     except ValueError as problem:
-        return 'robot_description: {}'.format(problem)
+        return f'robot_description: {problem}'
     return 0
 
 

@@ -86,12 +86,11 @@ def is_wall_time():
     return rospy.rostime.is_wallclock()
 
 
-def find_late_publishers(manager=None):
-    """Find publishers that register just after a subscriber. The master answers a new subscriber
-    with a list of publishers. If a publisher registers at the same moment, the master sends a
-    second list. The subscriber uses the list that arrives last. If the first list arrives last, the
-    two nodes never connect. So this function joins all waiting lists. A publisher that has ended
-    refuses the connection. Internals: `updates`, `publisher_update` of RegManager; test:
+def join_publisher_lists(manager=None):
+    """Find publishers that register just after a subscriber. The master then sends two lists of
+    publishers, and the subscriber uses the list that arrives last. If the first list arrives last,
+    the two nodes never connect. So this function joins all waiting lists. A publisher that has
+    ended refuses the connection. Internals: `updates`, `publisher_update` of RegManager; test:
     test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
@@ -111,7 +110,7 @@ def subscribers_of(publisher):
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
-def write_at_once(publisher, max_waiting=1):
+def make_writes_immediate(publisher, max_waiting=1):
     """From now on ``publish()`` itself writes to each subscriber. Messages in rospy's queue
     would be lost when the process ends. If a subscriber's buffers are full, the last `max_waiting`
     messages wait. Internals: `impl`, its `add_connection`; test: test/unit/test_node.py."""

@@ -20,11 +20,9 @@ from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 RENEWAL_HEADER = {'renewed': '1'}
 #: {topic: number of invalid messages, which are dropped}
 INVALID_COUNTS = Counter()
-#: Time [s, wall clock] between two warnings of one WarningThrottle.
-WARNING_PERIOD = 1.0
-#: Times [s, wall clock] before the first reminder of missing topics, and between two reminders.
-FIRST_REMINDER_DELAY = 2.0
-REMINDER_PERIOD = 10.0
+WARNING_PERIOD = 1.0          # [s, wall clock]
+FIRST_REMINDER_DELAY = 2.0    # [s, wall clock]
+REMINDER_PERIOD = 10.0        # [s, wall clock]
 
 
 class WarningThrottle:
@@ -44,10 +42,10 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
     latest `queue_size` messages, or all messages if `queue_size` is None.
 
     `read` converts a message to the argument of `callback`. If `read` raises ``ValueError``, the
-    message is dropped and counted in INVALID_COUNTS, and at most one warning a second is logged.
+    message is dropped and counted in INVALID_COUNTS.
 
-    If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message.
-    The pauses save most of a node's computing time. If time is simulated, every message is read.
+    If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message,
+    which saves most of a node's computing time. If time is simulated, every message is read.
     """
     must_pause = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
@@ -69,7 +67,7 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
 
 def subscribe_events(topic, message_type, callback, read=lambda message: message.data):
     """Returns a subscriber that reads every message. `callback` gets an events.Event, whose content
-    is the result of `read`. See :func:`subscribe`."""
+    is the result of `read`."""
     to_age = age_reader(topic)
 
     def to_event(message):
@@ -118,7 +116,7 @@ def publishers_of(topic):
 def log_missing_topics(freshness_of_topics, remedy='is the robot running?'):
     """Log reminders until a message has arrived on /clock and on each topic of
     `freshness_of_topics`, a {topic: Freshness}. Each reminder ends with `remedy`."""
-    def run():
+    def remind():
         time.sleep(FIRST_REMINDER_DELAY)
         while not rospy.is_shutdown():
             missing = [rospy.resolve_name(topic) for topic, freshness in freshness_of_topics.items()
@@ -132,4 +130,4 @@ def log_missing_topics(freshness_of_topics, remedy='is the robot running?'):
                 return
             time.sleep(REMINDER_PERIOD)
 
-    threading.Thread(target=guarded(run), name='reminder', daemon=True).start()
+    threading.Thread(target=guarded(remind), name='reminder', daemon=True).start()

@@ -21,9 +21,9 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.conversions import (
-    TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform, to_twist)
+    TRUTH_PIPE, frame_name, to_pose_stamped, to_quaternion, to_transform, to_twist)
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import publish_together, write_at_once
+from tb3_labs.ros.rospy_internals import publish_together, make_writes_immediate
 from tb3_labs.simulation.sensors import MAX_SAMPLES
 from tb3_labs.simulation.simulator import Simulator
 
@@ -172,7 +172,7 @@ class SensorTopics:
 
     def __init__(self):
         #: {name of a frame: its name in this node's namespace}
-        self.frames = {name: frame(name) for name in (
+        self.frames = {name: frame_name(name) for name in (
             'imu_link', 'odom', 'base_footprint', 'base_link')}
         self._imu = make_publisher('imu', Imu)
         self._odom = make_publisher('odom', Odometry)
@@ -211,7 +211,7 @@ def _pop_earlier(wheel_readings, stamp):
 def make_publisher(topic, message_type, **options):
     """Returns a publisher that sends each message at once."""
     publisher = rospy.Publisher(topic, message_type, queue_size=50, tcp_nodelay=True, **options)
-    write_at_once(publisher, max_waiting=50)
+    make_writes_immediate(publisher, max_waiting=50)
     return publisher
 
 

@@ -1,10 +1,8 @@
 """Decides whether a turn or the mouse drives the robot, and with which command.
 
-The package :mod:`tb3_labs.nodes` describes how a core is used.
-
-The time `now` [s] is on the receiver's clock. The time `steady_now` [s], and the `arrived_at` of an
-Event, are on a clock that never stands still and never goes back. Turns are requested in degrees;
-all other angles are in radians. Speeds are in m/s.
+The package :mod:`tb3_labs.nodes` describes how a core is used. The time `now` [s] is on the
+receiver's clock. The time `steady_now` [s], and the `arrived_at` of an Event, are on a steady
+clock. Turns are requested in degrees; all other angles are in radians. Speeds are in m/s.
 """
 import math
 from typing import Optional
@@ -23,8 +21,7 @@ from tb3_labs.supervision.sensors_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
 
-#: Refused turns are logged at most once in this time [s].
-REFUSAL_PERIOD = 1.0
+REFUSAL_LOG_PERIOD = 1.0    # [s]
 
 
 class ControllerCore:
@@ -34,7 +31,7 @@ class ControllerCore:
         self._timing = SampleTiming()
         self.imu = Sensor('imu')
         self.driver = Driver.NOBODY
-        self._last_driver = Driver.NOBODY        # at the last tick
+        self._driver_at_last_tick = Driver.NOBODY
         self._law = law
         self._pace = Pace(law.period)
         self._heading = Heading()
@@ -45,8 +42,8 @@ class ControllerCore:
         self._log = LogQueue()
         self.mouse = Mouse(self._log)
         self._turn_requests = SenderRequests(self._sleep)
-        self._refused_at = -math.inf             # time of the last log line about a refused turn
-        self._mouse_is_due = False               # must the next tick send the mouse's command?
+        self._refusal_logged_at = -math.inf
+        self._mouse_command_is_due = False
 
     # -- inputs
 
@@ -65,7 +62,6 @@ class ControllerCore:
             self._log_result(now)
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels, which only the check of the gyro uses."""
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
@@ -73,36 +69,36 @@ class ControllerCore:
         stop_reason = self.mouse.on_message(message)
         if stop_reason:
             self._release_mouse(stop_reason)
-        elif self.mouse.active:
+        elif self.mouse.is_active:
             is_centred = self.mouse.twist == Twist2()
             event = DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED
-            self._mouse_is_due = True
+            self._mouse_command_is_due = True
             self._change_driver(event, 'the mouse took over')
 
-    def on_turn(self, turn: 'Event[float]', now: float) -> None:
+    def on_turn(self, request: 'Event[float]', now: float) -> None:
         """Turn by the angle [deg] that another node requests, if accepts_turn() is true."""
-        self._check_sleep_and_mouse(turn.arrived_at)
-        if accepts_turn(self._turn_requests, turn, self._sleep.is_waking):
-            self._request_or_log(turn, now)
+        self._check_sleep_and_mouse(request.arrived_at)
+        if accepts_turn(self._turn_requests, request, self._sleep.is_waking):
+            self._request_or_log(request, now)
         else:
             self._log_refusal('cannot turn: this turn only repeats an earlier turn; pause for '
-                              f'{SENDER_PAUSE:.0f} s, then ask again', turn.arrived_at)
+                              f'{SENDER_PAUSE:.0f} s, then ask again', request.arrived_at)
 
-    def on_typed(self, turn: 'Event[float]', now: float) -> None:
+    def on_typed(self, request: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A repetition is never refused."""
-        self._check_sleep_and_mouse(turn.arrived_at)
-        self._refused_at = -math.inf
-        self._request_or_log(turn, now)
+        self._check_sleep_and_mouse(request.arrived_at)
+        self._refusal_logged_at = -math.inf
+        self._request_or_log(request, now)
 
-    def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
+    def _request_or_log(self, request: 'Event[float]', now: float) -> None:
         try:
-            self.request_turn(turn.content, now)
+            self.request_turn(request.content, now)
         except ValueError as refusal:
-            self._log_refusal(str(refusal), turn.arrived_at)
+            self._log_refusal(str(refusal), request.arrived_at)
 
     def _log_refusal(self, text: str, steady_now: float) -> None:
-        if steady_now - self._refused_at >= REFUSAL_PERIOD:
-            self._refused_at = steady_now
+        if steady_now - self._refusal_logged_at >= REFUSAL_LOG_PERIOD:
+            self._refusal_logged_at = steady_now
             self._log.add(text, warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
@@ -127,9 +123,9 @@ class ControllerCore:
             self._turn_requests.end_repetitions()
             if self.driver is Driver.TURN:
                 self._change_driver(DriverEvent.TURN_OVER, self._sleep.as_text())
-        stop_reason = self.mouse.check_silence(steady_now, slept=self._sleep.slept_for > 0.0)
+        stop_reason = self.mouse.check_silence(steady_now, has_slept=self._sleep.slept_for > 0.0)
         if stop_reason:
-            self._mouse_is_due = True
+            self._mouse_command_is_due = True
             self._release_mouse(stop_reason)
 
     def set_law(self, law: PreciseTurn) -> None:
@@ -146,21 +142,22 @@ class ControllerCore:
         self._check_sleep_and_mouse(steady_now)
         step_is_due = self._pace.is_due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due
-        command = self._command(now) if self._mouse_is_due or turn_is_due else None
-        is_new_driver = self.driver is not self._last_driver
-        self._last_driver = self.driver
+        command_is_due = self._mouse_command_is_due or turn_is_due
+        command = self._command(now) if command_is_due else None
+        is_new_driver = self.driver is not self._driver_at_last_tick
+        self._driver_at_last_tick = self.driver
         return Output(command, must_stop_first=is_new_driver, log_lines=self._log.pop_all(),
-                      needs_fast_ticks=self.driver is not Driver.NOBODY or self.mouse.active)
+                      needs_fast_ticks=self.driver is not Driver.NOBODY or self.mouse.is_active)
 
     def problem_text(self, now: float) -> str:
-        """Returns a text about the problem of the IMU; '' if the IMU has no problem."""
+        """Returns a text about a problem of the IMU; '' if there is none."""
         return self._sensors.problem_text(now) or self._gyro.problem_text()
 
     def idle_for(self, now: float) -> float:
         return self._pace.idle_for(now) if self.driver is Driver.TURN else IDLE_SAMPLE_PERIOD
 
     def _command(self, now: float) -> Twist2:
-        self._mouse_is_due = False
+        self._mouse_command_is_due = False
         if self.driver is Driver.MOUSE:
             return self.mouse.twist
         turn = self._turn
@@ -190,7 +187,7 @@ class ControllerCore:
 
     def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
         self._log_result(now)
-        self._turn = ActiveTurn(angle, self._heading.steady_yaw, now)
+        self._turn = ActiveTurn(angle, self._heading.resting_yaw, now)
         self._sensors.request_motion()
         self._start_law(self._turn)
         return self._turn
@@ -220,7 +217,8 @@ class ControllerCore:
         imu = self._timing.imu
         assert imu is not None
         dt = self._pace.step(now)
-        step = self._law.step(heading.yaw, heading.rate, dt, imu.age(now), heading.noise)
+        step = self._law.step(
+            heading.yaw, heading.rate, dt, imu.age(now), heading.noise.deviation)
         self.imu.check_repetition(must_change=True, now=now)
         problem = self._sensors.frozen_text() or self._gyro.problem_text()
         if not problem and not step.is_finished:

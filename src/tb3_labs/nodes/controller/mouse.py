@@ -1,7 +1,7 @@
 """Finds the velocity that a mouse asks for, and whether the mouse is active or lost.
 
 Positions of the mouse are from -1 to 1, x to the right, y up. Speeds are in m/s and rad/s, left
-positive. The clock of `now` [s] never stands still and never goes back. Source: the mouse lab.
+positive. The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Source: the mouse lab.
 """
 import math
 from collections import defaultdict
@@ -13,14 +13,11 @@ from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event, LogQueue
 from tb3_labs.supervision.timeouts import CROSSING_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
-#: Advice for the user of a lost mouse.
-REMEDY = 'move it to the middle of the screen to use it again'
+REMEDY_OF_LOST_MOUSE = 'move it to the middle of the screen to use it again'
 
 
 class MouseState(NamedTuple):
-    """The state of a mouse at one moment."""
-
-    active: bool
+    is_active: bool
     x: float
     y: float
 
@@ -34,39 +31,35 @@ def to_mouse(message) -> MouseState:
 
 
 class _OneMouse:
-    """Finds whether one mouse is active or lost."""
-
     def __init__(self) -> None:
         self.freshness = Freshness('mouse', INPUT_TIMEOUT)
-        #: Was the mouse active at its last message? An active mouse repeats its messages.
-        self.reported_active = False
+        self.is_reported_active = False    # an active mouse repeats its messages
         self.is_lost = True
         self._silence_ended_at = -math.inf    # end [s] of the last silence
         self._lateness = Lateness()
 
     @property
-    def active(self) -> bool:
-        return self.reported_active and not self.is_lost
+    def is_active(self) -> bool:
+        return self.is_reported_active and not self.is_lost
 
     def on_message(self, message: 'Event[MouseState]', asks_for_stop: bool) -> None:
-        """Take in a message. `asks_for_stop` is True if the message asks for a stop."""
-        active = message.content.active
+        is_active = message.content.is_active
         now = message.arrived_at
         is_first = self.freshness.count == 0
-        was_inactive = not is_first and not self.reported_active
+        was_inactive = not is_first and not self.is_reported_active
         if was_inactive and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
         # An inactive mouse may be silent. The state before the first message is unknown.
-        must_be_heard = active if is_first else self.reported_active
+        must_be_heard = is_active if is_first else self.is_reported_active
         if self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT:
             self._silence_ended_at = now
-            if active:
+            if is_active:
                 self.is_lost = True
         elif must_be_heard and not self.freshness.is_fresh(now):
             self._silence_ended_at = now
         if message.age is not Age.SAME_STAMP:
             self.freshness.on_message(now)
-        self.reported_active = active
+        self.is_reported_active = is_active
         if asks_for_stop and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
 
@@ -84,8 +77,7 @@ class Mouse:
     mouse.
 
     Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
-    lost or deactivated, all other mice are lost, too, since a user may have forgotten an active
-    mouse.
+    lost or deactivated, the others are lost, since a user may have forgotten an active mouse.
     """
 
     def __init__(self, log: LogQueue) -> None:
@@ -97,59 +89,59 @@ class Mouse:
         self._loss_is_logged = False
 
     @property
-    def active(self) -> bool:
-        """Is any mouse active, and not lost?"""
-        return any(mouse.active for mouse in self._mice.values())
+    def is_active(self) -> bool:
+        """Is any mouse active and not lost?"""
+        return any(mouse.is_active for mouse in self._mice.values())
 
     def on_message(self, message: 'Event[MouseState]') -> str:
         """Take in a message of a mouse. Returns the reason why the message stops the robot, or ''.
         A deactivation stops the robot even if the mouse was lost."""
-        was_active = self.active
+        was_active = self.is_active
         is_deactivated = self._update(message)
-        if self.active:
+        if self.is_active:
             if not was_active:
                 self._log.add('The mouse is active: it drives outside the middle of the screen; '
                               'scroll up to stop')
             return ''
-        if not message.content.active:
+        if not message.content.is_active:
             self._loss_is_logged = False
             return 'the mouse was deactivated' if was_active or is_deactivated else ''
         if was_active:
             self._loss_is_logged = True
-            return 'messages of the mouse are late: ' + REMEDY
+            return 'messages of the mouse are late: ' + REMEDY_OF_LOST_MOUSE
         if not self._loss_is_logged:
             self._loss_is_logged = True
-            self._log.add('The mouse was active before: ' + REMEDY)
+            self._log.add('The mouse was active before: ' + REMEDY_OF_LOST_MOUSE)
         return ''
 
     def _update(self, message: 'Event[MouseState]') -> bool:
         """Take in a message. Returns True if the message deactivates the mouse."""
-        active, x, y = message.content
+        is_active, x, y = message.content
         mouse = self._mice[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
-        asks_for_stop = not active or twist == Twist2()
-        was_active = mouse.active
-        is_deactivated = mouse.reported_active and not active
+        asks_for_stop = not is_active or twist == Twist2()
+        was_active = mouse.is_active
+        is_deactivated = mouse.is_reported_active and not is_active
         self.freshness.on_message(message.arrived_at)
         mouse.on_message(message, asks_for_stop)
-        was_lost = was_active and not mouse.active
+        was_lost = was_active and not mouse.is_active
         if is_deactivated or was_lost:
             self.lose(message.arrived_at, current_mouse=mouse)
-        if mouse.active:
+        if mouse.is_active:
             self.twist = twist
         return is_deactivated
 
-    def check_silence(self, now: float, slept: bool = False) -> str:
-        """Treat all mice as lost if an active mouse is silent, or if this process `slept`. Returns
-        a text about the silence of an active mouse; '' if no active mouse is silent."""
-        active = [mouse.freshness for mouse in self._mice.values() if mouse.active]
-        silent = [freshness for freshness in active if not freshness.is_fresh(now)]
-        if slept or silent:
+    def check_silence(self, now: float, has_slept: bool = False) -> str:
+        """Treat all mice as lost if an active mouse is silent, or if this process `has_slept`.
+        Returns a text about the silence of an active mouse; '' if no active mouse is silent."""
+        silent = [mouse.freshness for mouse in self._mice.values()
+                  if mouse.is_active and not mouse.freshness.is_fresh(now)]
+        if has_slept or silent:
             self.lose(now)
         if not silent:
             return ''
         self._loss_is_logged = True
-        return f'{silent[0].silence_text(now)}: {REMEDY}'
+        return f'{silent[0].silence_text(now)}: {REMEDY_OF_LOST_MOUSE}'
 
     def lose(self, now: float, current_mouse: Optional[_OneMouse] = None) -> None:
         """Treat all mice except `current_mouse` as lost."""

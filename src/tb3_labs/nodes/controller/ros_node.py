@@ -17,7 +17,7 @@ from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import to_mouse
 from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
-from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
+from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import begin_shutdown, end_roslaunch, guarded
 from tb3_labs.ros.parameters import read_config, read_model
@@ -35,8 +35,8 @@ class ControllerNode:
         self._model = read_model()
         self._response = MotorResponse()
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
-        core = ControllerCore(self._law(config), gyro)
-        self._robot_wait = time.monotonic() + ROBOT_WAIT_TIMEOUT
+        core = ControllerCore(self._make_law(config), gyro)
+        self._robot_deadline = time.monotonic() + ROBOT_WAIT_TIMEOUT
         runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
         self._core = core
         self._runner = runner
@@ -48,13 +48,13 @@ class ControllerNode:
         subscribe_events('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
-        Keyboard(self._on_line, self._on_keyboard_end)
-        Diagnostics(self._model.name, lambda: runner.call(self._diagnose))
+        read_keyboard(self._on_line, self._on_keyboard_end)
+        publish_diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.imu})
-        LiveSettings(config, lambda new: runner.handle(core.set_law, self._law(new)))
+        LiveSettings(config, lambda new: runner.handle(core.set_law, self._make_law(new)))
         runner.check()
 
-    def _law(self, config):
+    def _make_law(self, config):
         return make_turn(config, self._model, self._response)
 
     def _on_imu(self, sample):
@@ -75,7 +75,7 @@ class ControllerNode:
             rospy.logwarn('%s', problem)
             return
         wait_until(lambda: self._core.imu.is_fresh(ros_time()),
-                   self._robot_wait - time.monotonic())
+                   self._robot_deadline - time.monotonic())
         turn = Event(degrees, steady_time())
         self._runner.handle(lambda: self._core.on_typed(turn, ros_time()))
 
@@ -87,32 +87,27 @@ class ControllerNode:
     def _diagnose(self):
         core = self._core
         now = ros_time()
-        values = values_of(core.imu, now)
-        values.update(values_of(core.mouse.freshness, steady_time()))
-        values.update(driver=core.driver.value)
-        values.update(mouse='active' if core.mouse.active else 'not active')
+        values = {**values_of(core.imu, now), **values_of(core.mouse.freshness, steady_time()),
+                  'driver': core.driver.value,
+                  'mouse': 'active' if core.mouse.is_active else 'not active'}
         return core.problem_text(now), values
 
 
-class Keyboard:
-    """Calls `on_line(text)` for each line of the standard input, and `on_end()` at the end.
+def read_keyboard(on_line, on_end):
+    """Call `on_line(text)` for each line of the standard input, and `on_end()` at the end.
 
-    The standard input may be a terminal, an xterm, a pipe, or the terminal of roslaunch. If there
-    is no input, or the node is a background job, Keyboard calls `on_end()` at once.
+    The standard input may be a terminal, a pipe, or the terminal of roslaunch. If there is no
+    input, or the node is a background job, `on_end()` is called at once.
     """
-
-    def __init__(self, on_line, on_end):
-        self._on_line = guarded(on_line)
-        self._on_end = guarded(on_end)
-        # Without this line, SIGTTIN would suspend a background job that reads from its terminal.
-        signal.signal(signal.SIGTTIN, signal.SIG_IGN)
-        threading.Thread(target=self._run, name='keyboard', daemon=True).start()
-
-    def _run(self):
+    def read_lines():
         if sys.stdin is not None:      # if there is no input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
                 # A thread that reads sys.stdin holds a lock, and Python waits for this lock when
                 # the node ends. Reading descriptor 0 without a buffer needs no lock.
                 for line in open(0, 'rb', buffering=0, closefd=False):
-                    self._on_line(line.decode(errors='replace').strip())
-        self._on_end()
+                    guarded(on_line)(line.decode(errors='replace').strip())
+        guarded(on_end)()
+
+    # Without this line, SIGTTIN would suspend a background job that reads from its terminal.
+    signal.signal(signal.SIGTTIN, signal.SIG_IGN)
+    threading.Thread(target=read_lines, name='keyboard', daemon=True).start()

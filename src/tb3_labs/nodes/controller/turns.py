@@ -60,47 +60,38 @@ class Heading:
     """The heading of a robot, measured by the IMU alone. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
-        #: The yaw [rad], which does not jump at +/-pi; NaN before the first sample.
-        self.yaw = math.nan
-        #: Rate of turn [rad/s].
-        self.rate = 0.0
-        self._noise = YawNoise()
-        self._steady = Estimate()
+        self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
+        self.rate = 0.0        # [rad/s]
+        self.noise = YawNoise()
+        self._resting_yaw = Estimate()
 
     def on_imu(self, timed: TimedSample) -> None:
         sample = timed.sample
         is_first = math.isnan(self.yaw)
         self.yaw = sample.yaw if is_first else unwrap(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate
-        self._noise.learn(timed)
-        if self.noise:
-            self._steady.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.interval))
-            self._steady.add(self.yaw, self.noise)
+        self.noise.learn(timed)
+        if self.noise.deviation:
+            self._resting_yaw.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.interval))
+            self._resting_yaw.add(self.yaw, self.noise.deviation)
         else:    # the noise is not known yet
-            self._steady = Estimate()
-            self._steady.shift(self.yaw)
+            self._resting_yaw = Estimate()
+            self._resting_yaw.shift(self.yaw)
 
     @property
-    def steady_yaw(self) -> float:
-        """The yaw [rad] of a robot at rest, with less noise than the yaw of one sample."""
-        return self._steady.value
-
-    @property
-    def noise(self) -> float:
-        """Standard deviation [rad] of one sample's yaw."""
-        return self._noise.deviation
+    def resting_yaw(self) -> float:
+        """The yaw of a robot at rest, with less noise than the yaw of one sample."""
+        return self._resting_yaw.value
 
 
 class ActiveTurn:
-    """A turn, from its request until its result is logged. Angles [rad] do not jump at +/-pi."""
+    """A turn, from its request until its result is logged. Angles do not jump at +/-pi."""
 
     def __init__(self, requested: float, yaw: float, now: float) -> None:
-        """Turn from the heading `yaw` by the angle `requested`."""
         self.requested = requested
         self.goal = yaw + requested
         self.stall = StallMonitor()
-        #: The angle that remains after the turn, computed by the law from many samples.
-        self.remaining_at_end = 0.0
+        self.remaining_at_end = 0.0    # computed by the law from many samples
         self._begun_at = now
 
     def move_goal(self, angle: float) -> None:

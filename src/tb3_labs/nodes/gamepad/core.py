@@ -6,7 +6,7 @@ Old presses of A and Y are refused. A silent pad is treated as lost if a stick i
 move_to_goal drives by the pad's permission. Without the autorepeat_rate of joy_node, a motionless
 stick looks like a lost pad.
 
-The clock of `now` [s] never stands still and never goes back. Speeds are in m/s and rad/s.
+The time `now` [s] is on a steady clock. Speeds are in m/s and rad/s.
 """
 import math
 from dataclasses import dataclass
@@ -66,21 +66,18 @@ class GamepadCore:
             self.messages.stop(sent_at)
             self._change_holder(ControlEvent.REGAIN, now)
         elif presses.relinquish and not state.regain:
-            self._relinquish(now)
-        is_ready = presses.hold if self._config.has_hold else state.at_rest
+            if self._is_accepted('A', RESUME_TIME, now) and not self.messages.must_renew:
+                self.messages.grant(now, self.pad.lateness)
+                self._change_holder(ControlEvent.RELINQUISH, now)
+        is_ready = presses.hold if self._config.has_hold else state.is_at_rest
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._change_holder(ControlEvent.LOST, now)    # the pad was silent before this message
-        elif self._drives() and sent_at < self.messages.stopped_at:
+        elif self._drives and sent_at < self.messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if presses.reset and self._is_accepted('Y', MAX_RESET_AGE, now):
             self._reset_requested = True
-
-    def _relinquish(self, now: float) -> None:
-        if self._is_accepted('A', RESUME_TIME, now) and not self.messages.must_renew:
-            self.messages.grant(now, self.pad.lateness)
-            self._change_holder(ControlEvent.RELINQUISH, now)
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """Take in whether move_to_goal has control."""
@@ -92,12 +89,12 @@ class GamepadCore:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a message of another node. False also stops a robot that this pad drives."""
+        """Take in a message of another node. A False stops a robot that this pad drives."""
         if not message.content:
             self._on_control_taken(message.arrived_at)
 
     def on_leave(self, now: float) -> None:
-        """Take back the control that this pad gave, since this node ends."""
+        """Take back the control that this pad gave."""
         if self.messages.must_renew:
             self._on_control_taken(now)
 
@@ -105,7 +102,7 @@ class GamepadCore:
         self.messages.stopped_at = now
         if self.messages.must_renew:
             self._change_holder(ControlEvent.TAKEN, now)
-        elif self._drives():
+        elif self._drives:
             self._change_holder(ControlEvent.STOPPED, now)
 
     # -- outputs
@@ -116,7 +113,7 @@ class GamepadCore:
         self._check_loss(now)
         command = self._command(now) if self._command_is_due else None
         waits_for_ready = self.pad.state is not None and self.holder is ControlHolder.NOBODY
-        needs_fast_ticks = self.messages.must_renew or self._drives() or waits_for_ready
+        needs_fast_ticks = self.messages.must_renew or self._drives or waits_for_ready
         output = PadOutput(
             command, log_lines=self._log.pop_all(), needs_fast_ticks=needs_fast_ticks,
             holder=self.holder, reset_requested=self._reset_requested,
@@ -131,7 +128,7 @@ class GamepadCore:
         waits_for_rest = self.holder is ControlHolder.NOBODY and not self._config.has_hold
         if state is None or not waits_for_rest:
             self._stick_warning_at = None
-        elif state.at_rest:
+        elif state.is_at_rest:
             self._stick_warning_at = None
             if self._is_current(now):
                 self._change_holder(ControlEvent.READY, now)
@@ -147,24 +144,24 @@ class GamepadCore:
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
         state = self.pad.state
-        hands_back = now < self._zero_until
-        if state is None or hands_back or not self._drives():
+        is_handing_back = now < self._zero_until
+        if state is None or is_handing_back or not self._drives:
             return Twist2()
         model, config = self._model, self._config
         linear = state.forward * min(config.linear_scale, model.max_linear)
         angular = state.left * min(config.angular_scale, model.max_angular)
         return saturate(Twist2(linear, angular), model.max_linear, model.max_angular, model)
 
+    @property
     def _drives(self) -> bool:
         state = self.pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
         is_held = state.hold or not self._config.has_hold
-        return is_held and not state.at_rest
+        return is_held and not state.is_at_rest
 
     def _check_sleep(self, now: float) -> None:
-        """Find whether this process slept. After a sleep the pad must become ready again. A long
-        sleep also ends the permission that the pad gave."""
+        """After a sleep the pad must become ready again. A long sleep also ends its permission."""
         self._sleep.update(now)
         if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
@@ -177,7 +174,7 @@ class GamepadCore:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
-        """Is a press accepted? Its age must be at most `max_lateness` [s]. A refusal is logged."""
+        """Is a press accepted? A refusal is logged. `max_lateness` is in [s]."""
         lateness = self.pad.lateness
         was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:
@@ -218,13 +215,13 @@ class GamepadCore:
         return action + ' to drive again'
 
     def _check_loss(self, now: float) -> None:
-        needs_pad = self._drives() or self.messages.must_renew
+        needs_pad = self._drives or self.messages.must_renew
         if self.pad.freshness.is_fresh(now) or not needs_pad:
             return
         advice = ''
         if self.pad.joy_node_hangs:
             advice = '. joy_node repeats one message: start it again'
-        elif not self.pad.has_repeated:
+        elif not self.pad.has_repeated_state:
             advice = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                       'gamepad.launch does')
         silence = self.pad.freshness.silence_text(now).capitalize()

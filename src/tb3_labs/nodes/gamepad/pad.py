@@ -1,7 +1,7 @@
 """The settings and the messages of one pad. The default settings fit the pad of the course's lab.
 
-The values of axes are from -1 to 1, forward and left positive, as in joy_node. The clock of `now`
-[s] never stands still and never goes back. The time `stamp` [s] is by the sender's clock.
+The values of axes are from -1 to 1, forward and left positive, as in joy_node. The time `now` [s]
+is on a steady clock (:mod:`tb3_labs.nodes`), and `stamp` [s] on the sender's clock.
 """
 import math
 from dataclasses import dataclass
@@ -12,8 +12,7 @@ from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_ANGULAR_SPEED)
 from tb3_labs.supervision.timeouts import CROSSING_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
-#: The highest index of an axis or a button in the parameters.
-MAX_INDEX = 31
+MAX_INDEX = 31    # of an axis or a button
 
 
 @dataclass(frozen=True)
@@ -51,8 +50,7 @@ class PadState(NamedTuple):
     buttons: Sequence[int] = ()
 
     @property
-    def at_rest(self) -> bool:
-        """Are both sticks in the middle?"""
+    def is_at_rest(self) -> bool:
         return self.forward == 0.0 and self.left == 0.0
 
     def presses_since(self, earlier: 'PadState') -> 'PadState':
@@ -64,15 +62,15 @@ class PadState(NamedTuple):
 
 
 class PadListener:
-    """Takes in the messages of one pad, and finds whether the last message is current. A pad that
-    has never repeated a state may be silent, since its joy_node sends only changes."""
+    """Finds whether the last message of a pad is current. A pad that has never repeated a state may
+    be silent, since its joy_node sends only changes."""
 
     def __init__(self) -> None:
         self.freshness = Freshness('joy', INPUT_TIMEOUT)
         #: The latest state; None before the first message, and after a loss of the pad.
         self.state: Optional[PadState] = None
-        self.has_repeated = False    # did the pad ever repeat an unchanged state?
-        self.joy_node_hangs = False     # does joy_node hang, and repeat one message?
+        self.has_repeated_state = False
+        self.joy_node_hangs = False     # does joy_node repeat one message?
         self._lateness = Lateness()
         self._learning_since = math.inf    # the usual delay is learned from this time [s] on
         self._last_state: Optional[PadState] = None
@@ -83,10 +81,10 @@ class PadListener:
 
     def on_message(self, state: PadState, now: float, stamp: float,
                    joy_node_hangs: bool = False) -> None:
-        """Take in a message. `stamp` is the time [s] of sending, or 0. `joy_node_hangs` is True if
-        joy_node repeats one message. The first message can press only the stop button."""
+        """Take in a message, which was sent at `stamp` [s] if `stamp` is not 0. The first message
+        can press only the stop button."""
         if state == self._last_state:
-            self.has_repeated = True
+            self.has_repeated_state = True
         self._last_state = state
         self.lateness = self._lateness.on_message(stamp, now)
         self.joy_node_hangs = joy_node_hangs
@@ -95,7 +93,7 @@ class PadListener:
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = False
         if not joy_node_hangs and not is_old:
-            self.came_after_loss = self.has_repeated and not self.freshness.is_fresh(now)
+            self.came_after_loss = self.has_repeated_state and not self.freshness.is_fresh(now)
             self.freshness.on_message(now)
         learns_anew = self.came_after_loss and stamp <= 0.0
         if math.isinf(self._learning_since) or learns_anew:

@@ -9,7 +9,7 @@ from tb3_labs.handout import PRINTED_RESET
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
+from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_client import call_reset
@@ -26,7 +26,8 @@ class GamepadNode:
         self._control_publisher = rospy.Publisher(
             'ctrl_relinq', Bool, queue_size=20, latch=True, headers=RENEWAL_HEADER)
         self._published_holder = None
-        self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
+        self._holder_publisher = rospy.Publisher(
+            'control_holder', String, queue_size=20, latch=True)
         self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
         rospy.on_shutdown(self._on_leave)
         self._runner.check()
@@ -36,7 +37,7 @@ class GamepadNode:
         subscribe_events('ctrl_relinq', Bool, self._on_ctrl_relinq)
         subscribe_events('has_control', Bool,
                          lambda event: self._runner.handle(self._core.on_has_control, event))
-        Diagnostics(model.name, lambda: self._runner.call(self._diagnose))
+        publish_diagnostics(model.name, lambda: self._runner.call(self._diagnose))
         log_missing_topics({'joy': self._core.pad.freshness}, 'is joy_node running (Debian has '
                            'none)? The page of web:=true is a pad, too')
 
@@ -58,7 +59,7 @@ class GamepadNode:
             threading.Thread(target=guarded(_reset), daemon=True).start()
         if output.holder is not self._published_holder:
             self._published_holder = output.holder
-            self._holders.publish(output.holder.value)
+            self._holder_publisher.publish(output.holder.value)
 
     def _diagnose(self):
         joy = self._core.pad.freshness

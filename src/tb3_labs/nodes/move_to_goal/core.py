@@ -4,8 +4,8 @@ The package :mod:`tb3_labs.nodes` describes how a core is used. This node moves 
 the node has control, IMU and odometry are fresh, gyro and wheels agree, the pose is known, and the
 goal is not reached. If the sensors stay silent, a new grant is void, and a drive is given up.
 
-The time `now` [s] is on the receiver's clock. The time `steady_now` [s] is on a clock that never
-stands still and never goes back. Poses are in the local frame, in metres and radians.
+The time `now` [s] is on the receiver's clock, and `steady_now` [s] on a steady clock. Poses are in
+the local frame, in metres and radians.
 """
 import math
 from typing import Dict, Optional
@@ -28,8 +28,7 @@ from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, GoalReq
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import DriveSensors, SensorStatus
 
-#: If another node also commands motions for this time [s], a warning names that node.
-RIVAL_WARNING_TIME = 0.3
+RIVAL_WARNING_TIME = 0.3    # [s]
 
 
 class MoveToGoalCore:
@@ -47,8 +46,7 @@ class MoveToGoalCore:
         self._log = LogQueue()
         self._permission = Permission(has_control, self._log)
         self._requests = GoalRequests(self._permission.sleep)
-        #: Was this node allowed to drive at the last tick?
-        self.may_drive = has_control
+        self.may_drive = has_control    # at the last tick
         self._pace = Pace(law.period)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
@@ -73,13 +71,12 @@ class MoveToGoalCore:
         self._check_localizer()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels, which only the checks of gyro and odometry use."""
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
     def on_command(self, command: Twist2, now: float, rival: str = '') -> None:
         """Take in a command, which may move the robot. `rival` is another node that sent the
-        command. If `rival` and this node both drive for RIVAL_WARNING_TIME, log a warning."""
+        command. If both nodes drive for RIVAL_WARNING_TIME, log a warning."""
         if command == Twist2():
             return
         self._localizer.on_command(now)
@@ -106,8 +103,7 @@ class MoveToGoalCore:
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal. A refused goal, or a repetition of the present goal, changes nothing."""
         sender_goal = self.register_goal(request, steady_now)
-        requests = self._requests
-        machine = self._machine
+        requests, machine = self._requests, self._machine
         try:
             goal = requests.pose_of(request, sender_goal, self.odom_T_local)
         except ValueError as refusal:
@@ -133,8 +129,8 @@ class MoveToGoalCore:
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested_pose` now. The reset is refused if the
-        request may be from before a sleep of this process. Afterwards `reset.is_over` is True."""
+        """Declare that the robot is at `reset.requested_pose` now. Refused if the request may be
+        from before a sleep of this process. Afterwards `reset.is_over` is True."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
         problem = self.sensors.problem_text(now, with_age=True)
@@ -168,11 +164,10 @@ class MoveToGoalCore:
 
     def tick(self, now: float, steady_now: float) -> DriveOutput:
         self._update_control(steady_now)
-        # a command is due after each period of the law, and also if a sensor is lost
-        is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
-        command = self._command(now) if is_due else None
+        command_is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
+        command = self._command(now) if command_is_due else None
         self._check_end()
-        keeps_command = self._drives and not is_due
+        keeps_command = self._drives and not command_is_due
         must_stop = command is None and not keeps_command
         return DriveOutput(
             command, must_stop_first=must_stop, status=self._new_status(now),
@@ -197,7 +192,7 @@ class MoveToGoalCore:
         return None
 
     def _step(self, motion: Motion, now: float) -> Optional[Twist2]:
-        """Do one step of the drive. Returns None if the drive was given up."""
+        """Returns the next command; None if the drive was given up."""
         dt = self._pace.step(now)
         self._check_readings(now)
         command = self._machine.step(motion, dt)
@@ -240,9 +235,9 @@ class MoveToGoalCore:
         machine = self._machine
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
-            state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
-            attempt=machine.attempt, begun=machine.has_begun,
-            active=machine.is_active and not failure, failure=failure,
+            state=machine.state, goal=machine.goal, attempt=machine.attempt,
+            distance_tolerance=machine.law.distance_tolerance, has_begun=machine.has_begun,
+            is_active=machine.is_active and not failure, failure=failure,
             hold_reason=self.sensors.hold_reason, may_drive=self.may_drive,
             sensor_problem=self.sensors.problem_text(now) or self._sensor_conflict())
 
@@ -270,7 +265,7 @@ class MoveToGoalCore:
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
     def _check_readings(self, now: float) -> None:
-        """Give up if a reading is the same, although the last command should have changed it."""
+        """Give up if a sensor repeats a reading that the last command should have changed."""
         odometry = self._timing.odometry
         assert odometry is not None
         previous = odometry.previous_sample

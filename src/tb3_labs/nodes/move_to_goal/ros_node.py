@@ -1,4 +1,4 @@
-"""Connects the MoveToGoalCore to ROS. The file scripts/move2goal_tf.py describes the interface."""
+"""Connects the MoveToGoalCore to ROS."""
 import math
 import sys
 from collections import deque
@@ -17,13 +17,13 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
-from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
+from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, ResetServer
 from tb3_labs.nodes.move_to_goal.status import MoveToGoalConfig
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.conversions import (
-    frame, to_odometry_sample, to_pose_stamped, to_transform)
-from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
+    frame_name, to_odometry_sample, to_pose_stamped, to_transform)
+from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
@@ -31,18 +31,13 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
-#: The path gets a new point after this distance [m].
+#: The path gets a new point after this distance [m], or after a turn by this angle [rad].
 PATH_POINT_DISTANCE = 0.02
-#: The path also gets a new point after a turn by this angle [rad].
 PATH_POINT_ANGLE = math.radians(10.0)
-#: The path has at most this many points. Older points are removed.
-MAX_PATH_POINTS = 1000
-#: Time [s] between two transforms, if the frame does not change.
-TRANSFORM_PERIOD = 0.1
-#: Time [s] between two messages of the path.
-PATH_PERIOD = 0.2
-#: Time [s] between two messages of the markers.
-MARKER_PERIOD = 1.0
+MAX_PATH_POINTS = 1000    # the oldest points are removed
+TRANSFORM_PERIOD = 0.1    # [s], if the frame does not change
+PATH_PERIOD = 0.2         # [s]
+MARKER_PERIOD = 1.0       # [s]
 
 MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
@@ -63,8 +58,8 @@ def pop_permission():
             _typed_values['has_control'] = values.get(value.lower(), value)
 
 
-def _permission():
-    """Returns `has_control` at the start, which is False after a restart by roslaunch."""
+def _has_control_at_start():
+    """Was control given on the command line? False after a restart by roslaunch."""
     launch = roslaunch_of_this()
     launch_parameter = rospy.get_name() + '_given_by'    # the last launch that gave control
     if launch and _typed_values['has_control'] is True:
@@ -76,18 +71,19 @@ def _permission():
 
 
 class MoveToGoalNode:
-    """Gives all messages for move_to_goal to a MoveToGoalCore, and publishes the core's Outputs."""
+    """Drives to goals in a local frame. See scripts/move2goal_tf.py for the interface."""
 
     def __init__(self):
-        start, drive = read_config(
-            MoveToGoalConfig, DriveConfig, typed_values={'has_control': _permission()})
+        start_config, drive_config = read_config(
+            MoveToGoalConfig, DriveConfig, typed_values={'has_control': _has_control_at_start()})
         self._model = read_model()
         self._response = MotorResponse()
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
-        core = MoveToGoalCore(self._law(drive), start.has_control, self._response, gyro)
-        core.set_goal(start.goal)
+        core = MoveToGoalCore(
+            self._make_law(drive_config), start_config.has_control, self._response, gyro)
+        core.set_goal(start_config.goal)
         self._display = Display()
-        self._has_control = None
+        self._published_control = None
         self._control_publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
         runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
                             self._publish_output, self._carry_out)
@@ -95,9 +91,9 @@ class MoveToGoalNode:
         self._runner = runner
         self._goals = GoalServer(runner, core)
         self._goals.offer()
-        Resets(runner, core)
+        ResetServer(runner, core)
         subscribe('cmd_vel', Twist, self._on_command)
-        LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
+        LiveSettings(drive_config, lambda new: runner.handle(core.set_law, self._make_law(new)))
         subscribe_events('ctrl_relinq', Bool,
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
@@ -108,11 +104,11 @@ class MoveToGoalNode:
                   lambda sample: runner.call(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
         runner.check()    # look for sleeps from now on, since a slow start is not a sleep
-        Diagnostics(self._model.name, lambda: runner.call(self._diagnose))
+        publish_diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
-    def _law(self, drive):
-        return DriveLaw(drive, self._model, self._response)
+    def _make_law(self, config):
+        return DriveLaw(config, self._model, self._response)
 
     def _on_command(self, message):
         sender = sender_of(connection_of(message)) or 'another program'
@@ -128,8 +124,8 @@ class MoveToGoalNode:
             self._goals.feedback(output.stamped_pose)
 
     def _publish_output(self, output):
-        if output.has_control is not self._has_control:
-            self._has_control = output.has_control
+        if output.has_control is not self._published_control:
+            self._published_control = output.has_control
             self._control_publisher.publish(output.has_control)
 
     def _carry_out(self, output):
@@ -141,10 +137,9 @@ class MoveToGoalNode:
         core = self._core
         now = ros_time()
         status = core.status(now)
-        values = values_of(core.sensors.imu, now)
-        values.update(values_of(core.sensors.odometry, now))
-        values.update(control='granted' if status.may_drive else 'not granted', goal=status.goal,
-                      state=status.text or 'about to begin')
+        values = {**values_of(core.sensors.imu, now), **values_of(core.sensors.odometry, now),
+                  'control': 'granted' if status.may_drive else 'not granted',
+                  'goal': status.goal, 'state': status.text or 'about to begin'}
         return status.failure or status.sensor_problem, values
 
 
@@ -155,10 +150,10 @@ class LocalPath:
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._frame_id = frame_id
         self._frame_number = 0
-        self._last_pose = None         # the pose of the latest point
+        self._latest_pose = None
         self._points = deque(maxlen=MAX_PATH_POINTS)    # messages
-        self._sent_at = -math.inf      # stamp
-        self._has_new_points = False   # since the last message
+        self._sent_at = -math.inf         # stamp
+        self._has_unsent_points = False
 
     def show(self, stamped):
         """Add a localizer.StampedPose to the path. Publish the path at most once in PATH_PERIOD."""
@@ -167,32 +162,31 @@ class LocalPath:
             self._points.clear()
             self._sent_at = -math.inf
         here = stamped.local_T_base
-        if not self._points or _is_farther(self._last_pose, here):
-            self._last_pose = here
+        if not self._points or _needs_point(self._latest_pose, here):
+            self._latest_pose = here
             self._points.append(to_pose_stamped(here, self._frame_id, stamped.stamp))
-            self._has_new_points = True
-        if self._has_new_points and abs(stamped.stamp - self._sent_at) >= PATH_PERIOD:
+            self._has_unsent_points = True
+        if self._has_unsent_points and abs(stamped.stamp - self._sent_at) >= PATH_PERIOD:
             self._sent_at = stamped.stamp
-            self._has_new_points = False
+            self._has_unsent_points = False
             self._publisher.publish(Path(header=self._points[-1].header, poses=list(self._points)))
 
 
-def _is_farther(last, here):
-    """Is the pose `here` far enough from the pose `last` for a new point of the path?"""
-    turn = abs(difference(here.yaw, last.yaw))
-    return last.distance_to(here) >= PATH_POINT_DISTANCE or turn >= PATH_POINT_ANGLE
+def _needs_point(latest, here):
+    turn = abs(difference(here.yaw, latest.yaw))
+    return latest.distance_to(here) >= PATH_POINT_DISTANCE or turn >= PATH_POINT_ANGLE
 
 
 class Display:
     """Publishes each StampedPose and each new DriveStatus for people to see.
 
     The thread of the IMU calls `show`, and the thread of the CoreRunner calls `show_status`. Making
-    a message costs more time than a step of a control law. Poses and transforms are made only for
-    subscribers. Transforms, path and markers are made less often than poses.
+    a message costs more time than a step of a control law. So poses and transforms are made only
+    for subscribers, and transforms, path and markers less often than poses.
     """
 
     def __init__(self):
-        self._local_frame, self._odom_frame = frame('local'), frame('odom')
+        self._local_frame, self._odom_frame = frame_name('local'), frame_name('odom')
         self._pose_publisher = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._tf = tf2_ros.TransformBroadcaster()
         self._state_publisher = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
@@ -202,8 +196,8 @@ class Display:
             'goal_marker', MarkerArray, queue_size=1, latch=True)
         self._markers = MarkerArray()
         self._transform_sent_at = -math.inf      # stamp
-        self._sent_odom_T_local = None
         self._markers_sent_at = -math.inf        # stamp
+        self._sent_odom_T_local = None
         self._local_path = LocalPath(self._local_frame)
 
     def show(self, stamped, odom_T_local):
@@ -232,11 +226,11 @@ class Display:
         self._goal_publisher.publish(to_pose_stamped(goal, self._local_frame, ros_time()))
         arrow = _marker(goal, self._local_frame, ns='goal', id=0, type=Marker.ARROW,
                         color=MARKER_ORANGE, scale=Vector3(0.20, 0.03, 0.03))
-        diameter = 2.0 * status.tolerance
+        diameter = 2.0 * status.distance_tolerance
         disc = _marker(goal, self._local_frame, ns='goal', id=1, type=Marker.CYLINDER,
                        color=PALE_YELLOW, scale=Vector3(diameter, diameter, 0.005))
         disc.pose.position.z = 0.02
-        text = _marker(Pose2(), frame('base_footprint'), ns='words', id=2, color=WHITE,
+        text = _marker(Pose2(), frame_name('base_footprint'), ns='words', id=2, color=WHITE,
                        type=Marker.TEXT_VIEW_FACING, scale=Vector3(0.0, 0.0, 0.1))
         text.pose.position.z = 0.3
         text.text = status.text + '\n\n\n\n'    # empty lines lift the text above the robot

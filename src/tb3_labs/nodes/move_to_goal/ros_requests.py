@@ -15,7 +15,7 @@ from move_base_msgs.msg import (
 from tb3_labs.handout import SET_POSE_SERVICE
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
-from tb3_labs.ros.conversions import frame, to_pose2, to_pose_stamped
+from tb3_labs.ros.conversions import frame_name, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, subscribe
@@ -24,12 +24,9 @@ from tb3_labs.srv import (
 from tb3_labs.supervision.events import Age
 from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, RequestedPose, TypedPose
 
-#: The node answers a reset within this time [s].
-RESET_TIMEOUT = 0.85
-#: Time [s] between two checks whether a reset is over.
-RESET_POLL_PERIOD = 0.005
-#: Time [s] between two messages of the action's status.
-STATUS_PERIOD = 0.5
+RESET_TIMEOUT = 0.85         # [s]
+RESET_POLL_PERIOD = 0.005    # [s]
+STATUS_PERIOD = 0.5          # between two messages of the action's status [s]
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
@@ -46,10 +43,10 @@ class GoalServer(ActionServer):
     This class holds actionlib's lock while it hands a goal or a cancel to the core. So actionlib
     and the core receive goals and cancels in the same order.
 
-    This class reads each message before actionlib does (test/ros/stops.test). The library actionlib
-    (1.14.0) treats a goal with a known GoalID as a new goal after 5 s, and treats a repeated
-    latched goal as a new goal at once. actionlib ignores a cancel of an ended goal, but after a
-    reset the robot may drive to an ended goal again.
+    This class reads each message before actionlib (1.14.0) does. For actionlib, a goal with a known
+    GoalID is a new goal after 5 s, and a repeated latched goal is a new goal at once. actionlib
+    ignores a cancel of an ended goal, but after a reset the robot may drive to an ended goal again.
+    Test: test/ros/stops.test.
     """
 
     def __init__(self, runner, core):
@@ -86,7 +83,7 @@ class GoalServer(ActionServer):
         handle = self._present_handle
         if handle is not None and self.feedback_pub.get_num_connections():
             handle.publish_feedback(MoveBaseFeedback(base_position=to_pose_stamped(
-                stamped.local_T_base, frame('local'), stamped.stamp)))
+                stamped.local_T_base, frame_name('local'), stamped.stamp)))
 
     def initialize(self):
         """Replace actionlib's status timer, which would end if the clock jumps back."""
@@ -127,8 +124,8 @@ class GoalServer(ActionServer):
                 if handle:
                     self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
-            take_in = self._core.on_goal if handle else self._core.register_goal
-            self._runner.handle(lambda: take_in(request, steady_time()))
+            method = self._core.on_goal if handle else self._core.register_goal
+            self._runner.handle(lambda: method(request, steady_time()))
 
     def _on_cancel(self, goal_id):
         with self.lock:
@@ -137,7 +134,7 @@ class GoalServer(ActionServer):
             super().internal_cancel_callback(goal_id)
 
 
-class Resets:
+class ResetServer:
     """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset when
     IMU and odometry have sent a sample after the request."""
 
@@ -150,20 +147,14 @@ class Resets:
                   only_new('initialpose', self._on_initialpose))
 
     def _on_reset_pose(self, request):
-        response = ResetPoseResponse()
         try:
             typed_pose = TypedPose(request.x, request.y, request.yaw_deg)
             reset = self._reset(RequestedPose(typed_pose.pose))
         except ValueError as problem:
-            response.message = self._log_refusal(problem)
-            return response
-        response.success = True
-        response.message = reset.answer
-        response.stamp = reset.stamp
-        if reset.pose_before is not None:
-            response.before = _in_degrees(reset.pose_before)
-        response.after = _in_degrees(reset.declared_pose)
-        return response
+            return ResetPoseResponse(message=self._log_refusal(problem))
+        before = [] if reset.pose_before is None else _in_degrees(reset.pose_before)
+        return ResetPoseResponse(success=True, message=reset.answer, stamp=reset.stamp,
+                                 before=before, after=_in_degrees(reset.declared_pose))
 
     def _on_set_pose(self, request):
         problem = self._on_initialpose(request.pose)
@@ -172,7 +163,7 @@ class Resets:
         return SetInitialPoseResponse()
 
     def _on_initialpose(self, stamped):
-        """Returns the reason if the reset is refused, else None."""
+        """Returns the reason of a refusal, or None."""
         try:
             self._reset(to_requested_pose(stamped.header, stamped.pose.pose))
         except ValueError as problem:
@@ -204,8 +195,8 @@ def _in_degrees(pose):
 
 
 def only_new(topic, callback):
-    """Returns a function that passes messages of `topic` to `callback`. If a message is latched and
-    may be old, the function logs a warning instead."""
+    """Returns a function that passes each message of `topic` to `callback`, unless the message is
+    latched and may be old."""
     to_age = age_reader(topic)
 
     def on_message(message):
@@ -223,8 +214,8 @@ def to_requested_pose(header, pose):
     """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The name of the
     frame may begin with this node's namespace. Other frames raise ``ValueError``."""
     name = header.frame_id.lstrip('/')
-    in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
-    if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
+    in_odom = name in (ODOM_FRAME, frame_name(ODOM_FRAME))
+    if not in_odom and name not in LOCAL_FRAMES + (frame_name('local'),):
         raise ValueError(f'frame {name[:40]!r} is not valid: local, odom, or map (or none), which '
                          'means local')
     return RequestedPose(to_pose2(pose), in_odom)

@@ -30,7 +30,6 @@ class MoveToGoalConfig(Config):
 
     @property
     def goal(self) -> Pose2:
-        """The first goal, a Pose2 in the frame ``local``."""
         return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
 
 
@@ -39,10 +38,10 @@ class DriveStatus(NamedTuple):
 
     state: GoalState
     goal: Optional[Pose2]         # in local
-    tolerance: float              # the goal is reached within this distance [m]
+    distance_tolerance: float     # [m]
     attempt: int                  # number of the drive; each goal and restart begins a new drive
-    begun: bool                   # was a motion commanded in this drive?
-    active: bool                  # is the goal neither reached nor given up?
+    has_begun: bool               # was a motion commanded in this drive?
+    is_active: bool               # is the goal neither reached nor given up?
     failure: str                  # the reason why the drive was given up, or ''
     hold_reason: str              # the reason why the robot must wait during the drive, or ''
     may_drive: bool               # may the node drive?
@@ -59,11 +58,11 @@ class DriveStatus(NamedTuple):
         """The text on `goal_state`. The text is '' while the drive is about to begin."""
         if self.failure:
             return f'{GAVE_UP}: {self.failure}'
-        if not self.active:
+        if not self.is_active:
             return self.state.name
         if not self.may_drive:
             return WAITING_FOR_CONTROL
-        if not self.begun:
+        if not self.has_begun:
             return f'{WAITING}: {self.sensor_problem}' if self.sensor_problem else ''
         return f'{STOPPED}: {self.hold_reason}' if self.hold_reason else self.state.name
 
@@ -74,14 +73,10 @@ class DriveOutput(Output):
 
     #: Was control given, and not taken back? A short silence of the sender does not end control.
     has_control: bool = False
-    #: The answers to the clients that sent goals, in order.
-    answers: Sequence[GoalAnswer] = ()
-    #: The status of the drive, if it is new.
-    status: Optional[DriveStatus] = None
-    #: A new StampedPose, or None.
-    stamped_pose: Optional[StampedPose] = None
-    #: The pose of ``local`` in ``odom``; None before the first StampedPose.
-    odom_T_local: Optional[Pose2] = None
+    answers: Sequence[GoalAnswer] = ()            # in order
+    status: Optional[DriveStatus] = None          # None if it is not new
+    stamped_pose: Optional[StampedPose] = None    # None if there is no new one
+    odom_T_local: Optional[Pose2] = None          # None before the first StampedPose
 
     @property
     def has_other_work(self) -> bool:
@@ -93,24 +88,24 @@ class StatusLogger:
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
-        self._last_key: Tuple = ()   # attempt, goal and text of the last log line
-        self._begun_attempt = 0      # number of the latest drive that began
-        self._begun_at = 0.0         # time [s] at which the latest drive began
+        self._logged: Tuple = ()    # attempt, goal and text
+        self._begun_attempt = 0     # number of the latest drive that began
+        self._begun_at = 0.0        # [s]
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
         """Log `status` and return True, if `status` is new. `motion()` returns a Motion."""
-        key = (status.attempt, status.goal, status.text)
-        if not status.text or key == self._last_key:
+        news = (status.attempt, status.goal, status.text)
+        if not status.text or news == self._logged:
             return False
-        self._last_key = key
-        has_just_begun = status.begun and status.attempt != self._begun_attempt
+        self._logged = news
+        has_just_begun = status.has_begun and status.attempt != self._begun_attempt
         if has_just_begun:
             self._begun_attempt = status.attempt
             self._begun_at = now
         if status.failure:
             self._log.add(f'Goal ({status.goal}) given up: {status.failure}', warning=True)
-        elif not status.active:
+        elif not status.is_active:
             distance, angle = status.remaining(motion())
             self._log.add(f'{PRINTED_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
                           f'after {now - self._begun_at:.1f} s')
@@ -123,6 +118,6 @@ class StatusLogger:
         elif is_stopped(status.text):
             self._log.add(status.text.capitalize(), warning=True)
         else:
-            hint = ' (True on ctrl_relinq)' if status.text == WAITING_FOR_CONTROL else ''
-            self._log.add(f'Goal ({status.goal}): {status.text}{hint}')
+            remedy = ' (True on ctrl_relinq)' if status.text == WAITING_FOR_CONTROL else ''
+            self._log.add(f'Goal ({status.goal}): {status.text}{remedy}')
         return True
