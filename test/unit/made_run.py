@@ -41,7 +41,7 @@ def table_in(path):
 @contextlib.contextmanager
 def without_pictures():
     """Makes the figures of a report, but does not draw them: drawing takes most of a report's time."""
-    with mock.patch('tb3_labs.report.page.figures.png', return_value=b''):
+    with mock.patch('tb3_labs.report.page.printed_figures.png', return_value=b''):
         yield
 
 

@@ -8,7 +8,7 @@ import pytest
 from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.computer import Computer, judge_address, outgoing_address, own_addresses
-from tb3_labs.doctor.graph import (
+from tb3_labs.doctor.master_and_nodes import (
     PROBLEM_TEXTS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot)
 from tb3_labs.doctor.streams import (
@@ -240,7 +240,7 @@ def test_a_peer_without_an_answer_has_a_problem(uri, problem):
 
 
 def test_a_peer_that_never_answers_is_silent(monkeypatch):
-    monkeypatch.setattr('tb3_labs.doctor.graph.ANSWER_TIMEOUT', 0.1)
+    monkeypatch.setattr('tb3_labs.doctor.master_and_nodes.ANSWER_TIMEOUT', 0.1)
     with socket.create_server(('127.0.0.1', 0)) as server:
         peer = Peer('http://localhost:{}'.format(server.getsockname()[1]))
         assert peer.ask('getPid') is None and peer.problem == 'silent'

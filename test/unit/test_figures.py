@@ -11,7 +11,7 @@ from tb3_labs.report.motion.drives import drive_reports
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.movements import completed
-from tb3_labs.report.page.figures import draw_path, new_figure, paths_figure, turns_figure
+from tb3_labs.report.page.printed_figures import draw_path, new_figure, paths_figure, turns_figure
 
 
 def lines(axes, label=None):

@@ -28,7 +28,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.movements import completed
-from tb3_labs.report.page.figures import paths_figure
+from tb3_labs.report.page.printed_figures import paths_figure
 from tb3_labs.report.page.files import COMPUTED_NOTE, NO_DRIVE, samples_csv, write_report
 
 
@@ -81,7 +81,7 @@ def test_the_template_has_the_name_of_the_figure_of_turns(tmp_path):
 
 def test_no_output_goes_through_a_link(bag, tmp_path, capsys, monkeypatch):
     """A zip from a stranger may hold the report's folder, with links to files of the reader."""
-    monkeypatch.setattr('tb3_labs.report.page.figures.png', lambda figure: b'')
+    monkeypatch.setattr('tb3_labs.report.page.printed_figures.png', lambda figure: b'')
     theirs, folder = tmp_path / 'profile', tmp_path / 'out'
     theirs.write_text('mine')
     folder.mkdir()
@@ -144,7 +144,7 @@ def test_settings_for_matplotlib_in_the_folder_of_a_stranger_do_nothing(tmp_path
     (tmp_path / 'matplotlibrc').write_text('lines.linewidth: nonsense\ntext.usetex: True\n'
                                            'figure.facecolor: red\n')
     seen = subprocess.check_output(
-        [sys.executable, '-c', 'from tb3_labs.report.page.figures import matplotlib as m; '
+        [sys.executable, '-c', 'from tb3_labs.report.page.printed_figures import matplotlib as m; '
          "print(m.rcParams['text.usetex'], m.rcParams['figure.facecolor'], m.rcParams['lines.linewidth'])"],
         cwd=str(tmp_path), stderr=subprocess.STDOUT, universal_newlines=True)
     assert seen == 'False white 1.5\n'

@@ -4,7 +4,7 @@ import time
 from dataclasses import replace
 
 from tb3_labs.doctor.computer import is_own, judge_address, outgoing_address, this_computer
-from tb3_labs.doctor.graph import (
+from tb3_labs.doctor.master_and_nodes import (
     Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot)
 from tb3_labs.doctor.ros_listening import examine_messages
 

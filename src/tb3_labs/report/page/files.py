@@ -21,7 +21,7 @@ from tb3_labs.recording.run_data import RunData
 from tb3_labs.report.motion.drives import TURN_OVERLAP_TIME, drive_reports
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.motion.turns import turn_reports
-from tb3_labs.report.page import figures, timeline
+from tb3_labs.report.page import printed_figures, timeline
 from tb3_labs.report.page.document import document, number_text, safe_cell, table
 from tb3_labs.report.page.moments import broken_links, printed_faults, timeline_events
 from tb3_labs.robot.turtlebot3 import RobotModel
@@ -96,7 +96,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     timeline_data = timeline.timeline(run, model, timeline_events(run, turns, drives))
     parts += [printed_faults(run), timeline.section(timeline_data), *broken_links(run)]
     if turns:
-        files['turns.png'] = figures.png(figures.turns_figure(run))
+        files['turns.png'] = printed_figures.png(printed_figures.turns_figure(run))
         parts += ['<h2>Turns</h2>', _table('turn', TURN_COLUMNS, turn_rows),
                   _figure('turns', files['turns.png'])]
     if drives:
@@ -105,7 +105,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     elif not turns:
         parts.append(f'<p>{NO_DRIVE}</p>')
     if run.odometry.length >= MIN_PATH_LENGTH:
-        files['paths.png'] = figures.png(figures.paths_figure(run, drives))
+        files['paths.png'] = printed_figures.png(printed_figures.paths_figure(run, drives))
         parts.append(_figure('paths', files['paths.png']))
     if run.derived or (turns and not len(run.turn_requests)):
         parts.append(f'<p>{escape(COMPUTED_NOTE)}</p>')
