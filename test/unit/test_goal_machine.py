@@ -8,7 +8,7 @@ from tb3_labs.control.goal_machine import GoalMachine, GoalState
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.sensors_and_stalls import STALL_TIME
+from tb3_labs.supervision.timeouts import STALL_TIME
 
 GOAL = Pose2(1.0, 0.0, 0.5)
 STANDING = Motion(Pose2(), 0.0, 0.0)

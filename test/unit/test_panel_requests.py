@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.panel.requests import BrowserPad, Grip, PageRequest, OpenPage, read_request
+from tb3_labs.panel.requests import BrowserPad, HeldInputs, PageRequest, OpenPage, read_request
 from tb3_labs.supervision.goal_requests import TypedPose
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'y': False, 'hold': True}
@@ -17,7 +17,7 @@ VALID = {
     'turn': ({'degrees': -90}, -90.0),
     'goal': (GOAL, TypedPose(1.0, -0.5, 90.0)), 'reset': (GOAL, TypedPose(1.0, -0.5, 90.0)),
     'joy': ({'pad': PAD, 'mouse': [0.25, -1], 'first': True},
-            Grip(BrowserPad(0.4, -0.1, hold=True), (0.25, -1.0), True)),
+            HeldInputs(BrowserPad(0.4, -0.1, hold=True), (0.25, -1.0), True)),
     'stop': ({}, None)}
 #: Numbers of a message, and their bounds.
 NUMBERS = [('turn', 'degrees', 360, 'deg'), ('goal', 'x', 100, 'm'), ('goal', 'y', 100, 'm'),
@@ -98,7 +98,7 @@ def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
 
 @pytest.mark.parametrize('text', ['{"type": "joy", "pad": null, "mouse": null}', '{"type": "joy"}'])
 def test_an_empty_grip_is_null_or_missing(text):
-    assert read_request(text) == PageRequest('joy', Grip())
+    assert read_request(text) == PageRequest('joy', HeldInputs())
 
 
 # -- what is refused

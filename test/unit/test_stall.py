@@ -1,8 +1,8 @@
 """A robot that is told to move: stalled, driven past its goal, or never at rest."""
 import pytest
 
-from tb3_labs.supervision.sensors_and_stalls import (
-    MAX_RETREAT, MAX_REST_TIME, STALL_STEP, STALL_TIME, StallMonitor)
+from tb3_labs.supervision.sensors_and_stalls import MAX_RETREAT, STALL_STEP, StallMonitor
+from tb3_labs.supervision.timeouts import MAX_REST_TIME, STALL_TIME
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'

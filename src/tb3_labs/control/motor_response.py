@@ -21,7 +21,7 @@ the speed v = gain u (1 - exp(-(t - delay) / lag)). It follows that
     lag = motion_time / (-log(1 - speed_share) - speed_share)
     delay = t - motion_time - lag speed_share
 
-The measured delay is the time that a command needs to the robot, plus the time that a sample needs
+The measured delay is the time that a command takes to the robot, plus the time that a sample takes
 back. The stamp of a delayed sample looks fresh, since the robot sets its clock over the same slow
 network. The *sample delay* is the measured delay minus `COMMAND_TIME`.
 

@@ -37,7 +37,7 @@ DISTANCE_SLACK = 0.05
 TURN_SLACK = 0.3
 MIN_SPIKE_RATE = 10.0    # [rad/s]
 MIN_RESET_DISTANCE = 0.001    # a step to zero is a reset only if it begins this far [m] from zero
-#: The first place after a reset is within this distance [m] of zero, since the robot may move.
+#: The first place after a reset may be up to this far [m] from zero, if the robot moves.
 NEAR_ZERO_DISTANCE = 0.03
 #: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1

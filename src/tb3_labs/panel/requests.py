@@ -13,7 +13,7 @@ The entry "pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold
 the person does not hold the pad. The entry "mouse" is the place in the square, or null if the
 person does not hold the mouse. In the square, x is from -1 (left edge) to 1 (right edge), and y is
 from -1 (lower edge) to 1 (upper edge). The entry "first" is true in the first message after the
-person gripped pad or mouse.
+person took hold of pad or mouse.
 
 Each request may have an "id", a whole number, which the answer repeats. The entry "stops" repeats
 the "stops" of the picture that the person saw; see :mod:`tb3_labs.supervision.dead_man`.
@@ -66,12 +66,12 @@ class BrowserPad(NamedTuple):
         return axes, buttons
 
 
-class Grip(NamedTuple):
+class HeldInputs(NamedTuple):
     """The pad and the mouse that a person holds on a page."""
 
     pad: Optional[BrowserPad] = None               # None if the person does not hold the pad
     mouse: Optional[Tuple[float, float]] = None    # None if the person does not hold the mouse
-    is_first: bool = False                         # is this the first message of the grip?
+    is_first: bool = False    # is this the first message since the person took hold?
 
 
 class PageRequest(NamedTuple):
@@ -105,7 +105,7 @@ class OpenPage:
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=is_fulfilled, text=text)
         elif not is_fulfilled:
-            # the page lets go of pad and mouse, so the person must grip them again
+            # the page lets go of pad and mouse, so the person must take hold again
             self.send('refused', text=text)
 
 
@@ -143,7 +143,7 @@ def _read_pose(message: Dict) -> TypedPose:
         _read_number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 
-def _read_grip(message: Dict) -> Grip:
+def _read_held_inputs(message: Dict) -> HeldInputs:
     pad = _read_optional(message, 'pad', dict)
     mouse = _read_optional(message, 'mouse', list)
     if pad is not None:
@@ -154,11 +154,11 @@ def _read_grip(message: Dict) -> Grip:
         if len(mouse) != 2:
             raise ValueError('mouse is not valid: [x, y], or null')
         mouse = tuple(_read_number({'mouse': value}, 'mouse', 1.0) for value in mouse)
-    return Grip(pad, mouse, _read_optional(message, 'first', bool, False))
+    return HeldInputs(pad, mouse, _read_optional(message, 'first', bool, False))
 
 
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'joy': _read_grip, 'goal': _read_pose, 'reset': _read_pose, 'stop': lambda message: None,
+    'joy': _read_held_inputs, 'goal': _read_pose, 'reset': _read_pose, 'stop': lambda message: None,
     'turn': lambda message: _read_number(message, 'degrees', MAX_TURN_DEG, 'deg')}
 
 

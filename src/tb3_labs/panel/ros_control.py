@@ -72,27 +72,27 @@ class PanelRobot:
         timer answers. Raises ``ValueError`` with the reason if the request is rejected."""
         return self._ACTIONS[request.kind](self, page, request)
 
-    def _drive_by_grip(self, page, request):
-        """Drive by the pad or mouse that a person holds on `page`. An empty Grip ends the drive."""
-        grip = request.value
-        if not (grip.pad or grip.mouse):
+    def _drive_by_inputs(self, page, request):
+        """Drive by the HeldInputs of `page`. If they are empty, the drive ends."""
+        held = request.value
+        if not (held.pad or held.mouse):
             if self.dead_man.let_go(page):
                 self._release()
             return ''
-        if grip.mouse:
+        if held.mouse:
             self._require_listener(self._mouse, 'mouse_info: is the controller running?')
             self._refuse_if_move_to_goal_drives()
         is_new_drive = self.dead_man.driving_page is None
         now = steady_time()
         lateness = request.lateness(now)
         if not self.dead_man.hold(page, known_stops=request.known_stops, now=now, lateness=lateness,
-                                  is_first=grip.is_first):
+                                  is_first=held.is_first):
             return ''
         if is_new_drive:
             run_in_thread(self._read_pad_config)
-        if grip.pad:
-            self._send_pad(grip.pad, lateness)
-        self._send_mouse(grip.mouse)
+        if held.pad:
+            self._send_pad(held.pad, lateness)
+        self._send_mouse(held.mouse)
         return ''
 
     def _stop_and_confirm(self, page, request):
@@ -128,7 +128,7 @@ class PanelRobot:
             self._server.call_soon(lambda: page.answer(request, is_fulfilled, text))
         run_in_thread(call)
 
-    _ACTIONS = {'joy': _drive_by_grip, 'stop': _stop_and_confirm, 'turn': _send_turn,
+    _ACTIONS = {'joy': _drive_by_inputs, 'stop': _stop_and_confirm, 'turn': _send_turn,
                 'goal': _send_goal, 'reset': _reset}
 
     def _check_age(self, request, max_age):

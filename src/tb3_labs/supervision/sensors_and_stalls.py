@@ -10,17 +10,15 @@ from enum import Enum
 from typing import Any, Optional
 
 from tb3_labs.supervision.timeouts import (
-    FROZEN_TIME, RESUME_TIME, ROBOT_START_TIMEOUT, SENSOR_TIMEOUT, Freshness)
+    FROZEN_TIME, MAX_REST_TIME, RESUME_TIME, ROBOT_START_TIMEOUT, SENSOR_TIMEOUT, STALL_TIME,
+    Freshness)
 
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
 #: If a command is faster than these [m/s, rad/s], the readings must show a motion.
 MIN_VISIBLE_SPEED = 0.02
 MIN_VISIBLE_TURN_RATE = 0.1
-#: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
-STALL_TIME = 1.3
 #: The robot is nearer to its goal only if the remaining way is shorter by at least this [m or rad].
 STALL_STEP = 0.004
-MAX_REST_TIME = 4.0    # [s]; a motion fails if its command is 0 for longer in one state
 #: The robot has missed its goal if the remaining way grows again by more than this [m or rad]. If
 #: the network stalls for a short time, a robot overshoots by less than this.
 MAX_RETREAT = 0.8

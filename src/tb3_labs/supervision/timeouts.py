@@ -1,4 +1,4 @@
-"""The limits of silences and sleeps for the nodes that drive.
+"""The limits of silences, sleeps and motions without progress, for the nodes that drive.
 
 Freshness finds a silent source by the arrival times of its messages. Lateness finds a delayed
 message by its stamp. If the time between two looks at the clock is long, SleepMonitor finds that
@@ -58,6 +58,12 @@ MAX_RESET_AGE = 1.0
 #: A sender that repeats a message sends it again within this time. If a sender was silent for
 #: longer than this, its next message is a new request.
 SENDER_PAUSE = 2.0
+
+# -- a motion makes no progress
+
+#: The robot is stalled if commands to move bring it no nearer to its goal for this time.
+STALL_TIME = 1.3
+MAX_REST_TIME = 4.0    # a motion fails if its command is 0 for longer in one state
 
 # -- this process sleeps, or its clock stands
 

@@ -148,7 +148,7 @@ class Trial:
         return False
 
     def silence_device(self, name, was_moving, end_messages):
-        """Record the stimulus `name`, in which `end_messages()` ends the messages of a device."""
+        """Record the stimulus `name`, in which `end_messages()` makes a device silent."""
         self.observe(name, LOST_STOP_TIME + 0.5, end_messages, {WAS_MOVING: was_moving})
 
     def silence_sensor(self, name, was_moving, switch):
