@@ -161,7 +161,8 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
     if series is None or not set(series.text) & set(STATES):
         return []
     # a new frame, a message on ctrl_relinq, and a gap in the readings also end an interval
-    cuts = [*(each.begin for each in local_frames(node_run)), *node_run.run.control.arrival]
+    frame_begins = [frame.begin for frame in local_frames(node_run)]
+    cuts = np.array([*frame_begins, *node_run.run.control.arrival])
     gaps = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
     intervals = []
@@ -170,7 +171,7 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
         errors = own_pose(node_run, readings.time).error(ROTATE_TO_GOAL)
         if np.isnan(errors).all():
             continue
-        is_cut = end in gaps or any(abs(cut - end) <= SHORT_LAG for cut in cuts)
+        is_cut = end in gaps or (np.abs(cuts - end) <= SHORT_LAG).any()
         next_state = series.text_at(end) if end in series.changes and not is_cut else ''
         first, last = readings.time[0], readings.time[-1]
         commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))
