@@ -46,7 +46,7 @@ class Lab(NamedTuple):
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def read_parts(self, text: str) -> List[str]:
-        """Returns the parts in `text`, such as 'left,right'. Raises ``ValueError`` if the lab does
+        """Returns the parts in `text`, such as 'turns,mouse'. Raises ``ValueError`` if the lab does
         not have one of these parts."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         unknown = sorted(set(parts) - set(self.parts))

@@ -41,8 +41,9 @@ class DeadMan:
         """Let `page` drive. Raises ``ValueError`` if the page must not drive.
 
         `lateness` is the delay [s] of the message. Returns False if the delay is more than
-        `INPUT_TIMEOUT`, since the message then counts as silence. `is_first`: is this the
-        first message since the person took hold? Without it the hold is refused, as it began late.
+        `INPUT_TIMEOUT`, since the message then counts as silence. `is_first`: is this the first
+        message since the person took hold? A hold that lost its first message is refused, since it
+        would begin too late.
         """
         if lateness > INPUT_TIMEOUT:
             return False

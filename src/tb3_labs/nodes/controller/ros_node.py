@@ -99,14 +99,16 @@ def read_keyboard(on_line, on_end):
     The standard input may be a terminal, a pipe, or the terminal of roslaunch. If there is no
     input, or the node is a background job, `on_end()` is called at once.
     """
+    handle_line, handle_end = guarded(on_line), guarded(on_end)
+
     def read_lines():
         if sys.stdin is not None:      # if there is no input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
                 # A thread that reads sys.stdin holds a lock, and Python waits for this lock when
                 # the node ends. Reading descriptor 0 without a buffer needs no lock.
                 for line in open(0, 'rb', buffering=0, closefd=False):
-                    guarded(on_line)(line.decode(errors='replace').strip())
-        guarded(on_end)()
+                    handle_line(line.decode(errors='replace').strip())
+        handle_end()
 
     # Without this line, SIGTTIN would suspend a background job that reads from its terminal.
     signal.signal(signal.SIGTTIN, signal.SIG_IGN)
