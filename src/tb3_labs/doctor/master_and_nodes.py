@@ -117,7 +117,8 @@ class RobotGraph:
         if is_right or self._is_of_another_robot(topic, node):
             return ''
         path = topic.lower()
-        right_names = [name for name in names   # imu/data and raw_imu mean imu, simulator does not
+        # imu/data and raw_imu mean imu, simulator does not
+        right_names = [name for name in names
                        if name in SENSORS and re.search('(?<![a-z])' + name, path)]
         _, _, base_name = path.rpartition('/')
         right_names += difflib.get_close_matches(base_name, names, n=1, cutoff=MIN_NAME_SIMILARITY)

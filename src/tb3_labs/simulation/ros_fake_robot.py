@@ -94,7 +94,7 @@ class FakeRobot:
         if self._static_tf and self._world_T_odom != world_T_odom:
             self._world_T_odom = world_T_odom
             self._static_tf.publish(TFMessage([
-                to_transform(world_T_odom, 'world', self._sensors.frames['odom'], now)]))
+                to_transform(world_T_odom, 'world', frame_name('odom'), now)]))
         for burst in bursts:
             self._sensors.send(burst, time_zero, self._robot.sensors.wheel_readings)
         if truth is None:
@@ -170,9 +170,6 @@ class SensorTopics:
     """Publishes samples as messages, in the thread that steps the robot."""
 
     def __init__(self):
-        #: {name of a frame: its name in this node's namespace}
-        self.frames = {name: frame_name(name) for name in (
-            'imu_link', 'odom', 'base_footprint', 'base_link')}
         self._imu = make_publisher('imu', Imu)
         self._odom = make_publisher('odom', Odometry)
         self._joints = make_publisher('joint_states', JointState)
@@ -182,18 +179,16 @@ class SensorTopics:
         """Publish the samples of a `burst`, which arrive together, by one write for each topic.
         Remove the `wheel_readings` before these samples. For `time_zero` see FakeRobot.tick."""
         imu, tf, odometry, joints = [], [], [], []
-        frames = self.frames
         for sample in burst[-MAX_SAMPLES:]:
             stamp = time_zero + sample.stamp
             if isinstance(sample, ImuSample):
-                imu.append(imu_message(sample, stamp, frames['imu_link']))
+                imu.append(imu_message(sample, stamp))
                 continue
+            odometry.append(odometry_message(sample, stamp))
             tf.append(TFMessage([to_transform(
-                sample.pose, frames['odom'], frames['base_footprint'], stamp)]))
-            odometry.append(odometry_message(
-                sample, stamp, frames['odom'], frames['base_footprint']))
-            joints.append(joint_message(
-                _pop_earlier(wheel_readings, sample.stamp), stamp, frames['base_link']))
+                sample.pose, frame_name('odom'), frame_name('base_footprint'), stamp)]))
+            reading = _pop_earlier(wheel_readings, sample.stamp)
+            joints.append(joint_message(reading, stamp))
         for publisher, messages in ((self._imu, imu), (self._tf, tf), (self._odom, odometry),
                                     (self._joints, joints)):
             if messages and publisher.get_num_connections():
@@ -214,9 +209,9 @@ def make_publisher(topic, message_type, **options):
     return publisher
 
 
-def imu_message(sample, stamp, frame_id):
+def imu_message(sample, stamp):
     """Returns the sensor_msgs/Imu of a robot on a level floor."""
-    return Imu(header=_header(stamp, frame_id),
+    return Imu(header=_header(stamp, 'imu_link'),
                orientation=to_quaternion(sample.yaw, ROLL, PITCH),
                orientation_covariance=ORIENTATION_COVARIANCE,
                angular_velocity=Vector3(0.0, 0.0, sample.yaw_rate),
@@ -225,19 +220,19 @@ def imu_message(sample, stamp, frame_id):
                linear_acceleration_covariance=LINEAR_ACCELERATION_COVARIANCE)
 
 
-def odometry_message(sample, stamp, frame_id, child_frame_id):
-    stamped = to_pose_stamped(sample.pose, frame_id, stamp)
-    message = Odometry(header=stamped.header, child_frame_id=child_frame_id)
+def odometry_message(sample, stamp):
+    stamped = to_pose_stamped(sample.pose, frame_name('odom'), stamp)
+    message = Odometry(header=stamped.header, child_frame_id=frame_name('base_footprint'))
     message.pose.pose = stamped.pose
     message.twist.twist = to_twist(sample.linear, sample.angular)
     return message
 
 
-def joint_message(reading, stamp, frame_id):
+def joint_message(reading, stamp):
     """Returns the sensor_msgs/JointState of the two wheels, the left wheel first."""
-    return JointState(header=_header(stamp, frame_id), name=WHEEL_JOINTS, position=reading.angles,
-                      velocity=reading.speeds, effort=[0.0, 0.0])
+    return JointState(header=_header(stamp, 'base_link'), name=WHEEL_JOINTS,
+                      position=reading.angles, velocity=reading.speeds, effort=[0.0, 0.0])
 
 
-def _header(stamp, frame_id):
-    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame_id)
+def _header(stamp, frame):
+    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame_name(frame))

@@ -31,7 +31,7 @@ class WheelReading(NamedTuple):
 
 
 class Rhythm:
-    """Returns the moments 1/`rate`, 2/`rate`, ... [s], each of them once."""
+    """The moments 1/`rate`, 2/`rate`, ... [s]. Each moment is returned once."""
 
     def __init__(self, rate: float) -> None:
         self._rate = 0.0
