@@ -10,7 +10,6 @@ is in the frame `world`. At the start the odometry's pose is equal to `truth`, a
 differs from the true yaw by `imu_offset_deg`. Stamps are in seconds since the start.
 """
 import math
-from dataclasses import replace
 from itertools import chain, groupby
 from operator import itemgetter
 from typing import List
@@ -36,16 +35,16 @@ class Simulator:
 
     def __init__(self, config: SimulatorConfig = SimulatorConfig()) -> None:
         self._model = robot_model(config.model)
-        self.config = replace(config, gyro_bias_deg=0.0)    # _apply() notices another bias
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
-        self.sensors = Sensors(self._model, self._body, self.config)
+        self.sensors = Sensors(self._model, self._body, config)
         self.now = 0.0    # time [s] since the start
         self._motor_rhythm = Rhythm(CONTROL_RATE)
         self._command_link = NetworkLink('command', config.seed)
         self._sensor_link = NetworkLink('sensor', config.seed)
         self._board = Board()
         self._motor_command = 0.0, 0.0    # (forward speed [m/s], rate of turn [rad/s])
+        self._body.use_bias(math.radians(config.gyro_bias_deg))
         self._apply(config)
 
     @property
@@ -57,19 +56,18 @@ class Simulator:
         if config is self.config:
             return
         self._body.advance_to(self.now)
+        if config.gyro_bias_deg != self.config.gyro_bias_deg:
+            self._body.use_bias(math.radians(config.gyro_bias_deg))
         self._apply(config)
 
     def _apply(self, config: SimulatorConfig) -> None:
-        previous_config, self.config = self.config, config
+        self.config = config
         body = self._body
         body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
         body.imu.configure(
             yaw_noise=math.radians(config.imu_noise_deg), turn_rate_noise=config.gyro_noise,
             drift=math.radians(config.imu_drift_deg_per_min) / 60.0, sample_age=config.yaw_lag)
-        if config.gyro_bias_deg != previous_config.gyro_bias_deg:
-            body.use_bias(math.radians(config.gyro_bias_deg))
-        else:
-            body.begin_motion()
+        body.begin_motion()
         self.sensors.configure(config, self.now)
         for link in (self._command_link, self._sensor_link):
             link.configure(config, self.now)
