@@ -39,7 +39,7 @@ from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
-from tb3_labs.simulation.ros_fake_robot import FakeRobot, start
+from tb3_labs.simulation.ros_fake_robot import FakeRobot, start_stepping
 from tb3_labs.simulation.simulator_config import FIXED_FIELDS, HOSTS, SimulatorConfig
 
 
@@ -70,7 +70,7 @@ def start_robot():
             settings, {**NETWORKS[surroundings.network], **HOSTS[surroundings.host]})
         robot = FakeRobot(settings)
         LiveSettings(settings, robot.configure, fixed=FIXED_FIELDS)
-    start(robot, surroundings.speed)
+    start_stepping(robot, surroundings.speed)
 
 
 def _with_values(settings, values):

@@ -71,7 +71,7 @@ class Computer:
     @property
     def advice(self) -> str:
         """The commands that make this computer's nodes advertise the right address. If the master
-        is on this computer, this is the first of the `addresses`."""
+        is on this computer, the right address is the first of the `addresses`."""
         unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
         usable = (address for address in (self.outgoing_address, *self.addresses)
                   if address and not is_loopback(address))

@@ -102,7 +102,7 @@ class Odometer:
         self._last_imu_yaw = imu_yaw
         self.wheel_speeds = (left / interval, right / interval)
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
-                              distance / interval, turn / interval)
+                              linear=distance / interval, angular=turn / interval)
 
     def reset(self, ticks: Optional[Tuple[int, int]]) -> None:
         """Set the pose and the wheel angles to zero. For `ticks` see :meth:`update`."""
@@ -116,10 +116,10 @@ class Board:
 
     def __init__(self) -> None:
         self._unread: Deque[Arrival] = deque()
+        self.calibration_end = math.inf           # [s]; infinity if the board does not calibrate
         self._last_calibration_end = -math.inf    # [s]
-        self._calibration_duration = 0.0   # [s]
-        self._yaw_at_begin = 0.0           # true yaw [rad] when the calibration began
-        self.calibration_end = math.inf    # [s]; infinity if the board does not calibrate
+        self._calibration_duration = 0.0          # [s]
+        self._yaw_at_begin = 0.0                  # true yaw [rad] when the calibration began
         # the latest command: (time of reading [s], forward speed [m/s], rate of turn [rad/s])
         self._command = -math.inf, 0.0, 0.0
 

@@ -118,7 +118,7 @@ class FakeRobot:
             self._robot.reset()
 
 
-def start(robot, speed):
+def start_stepping(robot, speed):
     """Step a FakeRobot in a thread. If use_sim_time is set, publish /clock, which runs `speed`
     times as fast as real time. Without use_sim_time, `speed` has no effect."""
     clock = make_publisher('/clock', Clock) if rospy.get_param('/use_sim_time', False) else None
