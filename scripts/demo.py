@@ -119,7 +119,7 @@ class Demo:
         threading.Thread(target=guarded(self._judge_drives), daemon=True).start()
 
     def _store(self, topic, message_type, read):
-        """Store the latest value of `topic`. For goal_state store all values."""
+        """Store the latest value of `topic`, but all values of goal_state."""
         received = self._received[topic] = []
 
         def store(message):

@@ -2,7 +2,7 @@
 
 The module `checks` measures, and calls the functions ``judge_*`` in order. Each of these turns
 numbers and names into a Finding. At first the doctor is not a node, and only makes XML-RPC calls.
-After the line `Way back` it listens to the robot as an ordinary node that publishes nothing.
+After the line `Way back` the doctor is an ordinary node, which listens but publishes nothing.
 """
 from collections import Counter
 from functools import partial

@@ -66,7 +66,7 @@ def examine_messages(graph, address, is_wall_time):
 
 def listen(namespace, address):
     """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
-    `address` replaces a ROS_IP that may be wrong. This computer sends to the master from it."""
+    The doctor advertises `address`, its address towards the master, since ROS_IP may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []

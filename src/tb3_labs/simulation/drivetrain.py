@@ -17,7 +17,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 MAX_ARC_TIME = 1.0 / 60.0    # [s], while the speed changes
-ROUNDING_SLACK = 1e-9    # [arcs]; MAX_ARC_TIME remains one arc if it is rounded up
+ROUNDING_SLACK = 1e-9    # [arcs]; a time just above MAX_ARC_TIME remains one arc
 MOTOR_SPEED_TOLERANCE = 1e-6    # [rad/s]; a motor with a smaller error has its goal speed
 
 
@@ -130,7 +130,7 @@ class Body:
             self.imu.begin_motion(stamp, self.drivetrain.turn_curve)
 
     def pose_at(self, now: float) -> Pose2:
-        """Returns the robot's pose at `now` [s], which is not before the last advance_to()."""
+        """Returns the robot's pose at `now` [s]. advance_to() must not have passed `now`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)
         return later.pose

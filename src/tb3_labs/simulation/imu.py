@@ -60,7 +60,7 @@ class ImuModel:
         self._dead_zone = GYRO_DEAD_ZONE if has_dead_zone else -math.inf
 
     def begin_motion(self, now: float, curve: TurnCurve) -> None:
-        """Measure the motion of the robot along `curve`, which begins at `now` [s]."""
+        """Measure the motion that begins at `now` [s] and follows `curve`."""
         self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:
