@@ -40,11 +40,8 @@ def output_folder(path: Union[str, Path]) -> Path:
 
 
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
-    """Write a whole file, with text as UTF-8. Raises ``OSError`` if the file cannot be written.
-
-    An interrupted program does not lose the old file. A new file replaces a link, and not the
-    link's target.
-    """
+    """Write a whole file, with text as UTF-8. Raises ``OSError`` if the file cannot be written. An
+    interrupted program does not lose the old file. The new file replaces a link, not its target."""
     path = Path(path)
     if isinstance(content, str):
         content = content.encode('utf-8', errors='backslashreplace')

@@ -33,8 +33,7 @@ def is_own(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def address_of(name: str) -> str:
-    """Returns the address of a host's name; '' if the name does not resolve. The first look-up of
-    a name may take seconds."""
+    """Returns the address of a host's name, perhaps after seconds; '' if it does not resolve."""
     try:
         return socket.gethostbyname(name) if name else ''
     except (OSError, UnicodeError):

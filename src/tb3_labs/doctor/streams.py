@@ -22,8 +22,7 @@ MAX_STANDING_ANGLE = 0.005          # [rad]; a wheel that turns more does not st
 
 
 def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
-    """Does at most one node drive? `command_counts` is {node: number of the node's commands in
-    LISTENING_TIME}."""
+    """Does at most one node drive? `command_counts` is {node: commands in LISTENING_TIME}."""
     drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
                            for node, count in sorted(command_counts.items()))
     if len(command_counts) > 1:
@@ -96,9 +95,8 @@ def judge_drift(drift: float, namespace: str) -> Finding:
 
 def drift_of(imu: Sequence[Tuple[float, float]],
              wheels: Sequence[Tuple[float, float]]) -> Optional[float]:
-    """Returns the slope of the yaw [deg/min]; None if the wheels turn, or if there are too few
-    samples. `imu` is [(stamp [s], yaw [rad])], and `wheels` is [(left angle [rad], right angle
-    [rad])]."""
+    """Returns the slope of the yaw [deg/min]; None if the wheels turn, or samples are too few.
+    `imu` is [(stamp [s], yaw [rad])]. `wheels` is [(left angle [rad], right angle [rad])]."""
     if len(imu) < MIN_IMU_SAMPLES or len(wheels) < MIN_WHEEL_SAMPLES:
         return None
     for angles in zip(*wheels):    # of the left wheel, then of the right wheel

@@ -143,8 +143,7 @@ class Board:
         return (self._yaw_at_begin - yaw) / self._calibration_duration
 
     def read_up_to_reset(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the messages that have arrived, up to the first reset. The messages after the reset
-        wait for the end of the calibration. Returns True if a reset was read."""
+        """Read the messages that have arrived, up to the first reset. Was a reset read?"""
         self._unread.extend(arrivals)
         while self._unread and not self.is_calibrating:
             arrival, message = self._unread.popleft()

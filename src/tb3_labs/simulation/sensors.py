@@ -16,8 +16,7 @@ from tb3_labs.simulation.firmware import Odometer, encoder_ticks
 from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: After a stall a sensor sends at most this many samples, since buffers are finite. An IMU with 200
-#: samples per second makes this many in the longest possible stall.
+#: A sensor sends at most this many samples after a stall: the longest stall at 200 samples/s.
 MAX_SAMPLES = 2000
 SYNC_PERIOD = 5.0    # [s]; the serial node sets the board's clock once in each period
 
@@ -132,8 +131,7 @@ class Sensors:
         self._send('odom', [sample])
 
     def _send(self, sensor: str, samples: Sequence[Sample]) -> None:
-        """Send `samples`. A silent sensor sends no sample. A frozen sensor repeats one sample with
-        new stamps."""
+        """Send `samples`: none of a silent sensor, one with new stamps of a frozen sensor."""
         if getattr(self._config, sensor + '_silent'):
             return
         if not getattr(self._config, sensor + '_frozen'):
