@@ -2,8 +2,8 @@
 """The demonstration of the Transformation lab, judged by the simulated robot's true pose.
 
 The node gives control to move_to_goal, which drives to its goal. Then the node resets the local
-frame to the robot's place, and the robot drives again. demo.launch ends with this node. If every
-drive ended within tolerance, the node makes a file for demo.sh.
+frame to the robot's place, and the robot drives again. If every drive ends within tolerance, the
+node makes a file for demo.sh. demo.launch ends with this node.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -48,7 +48,7 @@ RECORDER_TIMEOUT = 15.0    # [s, wall clock]; a recorder ends if the disk is ful
 GRANT_PERIOD = 1.0         # [s, wall clock]
 SETTLING_TIME = 0.5        # [s], before the true pose is read
 MAX_ATTEMPTS = 10          # to begin a drive
-#: A recording must have these topics from its start on.
+#: A recording must contain these topics from its start on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
                    'ctrl_relinq', '/tf')
 TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'    # for a terminal of 80 columns
@@ -60,8 +60,6 @@ MAX_TRUE_ERROR_DEG = 0.5     # [deg]
 
 @dataclass(frozen=True)
 class DemoConfig(Config):
-    """Settings of the demonstration."""
-
     drives: int = setting(2, 'number of drives, with a reset between them', low=1, high=100)
     stay: bool = setting(False, 'go on running, and print commands to try, instead of ending')
     record: bool = setting(False, 'begin when the node record, a recorder, listens')
@@ -92,10 +90,11 @@ class DemoDrive:
 
     def row(self, number):
         distance, angle = self.true_error
+        true_error = f'{1000.0 * distance:.1f} mm {angle:.2f} deg'
         verdict = 'ok' if self.is_good else 'NOT GOOD: ' + self.last_state
-        return TABLE_ROW.format(
-            f'drive {number}', short_pose(self.goal), short_pose(self.measured_pose),
-            f'{1000.0 * distance:.1f} mm {angle:.2f} deg', f'{self.duration:.2f} s', verdict)
+        return TABLE_ROW.format(f'drive {number}', short_pose(self.goal),
+                                short_pose(self.measured_pose), true_error,
+                                f'{self.duration:.2f} s', verdict)
 
 
 class ControlTaken(Exception):
@@ -108,7 +107,7 @@ class Demo:
     def __init__(self):
         self._config = read_config(DemoConfig)
         self._received = {}     # {topic: [(time of arrival [s], value)]}
-        self._has_granted = False   # does move_to_goal have control from this node?
+        self._has_granted = False    # did move_to_goal get control from this node?
         self._is_control_taken = False
         # not latched, since a latched permission may be old
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
@@ -120,7 +119,7 @@ class Demo:
         threading.Thread(target=guarded(self._judge_drives), daemon=True).start()
 
     def _store(self, topic, message_type, read):
-        """Store the latest value of `topic`. For goal_state store all values."""
+        """Store the latest value of `topic`, but all values of goal_state."""
         received = self._received[topic] = []
 
         def store(message):
@@ -130,13 +129,14 @@ class Demo:
         rospy.Subscriber(topic, message_type, guarded(store), tcp_nodelay=True)
 
     def _on_control(self, message):
-        if not message.data and connection_of(message)['callerid'] != rospy.get_name():
+        is_own = connection_of(message)['callerid'] == rospy.get_name()
+        if not message.data and not is_own:
             self._is_control_taken = self._has_granted
 
     def _judge_drives(self):
         self._await('local_pose')
         self._await('current_goal')
-        if self._config.record and not wait_until(recorder_listens, RECORDER_TIMEOUT):
+        if self._config.record and not wait_until(is_recorder_listening, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
         problem = self._demonstrate()
         if self._config.stay:
@@ -151,7 +151,7 @@ class Demo:
         try:
             for number in range(1, self._config.drives + 1):
                 rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
-                drives.append(self._drive(is_reset_needed=number > 1))
+                drives.append(self._drive(needs_reset=number > 1))
         except ControlTaken:
             return 'Control was taken from the demonstration: it drives no more'
         print(table(drives))
@@ -161,16 +161,17 @@ class Demo:
             Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
         return ''
 
-    def _drive(self, is_reset_needed):
+    def _drive(self, needs_reset):
         """Let the robot drive once. Returns the DemoDrive. If late sensors end a drive before the
         robot moves, the robot begins the drive again, after a reset."""
-        is_reset_needed = self._value('has_control') or is_reset_needed
+        if self._value('has_control'):
+            needs_reset = True
         world_T_local = self._value('ground_truth', rospy.get_time())
         for _ in range(MAX_ATTEMPTS):
             self._received['goal_state'].clear()
-            if is_reset_needed:
+            if needs_reset:
                 self._wait_for('a reset', try_reset)
-            is_reset_needed = True
+            needs_reset = True
             self._give_control()
             begin, state = self._await('goal_state', matches=has_begun_or_ended)
             if not is_over(state):
@@ -182,8 +183,8 @@ class Demo:
             true_pose=world_T_local.inverse() @ world_T_robot, duration=end - begin)
 
     def _give_control(self):
-        """Publish permissions until move_to_goal has control. A node that has just started
-        ignores a permission that may be old. After a person's stop no permission is published."""
+        """Publish permissions until move_to_goal has control, or a person stops the robot. A node
+        that has just started ignores a permission that may be old."""
         def try_to_give():
             if self._is_control_taken or self._value('has_control'):
                 return True
@@ -203,15 +204,16 @@ class Demo:
         def values():
             if self._is_control_taken:
                 raise ControlTaken
-            return [(at, value) for at, value in list(self._received[topic])
-                    if at >= since and matches(value)]
+            return [(arrival, value) for arrival, value in list(self._received[topic])
+                    if arrival >= since and matches(value)]
         self._wait_for(topic, values)
         return values()[0]
 
     def _wait_for(self, what, condition):
         if not wait_until(condition, MESSAGE_TIMEOUT):
-            raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
-                MESSAGE_TIMEOUT, what, [state for _, state in self._received['goal_state']]))
+            states = [state for _, state in self._received['goal_state']]
+            raise RuntimeError(
+                f'waited {MESSAGE_TIMEOUT:.0f} s in vain for {what}; states: {states}')
 
 
 def has_begun_or_ended(state):
@@ -220,17 +222,17 @@ def has_begun_or_ended(state):
 
 
 def try_reset():
-    """Reset the local frame to the robot's place. Returns whether move_to_goal accepts the reset.
-    On a busy computer sensors are late, and move_to_goal refuses a reset."""
+    """Reset the local frame to the robot's place. Returns True if move_to_goal accepts the reset.
+    While sensors are late, move_to_goal refuses a reset."""
     with contextlib.suppress(rospy.ServiceException):
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 
 
-def recorder_listens():
+def is_recorder_listening():
     """Does the node `record` subscribe to all RECORDED_TOPICS?"""
     _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
     heard = {topic for topic, nodes in subscribers if rospy.resolve_name('record') in nodes}
-    return {rospy.resolve_name(topic) for topic in RECORDED_TOPICS} <= heard
+    return heard.issuperset(map(rospy.resolve_name, RECORDED_TOPICS))
 
 
 def table(drives):

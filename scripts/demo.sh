@@ -13,9 +13,9 @@ done
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 unset CMAKE_PREFIX_PATH    # nor another workspace's tb3_labs
 
-# All programs inherit TB3_LABS_DEMO, the path of this folder. By this variable the end finds each program.
+# All programs inherit TB3_LABS_DEMO, the path of this folder. finish() finds each program by this variable.
 run=$(mktemp -d)
-patience=1.2    # roslaunch waits 15 s for a node that is just starting. A recorder needs time to end.
+patience=1.2    # [s]; roslaunch would wait 15 s for a node that is just starting. A recorder needs time to end.
 if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=10; fi
 finish() {
   local job left
@@ -43,7 +43,7 @@ cat "$run/said" >&2
 [ -n "$ready" ] || exit 1
 trap 'exit 130' INT TERM HUP
 
-# The demonstration starts its own master, since a real robot of another master would drive, too. The lock finds a second
+# The demonstration starts its own master, since it would also drive a real robot of another master. The lock finds a second
 # demonstration that starts at the same moment.
 address=${ROS_MASTER_URI#*://} address=${address%%/*}
 exec 9>>"/tmp/tb3_labs_demo.$UID.${address##*:}.lock"

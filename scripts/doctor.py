@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """Finds faults of this computer, its network, or a robot. Each finding is one line.
 
-Example: rosrun tb3_labs doctor.py robot3. A line begins with ok, warning or FAULT, and ends with an
-instruction. The doctor needs up to 12 s with a robot, and 3 s without a master. The doctor needs
-more time if a name resolves slowly. The exit status is 0 without a FAULT, 1 with a FAULT, and 2 for
-wrong arguments.
+Example: rosrun tb3_labs doctor.py robot3. A line begins with ok, warning or FAULT, and may end with
+an instruction. The doctor needs up to 12 s with a robot, 3 s without a master, and longer if a name
+resolves slowly. The exit status is 0 without a FAULT, 1 with a FAULT, and 2 for wrong arguments.
 
 The doctor changes nothing, and publishes nothing. For 5 s the doctor listens to imu, odom,
 joint_states and cmd_vel in the robot's namespace.

@@ -14,21 +14,18 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     /clock        rosgraph_msgs/Clock          with use_sim_time, 200 per simulated second
 Parameters
     ~speed        pace of /clock, times real time, with use_sim_time (1)
-    ~network      quiet, good, busy, bad: a set of network settings, see simulation/network.py
-                  (quiet)
-    ~host         default, laptop, pi: a set of rates, lags and stamps for the computer to which the
-                  robot's board is connected, see simulation/simulator_config.py (default)
-    ~mystery      1 to 9999: the number of a hidden fault, see simulation/mystery_robot.py; 0: none
-                  (0)
+    ~network      quiet, good, busy, bad: network settings, see simulation/network.py (quiet)
+    ~host         default, laptop, pi: rates, lags and stamps of the computer to which the robot's
+                  board is connected, see simulation/simulator_config.py (default)
+    ~mystery      1 to 9999: the number of a hidden fault, see simulation/mystery_robot.py (0: none)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
-    all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
-                  default
+    all others    fields of SimulatorConfig, see simulation/simulator_config.py
 
 The network delays imu, odom, joint_states and /tf. Messages that were delayed together reach a
 subscriber in one write. A setting that is given by its own name overrides ~network and ~host. A
-robot with a hidden fault has no ground_truth and no /tf_static, keeps its settings, and ignores
-~network and ~host. Without a hidden fault, all fields except the FIXED_FIELDS may change while the
-robot runs: dynparam set /turtlebot3 network_cut true
+robot with a hidden fault publishes no ground_truth and no /tf_static, keeps its settings, and
+ignores ~network and ~host. All other robots can change all fields except the FIXED_FIELDS while
+they run: dynparam set /turtlebot3 network_cut true
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
@@ -42,7 +39,7 @@ from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
-from tb3_labs.simulation.ros_fake_robot import FakeRobot, start
+from tb3_labs.simulation.ros_fake_robot import FakeRobot, start_stepping
 from tb3_labs.simulation.simulator_config import FIXED_FIELDS, HOSTS, SimulatorConfig
 
 
@@ -73,14 +70,14 @@ def start_robot():
             settings, {**NETWORKS[surroundings.network], **HOSTS[surroundings.host]})
         robot = FakeRobot(settings)
         LiveSettings(settings, robot.configure, fixed=FIXED_FIELDS)
-    start(robot, surroundings.speed)
+    start_stepping(robot, surroundings.speed)
 
 
 def _with_values(settings, values):
     """Returns `settings` with `values`. A setting that the user gave stays the same."""
-    default = SimulatorConfig()
+    defaults = SimulatorConfig()
     changes = {name: value for name, value in values.items()
-               if getattr(settings, name) == getattr(default, name)}
+               if getattr(settings, name) == getattr(defaults, name)}
     return replace(settings, **changes)
 
 

@@ -1,24 +1,24 @@
 #!/usr/bin/env bash
-# Sets up tb3_labs, and the shell that sources this file. demo.sh and test.sh begin with it.
+# Sets up tb3_labs, and the shell that sources this file. demo.sh and test.sh begin with this set-up.
 #
 #     source scripts/setup.sh     (bash) set up what is missing, then put ROS and this package on this shell's paths
-#     ./scripts/setup.sh          only set up; it ends with the line to type in each terminal
+#     ./scripts/setup.sh          only set up; the last line tells what to type in each terminal
 #     TB3_LABS_TESTS=1            in front of each: set up the tests, too
 #
 # Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. On any other system, use
 # the container: docker build -t tb3_labs -f .devcontainer/Dockerfile .
 #
-# It installs the system packages that are missing (root or sudo), and makes everything else in the folder build/.ws of the
-# repository: a Python environment with squaternion, a catkin workspace whose src/tb3_labs links to the repository's files,
+# The set-up installs the missing system packages (as root or by sudo). Everything else is made in the repository's folder
+# build/.ws: a Python environment with squaternion, a catkin workspace whose src/tb3_labs links to the repository's files, and
 # logs. To undo the set-up, delete build. When nothing is missing, the set-up takes well under a second. A change of Python
 # code needs no build.
 #
-# A catkin workspace that was sourced before stays, and one that is sourced afterwards is added; both go before this one. A
-# conda, a pyenv or a ROS 2 on PYTHONPATH and CMAKE_PREFIX_PATH is dropped, because it breaks ROS 1's Python.
-# One installation serves all accounts of a machine. An account that does not own it has logs and caches in ~/.ros.
+# A catkin workspace that was sourced earlier stays, and a workspace that is sourced later is added. Both go before tb3_labs.
+# A conda, a pyenv or a ROS 2 on PYTHONPATH and CMAKE_PREFIX_PATH is dropped, because it breaks ROS 1's Python.
+# One installation serves all accounts of a machine. All accounts but the owner keep logs and caches in ~/.ros.
 #
-# Network: all nodes listen on the loopback only. For a real robot, if the master runs here, set ROS_IP to this computer's
-# address first. If the master runs on the robot, set ROS_MASTER_URI=http://ROBOT:11311, which also finds ROS_IP.
+# Network: all nodes listen on the loopback only. For a real robot whose master runs here, first set ROS_IP to this
+# computer's address. If the master runs on the robot, set ROS_MASTER_URI=http://ROBOT:11311: then ROS_IP is found.
 
 # This check stands first: dash, which is sh here, has no arrays and could not read the rest.
 if [ -z "${BASH_VERSION:-}" ]; then
@@ -103,7 +103,7 @@ source "$repo/scripts/setup/packages.sh"
 
 venv_stamp() { echo "$ws $(readlink -f /usr/bin/python3) $(pinned)"; }
 
-# Prints a sum of all files on which a build depends. It does not depend on Python code, since the devel space refers to it.
+# Prints a sum of all files on which a build depends. Python code is left out, since the devel space refers to it.
 build_stamp() {
   cd "$repo"
   {
@@ -134,7 +134,7 @@ pip_in_venv() {
     --disable-pip-version-check "${@:2}" "${pip_exactly[@]}" -r <(pinned) >"$ws/pip.log" 2>&1
 }
 
-# Installs pip, and the packages from PyPI by version and checksum. Meanwhile the workspace is built, which needs neither.
+# Installs pip, and the packages from PyPI by version and checksum, while the workspace is built without them.
 # --no-deps: pynput would compile evdev, which is needed only without X; the system packages have all other dependencies.
 # Only wheels are installed, since they run no program.
 # The files stay in the user's cache: the next copy of this repository is set up without a network.
@@ -160,9 +160,9 @@ build() {
   local stamp name
   stamp=$(build_stamp)
   say 'building the workspace ...'
-  # A build without a stamp was interrupted. A rebuild would keep files of an earlier place or Python.
+  # A build without a stamp was interrupted. A build over old files would keep those of an earlier place or Python.
   if [ ! -e "$ws/build.stamp" ] || ! holds "$ws/build.place" "$(venv_stamp)"; then rm -rf "$ws/build" "$ws/devel"; fi
-  rm -rf "$ws/build.stamp" "$ws/devel/lib/tb3_labs"    # which may have relays of nodes that are gone
+  rm -rf "$ws/build.stamp" "$ws/devel/lib/tb3_labs"    # the folder may contain relays of nodes that are gone
   venv_stamp >"$ws/build.place"
   # The package's folder holds a link to each entry of the repository. One link to the whole repository
   # would be a loop through build: rosrun would find each node twice.

@@ -37,10 +37,10 @@ export TMPDIR=$ws/tmp
 rm -rf "$TMPDIR" "$results"    # a former run's results would count again
 rm -f "$ws/build/Testing/Temporary/CTestCostData.txt"    # ctest's order is that of CMakeLists.txt, not of the last run
 mkdir -p "$TMPDIR" "$results"
-# The tests start some hundred nodes. With byte code each computes for 0.1 s less. The byte code is deleted when the tests end.
+# The tests start some hundred nodes. Byte code saves 0.1 s in each, and is deleted when the tests end.
 unset PYTHONDONTWRITEBYTECODE
-# catkin runs tests with the environment that it stored when it configured the build. With the system's roscore.xml in it,
-# each master would start rosout, and two programs that print versions.
+# catkin runs tests with the environment of the build's configuration. With the system's roscore.xml, each master would start
+# rosout, and two programs that print versions.
 sed -i "s|^export ROS_ETC_DIR=.*|export ROS_ETC_DIR='$ROS_ETC_DIR'|" "$ws/build/catkin_generated/setup_cached.sh"
 # roslaunch and rostest import distutils, and then all of setuptools if it is installed: a quarter of a second in each
 # of a hundred starts. From Python 3.12 on there is no other distutils.

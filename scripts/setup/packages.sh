@@ -1,4 +1,4 @@
-# shellcheck shell=bash disable=SC2154,SC2034,SC2086    # variables of scripts/setup.sh, of which this is a part
+# shellcheck shell=bash disable=SC2154,SC2034,SC2086    # variables of scripts/setup.sh, which sources this file
 # The system's packages: which are needed, which are missing, and their installation by apt.
 
 # The supported systems.
@@ -40,8 +40,8 @@ name_packages() {
 pinned() { local p; for p in "${requirements[@]}"; do grep "^$p==" "$repo/scripts/setup/requirements.txt"; done; }
 pip_exactly=(--no-deps --only-binary :all: --require-hashes)
 
-# Sets missing, the packages to install now, and tests, which is 1 if all packages of the tests are there. Then the tests
-# are built, too.
+# Sets `missing` to the packages to install now. Sets `tests` to 1 if all packages of the tests are there: then the tests are
+# built, too.
 look_at_packages() {
   local installed p wanted=("${run_packages[@]}")
   installed=$(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' "${run_packages[@]}" "${test_packages[@]}" 2>/dev/null |
@@ -76,7 +76,7 @@ install_packages() {
   [ -n "$ros" ] || refuse_system
   line="apt-get update; apt-get install --no-install-recommends ${missing[*]}"
   if [ "$EUID" != 0 ]; then
-    # without the dash of `su -` root keeps the user's PATH, which dpkg refuses
+    # dpkg refuses the user's PATH, which root would keep without the dash of `su -`
     command -v sudo >/dev/null || fail "rights are missing (no sudo here): type this, and root's password, then start again: su - -c '$line'"
     sudo -n true 2>/dev/null || { [ -t 0 ] && say 'system packages are missing, installing them needs your password' && sudo -v; } ||
       fail "rights are missing (sudo refused): have an administrator run once: $line"

@@ -1,5 +1,5 @@
 # Sets what a terminal needs beside catkin's paths. This file is an environment hook of the devel space that scripts/setup.sh
-# builds. catkin sources it for that space, and for each workspace that was built on top of it. So
+# builds. catkin sources the hook for that space, and for each workspace that was built on top of that space. So
 # `source ~/catkin_ws/devel/setup.bash` alone makes the same terminal as `source scripts/setup.sh`.
 
 _tb3_labs_terminal() {

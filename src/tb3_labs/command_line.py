@@ -12,7 +12,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # a tool in the background of a script would ignore SIGINT
+        # without this, a tool in the background of a script ignores SIGINT
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -22,7 +22,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns `word` as a number if possible, and otherwise as a text, which a Config refuses."""
+    """Returns `word` as a number, or unchanged, so that a Config refuses it."""
     try:
         return float(word)
     except ValueError:
@@ -30,8 +30,8 @@ def number_or_text(word: str) -> Union[float, str]:
 
 
 def output_folder(path: Union[str, Path]) -> Path:
-    """Returns the folder for a tool's output, which is made if it is missing. Raises ``OSError`` if
-    the folder cannot be made, or is a link, which could lead to any other folder."""
+    """Make the folder for a tool's output if it is missing. Returns its Path. Raises ``OSError`` if
+    the folder cannot be made, or is a link, since a link may lead to any other folder."""
     folder = Path(path)
     if folder.is_symlink():
         raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))
@@ -40,11 +40,8 @@ def output_folder(path: Union[str, Path]) -> Path:
 
 
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
-    """Write a whole file, with text as UTF-8. Raises ``OSError`` if the file cannot be written.
-
-    If the program is interrupted, the old file is not lost. If `path` is a link, the new file
-    replaces the link, and the link's target is not changed.
-    """
+    """Write a whole file, with text as UTF-8. Raises ``OSError`` if the file cannot be written. An
+    interrupted program does not lose the old file. The new file replaces a link, not its target."""
     path = Path(path)
     if isinstance(content, str):
         content = content.encode('utf-8', errors='backslashreplace')
@@ -54,14 +51,14 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
             file.write(content)
         new_file.replace(path)
     finally:
-        new_file.unlink(missing_ok=True)    # after a failure, the new file still exists
+        new_file.unlink(missing_ok=True)    # after a failure the new file still exists
 
 
 def failure_text(problem: BaseException) -> str:
-    """Returns one line with the reason for a failure, and with the file's name if it is known."""
+    """Returns the reason for a failure in one line, with the file's name if it is known."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return f'{problem.filename}: {problem.strerror}'
-    if isinstance(problem, FileNotFoundError):    # the error of os.getcwd() has no file name
+    if isinstance(problem, FileNotFoundError):    # os.getcwd() names no file
         return 'the current folder was deleted: go to another one, such as cd ~'
     return ' '.join(str(problem).split())
 

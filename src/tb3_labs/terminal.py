@@ -5,8 +5,8 @@ from typing import Any, Callable, List
 
 
 class SafeStream:
-    """A stream that drops a text if the text cannot be written. An exception could end a node
-    before its last zero command, or cost the marks."""
+    """A stream that drops a text that cannot be written. An exception could end a node before its
+    last zero command, or cost the marks."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream    # None if Python started without this stream
@@ -24,9 +24,9 @@ class SafeStream:
 
 
 def run_tool(main: Callable[[List[str]], int]) -> None:
-    """Call `main` with the words of the command line, and exit with its status. A character that
-    the terminal cannot show is replaced by its code."""
-    for name in 'stdout', 'stderr':
+    """Call `main` with the words of the command line, and exit with the status that `main` returns.
+    The code of a character replaces a character that the terminal cannot show."""
+    for name in ('stdout', 'stderr'):
         with contextlib.suppress(AttributeError):    # the stream is None
             getattr(sys, name).reconfigure(errors='backslashreplace')
         setattr(sys, name, SafeStream(getattr(sys, name)))

@@ -45,9 +45,9 @@ def test_the_last_line_has_the_numbers_of_faults_and_warnings(verdicts, words):
 
 CORE, HERE, AFAR = '/turtlebot3_core', 'http://localhost:40001/', 'http://robot3:40001/'
 LAN = dict(addresses=('192.168.0.5', '10.8.0.2'), outgoing_address='192.168.0.5', is_master_here=False)
-GOOD = Computer(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
-NAMED = Computer(ros_hostname='ann', resolved='192.168.0.5', **LAN)
-WRONG = Computer(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
+GOOD = Computer(ros_ip='192.168.0.5', resolved_address='192.168.0.5', **LAN)
+NAMED = Computer(ros_hostname='ann', resolved_address='192.168.0.5', **LAN)
+WRONG = Computer(ros_hostname='localhost', resolved_address='127.0.0.1', **LAN)
 NEXT_DRIVER = {'/move_to_goal': 'http://ann:40002/', '/pad': 'http://ann:40003/'}
 
 
@@ -76,20 +76,20 @@ def stream(*silences, period=0.005):
 
 JUDGEMENTS = [
     # the network; the advice is the address towards the robot
-    (address(ros_hostname='localhost', resolved='127.0.0.1'), OK, 'this computer alone'),
-    (address(hostname='ann', resolved='127.0.1.1'), OK, 'neither'),
+    (address(ros_hostname='localhost', resolved_address='127.0.0.1'), OK, 'this computer alone'),
+    (address(hostname='ann', resolved_address='127.0.1.1'), OK, 'neither'),
     (judge_address(GOOD), OK, "ROS_IP='192.168.0.5'"),
     (judge_address(NAMED), OK, "ROS_HOSTNAME='ann' (192.168.0.5)"),
-    (address(**LAN, hostname='ann', resolved='127.0.1.1'), WARNING, 'the name ann'),
-    (address(**LAN, ros_ip='192.168.0.77', resolved='192.168.0.77'), FAULT,
+    (address(**LAN, hostname='ann', resolved_address='127.0.1.1'), WARNING, 'the name ann'),
+    (address(**LAN, ros_ip='192.168.0.77', resolved_address='192.168.0.77'), FAULT,
      'not an address of this computer (it has 192.168.0.5, 10.8.0.2)',
      'Do: export ROS_IP=192.168.0.5,'),
-    (address(**LAN, ros_hostname='nn', resolved=''), FAULT, "ROS_HOSTNAME='nn' does not resolve"),
+    (address(**LAN, ros_hostname='nn', resolved_address=''), FAULT, "ROS_HOSTNAME='nn' does not resolve"),
     (address(ros_hostname='nn', addresses=('10.8.0.2',), outgoing_address='127.0.0.1'), FAULT,
      'Do: unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,'),
     (judge_address(WRONG), FAULT, 'the robot itself'),
     # rospy tells others ROS_HOSTNAME if both are set
-    (address(**LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved=''), FAULT,
+    (address(**LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved_address=''), FAULT,
      "ROS_HOSTNAME='nn' (it goes before ROS_IP='192.168.0.5') does not"),
     (judge_master(Peer('http://robot3:11311', '', '192.168.0.9')), OK,
      "robot3:11311' (192.168.0.9) answers"),

@@ -8,7 +8,7 @@ from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 def imu(offset=0.0, **how):
     model = ImuModel(0.0, offset, 1)
-    model.configure(**dict(dict(yaw_noise=0.0, rate_noise=0.0, drift=0.0, sample_age=0.0), **how))
+    model.configure(**dict(dict(yaw_noise=0.0, turn_rate_noise=0.0, drift=0.0, sample_age=0.0), **how))
     return model
 
 
@@ -45,7 +45,7 @@ def test_the_yaw_is_in_its_half_open_circle(yaw, said):
 
 
 @pytest.mark.parametrize('rate, how, shown', [
-    (0.0, {'rate_noise': 0.001}, 0.0), (0.00319, {}, 0.0), (-0.00319, {}, 0.0),
+    (0.0, {'turn_rate_noise': 0.001}, 0.0), (0.00319, {}, 0.0), (-0.00319, {}, 0.0),
     (0.0032, {}, 0.0032), (-0.0032, {}, -0.0032), (0.0, {'drift': 0.002}, 0.002)])
 def test_the_gyros_dead_zone_is_3_steps_of_2000_deg_s_over_16_bit(rate, how, shown):
     """3 steps are 0.1831 deg/s, or 0.003196 rad/s. The dead zone does not change the yaw."""

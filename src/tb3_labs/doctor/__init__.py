@@ -1,10 +1,8 @@
 """Is something wrong with this computer, its network or a robot? Each finding is one printed line.
 
-A function ``judge_*`` turns numbers and names into a Finding. The module `checks` measures, and
-calls the functions ``judge_*`` in order.
-
-At first the doctor is not a node, and only makes XML-RPC calls. After the line `Way back` is
-printed, the doctor listens to the robot as an ordinary node that publishes nothing.
+The module `checks` measures, and calls the functions ``judge_*`` in order. Each of these turns
+numbers and names into a Finding. At first the doctor is not a node, and only makes XML-RPC calls.
+After the line `Way back` the doctor is an ordinary node, which listens but publishes nothing.
 """
 from collections import Counter
 from functools import partial
@@ -37,7 +35,7 @@ def as_text(finding: Finding) -> str:
 
 
 def summary(findings: Sequence[Finding]) -> str:
-    """Returns the doctor's last line, which has the numbers of faults and warnings."""
+    """Returns the doctor's last line, with the numbers of faults and warnings."""
     counts = Counter(finding.severity for finding in findings)
     advice = '; begin with the first fault' if counts['FAULT'] > 1 else ''
     return f'faults: {counts["FAULT"]}, warnings: {counts["warning"]}{advice}'

@@ -18,12 +18,12 @@ def examine(namespace):
         return
     computer = this_computer(master.address)
     yield judge_address(computer)
-    graph = RobotGraph(namespace, state or ([], [], []))
-    robot = _peers_of(master, graph.robot_nodes)
-    publishers = _peers_of(master, graph.cmd_vel_publishers)
     yield judge_master(master)
     if state is None:
         return
+    graph = RobotGraph(namespace, state)
+    robot = _peers_of(master, graph.robot_nodes)
+    publishers = _peers_of(master, graph.cmd_vel_publishers)
     yield judge_robot(graph)
     yield from judge_names(graph)
     if robot:
@@ -37,7 +37,7 @@ def examine(namespace):
 
 
 def _peers_of(master, nodes):
-    """Returns {node: Peer}. Each Peer has the outcome of one call to the node."""
+    """Returns {node: Peer}, after one call to each node."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
@@ -51,19 +51,20 @@ def _check_return_path(computer, graph, alive, publishers):
     robot_node = next((node for node in graph.listeners if node in alive), None)
     if robot_node is None:
         return
+    robot = alive[robot_node]
     own_publishers = {}
     for node, peer in publishers.items():
-        is_here = is_own(peer.address) and not peer.problem
-        may_be_here = is_here or peer.problem == 'unresolved'
+        may_be_here = peer.problem == 'unresolved' or (not peer.problem and is_own(peer.address))
         if may_be_here and node not in graph.robot_nodes:
             own_publishers[node] = peer.uri
     if own_publishers:
         time.sleep(1.0)    # the robot needs this time to connect to a new publisher
-    connections = alive[robot_node].ask('getBusInfo')
-    if connections is not None:
-        address = alive[robot_node].address
-        connected = {str(uri).rstrip('/') for _, uri, direction, *_ in connections
-                     if direction == 'i'}    # 'i' means inbound; `uri` may be a node's name
-        yield judge_return_path(own_publishers, connected, robot_node,
-                                replace(computer, outgoing_address=outgoing_address(address)),
-                                is_robot_elsewhere=not is_own(address))
+    connections = robot.ask('getBusInfo')
+    if connections is None:
+        return
+    # 'i' means inbound; `uri` may be a node's name
+    connected = {str(uri).rstrip('/') for _, uri, direction, *_ in connections if direction == 'i'}
+    address = outgoing_address(robot.address)
+    yield judge_return_path(
+        own_publishers, connected, robot_node, replace(computer, outgoing_address=address),
+        is_robot_elsewhere=not is_own(robot.address))

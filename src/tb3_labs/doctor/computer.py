@@ -1,8 +1,8 @@
 """Checks the address that the nodes of this computer advertise.
 
 An address is a text such as '192.168.0.5', or '' if there is no address. Only IPv4 is used, as in
-ROS 1. A node *advertises* the address to which other nodes connect. As in rospy, the advertised
-address is ROS_HOSTNAME, else ROS_IP, else the computer's name.
+ROS 1. A node *advertises* the name or address to which other nodes connect. As in rospy, the
+advertised name is ROS_HOSTNAME, else ROS_IP, else the computer's name.
 """
 import os
 import socket
@@ -21,7 +21,7 @@ def is_loopback(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def own_addresses() -> Tuple[str, ...]:
-    """Returns the addresses of this computer. The loopback addresses are left out."""
+    """Returns the addresses of this computer, without the loopback addresses."""
     result = subprocess.run(['hostname', '-I'], stdout=subprocess.PIPE, universal_newlines=True)
     return tuple(address for address in result.stdout.split() if ':' not in address)
 
@@ -33,8 +33,7 @@ def is_own(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def address_of(name: str) -> str:
-    """Returns the address of a host's name; '' if the name does not resolve. The first look-up of
-    a name may take seconds."""
+    """Returns the address of a host's name, perhaps after seconds; '' if it does not resolve."""
     try:
         return socket.gethostbyname(name) if name else ''
     except (OSError, UnicodeError):
@@ -43,9 +42,9 @@ def address_of(name: str) -> str:
 
 def outgoing_address(address: str) -> str:
     """Returns the address from which this computer sends to `address`; '' if there is no route."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:    # connect() sends nothing
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect((address, 9))
+            probe.connect((address, 9))    # sends nothing; any other port would also do
             return str(probe.getsockname()[0])
         except OSError:
             return ''
@@ -58,14 +57,14 @@ class Computer:
     ros_ip: str = ''
     ros_hostname: str = ''
     hostname: str = ''             # the computer's own name
-    resolved: str = ''             # the address of the advertised name
+    resolved_address: str = ''     # the address of the advertised name
     addresses: Tuple[str, ...] = ()    # without the loopback addresses
     outgoing_address: str = ''     # the address from which this computer sends to the master
     is_master_here: bool = True    # does the master run on this computer?
 
     @property
-    def advertised(self) -> str:
-        """The address or name that this computer advertises."""
+    def advertised_name(self) -> str:
+        """The name or address that this computer advertises."""
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
@@ -79,18 +78,21 @@ class Computer:
         return f'{unset}export ROS_IP={address}, then start the nodes here again'
 
 
-def this_computer(master: str) -> Computer:
-    """Returns this Computer. `master` is the address of the master, or '' if unknown."""
+def this_computer(master_address: str) -> Computer:
+    """Returns this Computer. `master_address` is '' if it is unknown."""
     computer = Computer(
         ros_ip=os.environ.get('ROS_IP', ''), ros_hostname=os.environ.get('ROS_HOSTNAME', ''),
         hostname=socket.gethostname(), addresses=own_addresses(),
-        outgoing_address=outgoing_address(master) if master else '',
-        is_master_here=is_own(master) if master else not os.environ.get('ROS_MASTER_URI'))
-    return replace(computer, resolved=address_of(computer.advertised))
+        is_master_here=not os.environ.get('ROS_MASTER_URI'))
+    if master_address:
+        computer = replace(computer, outgoing_address=outgoing_address(master_address),
+                           is_master_here=is_own(master_address))
+    return replace(computer, resolved_address=address_of(computer.advertised_name))
 
 
 def judge_address(computer: Computer) -> Finding:
     """Can other computers reach this computer at the address that its nodes advertise?"""
+    resolved = computer.resolved_address
     if not computer.ros_ip and not computer.ros_hostname:
         text = 'neither ROS_IP nor ROS_HOSTNAME is set: '
         if computer.is_master_here:
@@ -98,19 +100,19 @@ def judge_address(computer: Computer) -> Finding:
         text += f'the robot is told the name {computer.hostname}, and may not resolve it'
         return warning('Address', text, computer.advice)
     variable = 'ROS_HOSTNAME' if computer.ros_hostname else 'ROS_IP'
-    text = f'{variable}={computer.advertised!r}'
-    if computer.resolved not in ('', computer.advertised) and not is_loopback(computer.resolved):
-        text += f' ({computer.resolved})'
+    text = f'{variable}={computer.advertised_name!r}'
+    if resolved not in ('', computer.advertised_name) and not is_loopback(resolved):
+        text += f' ({resolved})'
     if computer.ros_hostname and computer.ros_ip:
         text += f' (it goes before ROS_IP={computer.ros_ip!r})'
-    if is_loopback(computer.resolved) and computer.is_master_here:
+    if is_loopback(resolved) and computer.is_master_here:
         text += ' is right for this computer alone; for a real robot set ROS_IP'
         return ok('Address', text)
-    if computer.resolved in computer.addresses:
+    if resolved in computer.addresses:
         return ok('Address', text + ' is an address of this computer')
-    if not computer.resolved:
+    if not resolved:
         text += ' does not resolve, not even here'
-    elif is_loopback(computer.resolved):
+    elif is_loopback(resolved):
         text += (': on the robot this address is the robot itself, so the robot cannot reach this '
                  'computer')
     else:

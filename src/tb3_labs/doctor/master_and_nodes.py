@@ -23,7 +23,7 @@ PROBLEM_TEXTS = {
     'refused': 'refuses: the computer is on, but nothing listens there',
     'silent': 'does not answer as a ROS program'}
 SENSORS = 'imu', 'odom', 'joint_states'     # topics
-#: The robot, or a node of the labs, subscribes to these topics.
+#: The robot or a node of the labs subscribes to these topics.
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
 #: A topic's name is probably a mistake if difflib finds at least this similarity to a right name.
@@ -36,20 +36,20 @@ class Peer:
 
     uri: str
     problem: str = 'silent'    # a key of PROBLEM_TEXTS; '' if the peer has answered
-    address: str = ''          # the IP address of the name in `uri`
+    address: str = ''          # the IP address of the host in `uri`
 
     def __post_init__(self):
-        self.name = ''
+        self.host = ''
         match = re.fullmatch(r'http://([^/:]+):(\d+)/?', self.uri)
         if match:
-            self.name = match.group(1)
+            self.host = match.group(1)
             self.port = int(match.group(2))
 
     def ask(self, method, *arguments):
         """Call `method`. Returns the answer, or None if there is no answer. Sets `problem`."""
-        self.address = address_of(self.name)
+        self.address = address_of(self.host)
         if not self.address:
-            self.problem = 'unresolved' if self.name else 'malformed'
+            self.problem = 'unresolved' if self.host else 'malformed'
             return None
         try:
             connection = http.client.HTTPConnection(
@@ -61,12 +61,13 @@ class Peer:
             code, reason, value = parameters[0]
             if code != 1:
                 raise RuntimeError(reason)
-        except Exception as error:      # a program that is not of ROS may answer with any bytes
-            is_refused = isinstance(error, ConnectionRefusedError)
-            self.problem = 'refused' if is_refused else 'silent'
-            return None
-        self.problem = ''
-        return value
+            self.problem = ''
+            return value
+        except ConnectionRefusedError:
+            self.problem = 'refused'
+        except Exception:    # a program that is not of ROS may answer with any bytes
+            self.problem = 'silent'
+        return None
 
 
 def judge_master(master: Peer) -> Finding:
@@ -88,7 +89,7 @@ def judge_master(master: Peer) -> Finding:
 
 
 class RobotGraph:
-    """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state` is the master's answer
+    """The nodes around the robot in `namespace` ('/' or '/robot3/'), by the master's answer `state`
     to getSystemState."""
 
     def __init__(self, namespace, state):
@@ -97,15 +98,16 @@ class RobotGraph:
         #: {topic of a sensor: nodes that publish the topic}
         self.sensors = {name: self.publishers.get(namespace + name, []) for name in SENSORS}
         self.cmd_vel_publishers = self.publishers.get(namespace + 'cmd_vel', [])
-        # A recorder, the panel, and drivers that look for other drivers also listen to cmd_vel. If
-        # a node of the robot listens, all other listeners are left out.
+        # A recorder, the panel and drivers also listen to cmd_vel. If a node of the robot listens,
+        # all other listeners are left out.
         listeners = self.subscribers.get(namespace + 'cmd_vel', [])
         sensor_nodes = self.sensors['imu'] + self.sensors['odom']
         self.listeners = [node for node in listeners if node in sensor_nodes]
         if not self.listeners:
             self.listeners = [node for node in listeners if node not in self.cmd_vel_publishers]
         self.robot_nodes = sorted(set(sensor_nodes + self.listeners))
-        namespaces = {topic[:-len('odom')] for topic in self.publishers if topic.endswith('/odom')}
+        namespaces = {topic.rpartition('odom')[0] for topic in self.publishers
+                      if topic.endswith('/odom')}
         self.other_robots = sorted(namespaces - {namespace})
 
     def right_topic(self, topic, node, names):
@@ -115,10 +117,11 @@ class RobotGraph:
         if is_right or self._is_of_another_robot(topic, node):
             return ''
         path = topic.lower()
-        right_names = [name for name in names   # imu/data and raw_imu mean imu, simulator does not
+        # imu/data and raw_imu mean imu, simulator does not
+        right_names = [name for name in names
                        if name in SENSORS and re.search('(?<![a-z])' + name, path)]
         _, _, base_name = path.rpartition('/')
-        right_names += difflib.get_close_matches(base_name, names, 1, cutoff=MIN_NAME_SIMILARITY)
+        right_names += difflib.get_close_matches(base_name, names, n=1, cutoff=MIN_NAME_SIMILARITY)
         return self.namespace + right_names[0] if right_names else ''
 
     def _is_of_another_robot(self, topic, node):
@@ -155,14 +158,14 @@ def judge_robot(graph: RobotGraph) -> Finding:
 
 
 def judge_names(graph: RobotGraph) -> Iterator[Finding]:
-    """Yields a finding for nodes that listen to a wrong name, such as imu_data, and a finding for
-    nodes that publish a wrong name, such as turtle1/cmd_vel."""
+    """Yields a finding on the nodes that listen to a wrong name, such as imu_data, and a finding on
+    the nodes that publish a wrong name, such as turtle1/cmd_vel."""
     wrong_hearers = _mistakes(
-        '{} listens to {}, which nobody publishes; {} is published by {}', graph, LAB_TOPICS,
-        users=graph.subscribers, partners=graph.publishers)
+        '{node} listens to {wrong}, which nobody publishes; {right} is published by {partner}',
+        graph, LAB_TOPICS, users=graph.subscribers, partners=graph.publishers)
     wrong_senders = _mistakes(
-        '{} publishes {}, which nobody hears; {} is heard by {}', graph, SUBSCRIBED_TOPICS,
-        users=graph.publishers, partners=graph.subscribers)
+        '{node} publishes {wrong}, which nobody hears; {right} is heard by {partner}',
+        graph, SUBSCRIBED_TOPICS, users=graph.publishers, partners=graph.subscribers)
     for subject, mistakes in (('Hearers', wrong_hearers), ('Senders', wrong_senders)):
         if mistakes:
             yield warning(subject, '; '.join(mistakes),
@@ -170,22 +173,21 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 
 
 def _mistakes(text, graph, names, users, partners):
-    """Returns a sentence for each wrong topic in `users`. `text` has four gaps for the names of the
-    node, the wrong topic, the right topic and the partner. `users` and `partners` are {topic:
-    nodes}. The users publish and the partners subscribe, or the other way round."""
-    texts = []
+    """Returns the sentence `text` for each node that uses a wrong topic instead of one of `names`.
+    `users` and `partners` are {topic: nodes}: the publishers and the subscribers, or vice versa."""
+    sentences = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:
             right = graph.right_topic(topic, node, names)
             if right not in partners:
                 continue
-            # a node that also uses the right topic makes no mistake
-            if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
-                # a recorder is named only if no node of the robot uses the topic
-                of_robot = (each for each in partners[right] if each in graph.robot_nodes)
-                partner = next(of_robot, partners[right][0])
-                texts.append(text.format(node, topic, right, partner))
-    return texts
+            if node in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
+                continue    # a node that also uses the right topic makes no mistake
+            # a recorder is named only if no node of the robot uses the topic
+            of_robot = (each for each in partners[right] if each in graph.robot_nodes)
+            partner = next(of_robot, partners[right][0])
+            sentences.append(text.format(node=node, wrong=topic, right=right, partner=partner))
+    return sentences
 
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
@@ -193,14 +195,14 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
     for node, peer in sorted(peers.items()):
         if not peer.problem:
             continue
-        text = '{} says it is at {}, which {}'.format(
-            node, peer.uri.rstrip('/') or '(nothing)', PROBLEM_TEXTS[peer.problem])
+        uri = peer.uri.rstrip('/') or '(nothing)'
+        text = f'{node} says it is at {uri}, which {PROBLEM_TEXTS[peer.problem]}'
         remedy = ('if it has ended: rosnode cleanup; else on the robot: export ROS_IP=ITS_ADDRESS, '
                   'then start it again')
         if is_loopback(peer.address):
             text += ': others cannot reach that'
         else:
-            remedy = f'is the robot on, and in this network? ping {peer.name}; {remedy}'
+            remedy = f'is the robot on, and in this network? ping {peer.host}; {remedy}'
         return fault('Nodes', text, remedy)
     return ok('Nodes', ', '.join(sorted(peers)) + ' answer')
 
@@ -208,20 +210,21 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
 def judge_return_path(publishers: Mapping[str, str], connected: Collection[str], robot: str,
                       computer: Computer, is_robot_elsewhere: bool) -> Finding:
     """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `publishers`
-    is {node of this computer that publishes cmd_vel: URI}. `connected` has the URIs of the nodes
-    from which `robot` receives messages. `computer.outgoing_address` is the address from which this
-    computer sends to the robot."""
+    is {node of this computer that publishes cmd_vel: URI}. `connected` contains the URIs of the
+    nodes from which `robot` receives messages. `computer` sends to the robot from its
+    `outgoing_address`."""
     for node, uri in sorted(publishers.items()):
-        if uri.rstrip('/') not in connected:
-            text = f"{robot} cannot reach {node} at {uri.rstrip('/')}: commands do not arrive"
+        uri = uri.rstrip('/')
+        if uri not in connected:
+            text = f'{robot} cannot reach {node} at {uri}: commands do not arrive'
             return fault('Way back', text, 'if sudo ufw status says active: sudo ufw allow from '
                          'ROBOTS_ADDRESS; else ' + computer.advice)
     if publishers:
         return ok('Way back', f"{robot} is connected to {', '.join(sorted(publishers))}")
     if not is_robot_elsewhere:
         return ok('Way back', 'the robot is on this computer')
-    name, address = computer.advertised, computer.outgoing_address
-    if computer.resolved != address:
+    name, address = computer.advertised_name, computer.outgoing_address
+    if computer.resolved_address != address:
         needed = address or 'of this computer'
         return fault('Way back', f'the robot cannot reach {name}: it needs the address {needed}',
                      computer.advice)

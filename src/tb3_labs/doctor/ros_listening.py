@@ -29,8 +29,6 @@ SAMPLE_READERS = {
 
 
 class ReceivedMessage(NamedTuple):
-    """A message, with the time of its arrival."""
-
     topic: str
     arrived_at: float    # [s]
     sender: str
@@ -40,13 +38,13 @@ class ReceivedMessage(NamedTuple):
 def examine_messages(graph, address, is_wall_time):
     """Yields the findings on the messages of the robot in a RobotGraph. `is_wall_time` is True if
     the stamps come from a real clock. For `address` see :func:`listen`."""
-    received, ended = listen(graph.namespace, address)
+    received, listening_end = listen(graph.namespace, address)
     yield judge_drivers(Counter(
         message.sender for message in received if message.topic == 'cmd_vel'))
     for name in SENSORS:
         arrivals = [message.arrived_at for message in received if message.topic == name]
         publisher = next(iter(graph.sensors[name]), '')
-        yield judge_stream(graph.namespace + name, arrivals, ended, publisher)
+        yield judge_stream(graph.namespace + name, arrivals, listening_end, publisher)
     delays = [arrived_at - message.header.stamp.to_sec()
               for topic, arrived_at, _, message in received
               if topic in SENSORS and message.header.stamp]
@@ -56,17 +54,19 @@ def examine_messages(graph, address, is_wall_time):
     gyro = gyro_monitor_of(samples, graph.namespace + 'reset')
     cause, _, remedy = gyro.problem_text().partition(': ')
     yield judge_gyro(cause, remedy, is_compared=gyro.has_compared)
+    if cause or not gyro.has_compared:
+        return
     yaws = [(sample.stamp, sample.yaw) for _, sample in samples if isinstance(sample, ImuSample)]
     wheel_angles = [(sample.left, sample.right) for _, sample in samples
                     if isinstance(sample, WheelSample)]
     drift = drift_of(yaws, wheel_angles)
-    if drift is not None and gyro.has_compared and not gyro.problem_text():
+    if drift is not None:
         yield judge_drift(drift, graph.namespace)
 
 
 def listen(namespace, address):
     """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
-    `address`, from which this computer sends to the master, replaces a ROS_IP that may be wrong."""
+    The doctor advertises `address`, its address towards the master, since ROS_IP may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []

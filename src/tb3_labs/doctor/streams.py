@@ -13,6 +13,7 @@ LISTENING_TIME = 5.0                # [s]
 CLOCK_WARNING_OFFSET = 0.1          # [s]; above, tf may refuse transforms
 CLOCK_FAULT_OFFSET = 1.0            # [s]; above, nodes that use stamps do not work
 MAX_DRIFT = 2.0                     # [deg/min]; a faster drift disturbs a lab
+MIN_RATE_TIME = 0.1                 # [s], for measuring a rate
 MIN_IMU_SAMPLES = 12                # for measuring a drift
 MIN_WHEEL_SAMPLES = 2               # for measuring a drift
 #: The variance [s^2] of times that are spread evenly over 2 s.
@@ -21,41 +22,38 @@ MAX_STANDING_ANGLE = 0.005          # [rad]; a wheel that turns more does not st
 
 
 def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
-    """Does at most one node drive? `command_counts` is {node: number of the node's commands in
-    LISTENING_TIME}."""
+    """Does at most one node drive? `command_counts` is {node: commands in LISTENING_TIME}."""
     drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
                            for node, count in sorted(command_counts.items()))
     if len(command_counts) > 1:
         return fault('Drivers', drivers + ' send commands at the same time: the robot obeys both '
                      'in turn', 'stop all but one of them')
-    # the labs' own nodes may all publish cmd_vel, since only one of them drives at a time
     if drivers:
         return ok('Drivers', drivers + ' drives the robot')
     return ok('Drivers', 'no node drives the robot now; if it jerks, call the doctor at that time')
 
 
-def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
+def judge_stream(topic: str, arrivals: Sequence[float] = (), listening_end: float = 0.0,
                  publisher: str = '') -> Finding:
-    """Do the messages of a sensor arrive without long gaps? `arrivals` has the times [s]
-    of arrival. `ended` is the time [s] at which the doctor stopped listening. `publisher` is a
-    node that publishes `topic`, or ''."""
+    """Do the messages of a sensor arrive without long gaps? `arrivals` are the times [s] of arrival
+    before `listening_end` [s]. `publisher` is a node that publishes `topic`, or ''."""
     _, _, name = topic.rpartition('/')
     if not publisher:
         return fault(name, f'nobody publishes {topic}', BRINGUP_REMEDY)
     if not arrivals:
         return fault(name, f'nothing came on {topic} for {LISTENING_TIME:.1f} s',
                      "restart the robot's bringup; switch the robot's board off and on")
-    ends = [*arrivals[1:], ended]
-    gap = max(end - begin for begin, end in zip(arrivals, ends))
-    rate = len(arrivals) / max(ended - arrivals[0], 0.1)
-    if gap > SENSOR_TIMEOUT:
-        text = f'{rate:.0f}/s, but silent for {gap:.1f} s'
+    ends = [*arrivals[1:], listening_end]
+    longest_gap = max(end - begin for begin, end in zip(arrivals, ends))
+    rate = len(arrivals) / max(listening_end - arrivals[0], MIN_RATE_TIME)
+    if longest_gap > SENSOR_TIMEOUT:
+        text = f'{rate:.0f}/s, but silent for {longest_gap:.1f} s'
         remedy = (f'rostopic delay {topic}: if its max is as long, the WLAN (go nearer, take 5 GHz '
                   'or a cable) or a busy computer delays messages; otherwise the robot is silent')
-        if gap > RESUME_TIME:
+        if longest_gap > RESUME_TIME:
             return fault(name, text + ': a drive is given up', remedy)
         return warning(name, text + ': the robot will pause', remedy)
-    return ok(name, f'{rate:.0f}/s, never silent for more than {gap:.2f} s')
+    return ok(name, f'{rate:.0f}/s, never silent for more than {longest_gap:.2f} s')
 
 
 def judge_clock(least_delay: float) -> Finding:
@@ -97,13 +95,11 @@ def judge_drift(drift: float, namespace: str) -> Finding:
 
 def drift_of(imu: Sequence[Tuple[float, float]],
              wheels: Sequence[Tuple[float, float]]) -> Optional[float]:
-    """Returns the slope of the yaw [deg/min]; None if the wheels turn, or if there are too few
-    samples. `imu` has (stamp [s], yaw [rad]) of each sample. `wheels` has the angles (left [rad],
-    right [rad]) of the wheels."""
+    """Returns the slope of the yaw [deg/min]; None if the wheels turn, or samples are too few.
+    `imu` is [(stamp [s], yaw [rad])]. `wheels` is [(left angle [rad], right angle [rad])]."""
     if len(imu) < MIN_IMU_SAMPLES or len(wheels) < MIN_WHEEL_SAMPLES:
         return None
-    left_angles, right_angles = [left for left, _ in wheels], [right for _, right in wheels]
-    for angles in (left_angles, right_angles):
+    for angles in zip(*wheels):    # of the left wheel, then of the right wheel
         if max(angles) - min(angles) > MAX_STANDING_ANGLE:
             return None
     middle = mean(stamp for stamp, _ in imu)

@@ -1,8 +1,8 @@
 """Simulates the motors and the wheels, which move the robot.
 
-A motor follows its goal speed with a first-order lag, so the speed and the angle of a motor can be
-computed for any later time. The robot drives along arcs, which are exact at constant speed.
-While the speed changes, the arcs are short. Each start or stop adds an error of some micrometres.
+A motor follows its goal speed with a first-order lag. The robot drives along arcs, which are exact
+at constant speed. While the speed changes, the arcs are short: each start or stop adds an error of
+some micrometres.
 
 Units: SI. Motor angles are in radians, positive forwards.
 """
@@ -17,7 +17,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 MAX_ARC_TIME = 1.0 / 60.0    # [s], while the speed changes
-ROUNDING_SLACK = 1e-9    # keeps one arc for a time that is rounded up from MAX_ARC_TIME
+ROUNDING_SLACK = 1e-9    # [arcs]; a time just above MAX_ARC_TIME remains one arc
 MOTOR_SPEED_TOLERANCE = 1e-6    # [rad/s]; a motor with a smaller error has its goal speed
 
 
@@ -43,20 +43,20 @@ class Drivetrain:
     def set_goals(self, left: float, right: float) -> None:
         """Set the goal speeds [rad/s] of the motors."""
         self._left_goal, self._right_goal = left, right
-        self._update_rates()
+        self._update_turn_rates()
 
-    def _update_rates(self) -> None:
-        """Compute the values that stay constant until speeds or goals change."""
+    def _update_turn_rates(self) -> None:
+        """Compute the rates of turn. A motor that is near its goal speed gets this speed."""
         left_excess, right_excess = self._excess_speeds()
-        excess = max(abs(left_excess), abs(right_excess))
-        self._is_steady = not self._lag or excess < MOTOR_SPEED_TOLERANCE
+        max_excess = max(abs(left_excess), abs(right_excess))
+        self._is_steady = not self._lag or max_excess < MOTOR_SPEED_TOLERANCE
         if self._is_steady:
             self._left_speed, self._right_speed = self._left_goal, self._right_goal
             left_excess = right_excess = 0.0
         left_ratio = self._left_radius / self._model.wheel_separation
         right_ratio = self._right_radius / self._model.wheel_separation
-        self._steady_rate = right_ratio * self._right_goal - left_ratio * self._left_goal
-        self._fading_rate = right_ratio * right_excess - left_ratio * left_excess
+        self._steady_turn_rate = right_ratio * self._right_goal - left_ratio * self._left_goal
+        self._fading_turn_rate = right_ratio * right_excess - left_ratio * left_excess
 
     def _excess_speeds(self) -> Tuple[float, float]:
         return self._left_speed - self._left_goal, self._right_speed - self._right_goal
@@ -64,7 +64,7 @@ class Drivetrain:
     @property
     def turn_curve(self) -> TurnCurve:
         """The robot's yaw now, and its rate of turn from now on."""
-        return TurnCurve(self._yaw, self._steady_rate, self._fading_rate, self._lag)
+        return TurnCurve(self._yaw, self._steady_turn_rate, self._fading_turn_rate, self._lag)
 
     @property
     def pose(self) -> Pose2:    # world_T_base
@@ -78,20 +78,19 @@ class Drivetrain:
     def advance(self, dt: float) -> None:
         """Let `dt` seconds pass; `dt` >= 0."""
         if self._is_steady:
-            if self._left_goal or self._right_goal:
-                self._roll(self._left_goal * dt, self._right_goal * dt)
+            self._roll(self._left_goal * dt, self._right_goal * dt)
             return
-        arcs = max(1, math.ceil(dt / MAX_ARC_TIME - ROUNDING_SLACK))
-        dt /= arcs
+        arc_count = max(1, math.ceil(dt / MAX_ARC_TIME - ROUNDING_SLACK))
+        dt /= arc_count
         decay = math.exp(-dt / self._lag)
         excess_time = self._lag * (1.0 - decay)
-        for _ in range(arcs):
+        for _ in range(arc_count):
             left_excess, right_excess = self._excess_speeds()
             self._roll(self._left_goal * dt + left_excess * excess_time,
                        self._right_goal * dt + right_excess * excess_time)
             self._left_speed = self._left_goal + left_excess * decay
             self._right_speed = self._right_goal + right_excess * decay
-        self._update_rates()
+        self._update_turn_rates()
 
     def _roll(self, left: float, right: float) -> None:
         """Turn the motors by `left` and `right` [rad]. The robot drives one arc."""
@@ -115,7 +114,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # [s]
-        # (start [s], drivetrain) of each motion; wheel_angles_at() removes motions that have ended
+        # (start [s], drivetrain) of each motion that wheel_angles_at() has not passed
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
@@ -131,7 +130,7 @@ class Body:
             self.imu.begin_motion(stamp, self.drivetrain.turn_curve)
 
     def pose_at(self, now: float) -> Pose2:
-        """Returns the robot's pose at `now` [s], which is not before the last advance_to()."""
+        """Returns the robot's pose at `now` [s]. advance_to() must not have passed `now`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)
         return later.pose

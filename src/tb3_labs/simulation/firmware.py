@@ -2,22 +2,21 @@
 
 The faults of the real firmware are copied, because the labs have to work with these faults.
 
-The board clips the linear and the angular speed of a command, then the speed of each wheel. So a
-fast curve becomes slower and wider. The board rounds the speed of a motor towards zero to a whole
-number of speed steps, at most `motor_steps`. The library rosserial reads infinity as 1, and NaN as
-1.5. The board obeys the newest command for half a second after reading the command.
+The board clips the linear and the angular speed of a command, then the speed of each wheel: a fast
+curve becomes slower and wider. The board rounds the speed of a motor towards zero to a whole number
+of speed steps, at most `motor_steps`. The library rosserial reads infinity as 1, and NaN as 1.5.
+The board obeys the newest command for half a second after reading the command.
 
 The heading of the odometry is from the IMU. The turn ``theta - theta_last`` is *not* wrapped. When
-the IMU crosses +/-180 deg, the displacement of one sample points backwards. The yaw of the sample
-is correct, but its rate of turn is wrong by a whole turn per sample, about 190 rad/s. If the servos
-do not answer, the odometry repeats the last displacement again and again, while the angles of the
-wheels stay constant.
+the IMU crosses +/-180 deg, the displacement of one sample points backwards. This sample's yaw is
+correct, but its rate of turn is wrong by a whole turn per sample, about 190 rad/s. If the servos do
+not answer, the odometry repeats the last displacement, while the wheels' angles stay constant.
 
 On `reset` the board first calibrates its gyro. During the calibration the motors keep their speed,
 and commands and further resets wait in order. The mean rate of turn during the calibration becomes
 the gyro's bias. After the calibration the board sets the odometry's pose to zero, but not the IMU's
-yaw. So the yaw of the odometry and the yaw of the IMU differ. The next sample of the odometry adds
-the turn that the IMU measured during the calibration.
+yaw, so these two yaws differ. The next sample of the odometry adds the turn that the IMU measured
+during the calibration.
 
 Units: SI. Motor angles are in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with this firmware.
@@ -35,15 +34,15 @@ from tb3_labs.simulation.network import Arrival
 TICK_ANGLE = 2.0 * math.pi / 4096.0    # [rad], of a wheel between two ticks of its encoder
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0    # [rad/s]
 #: A NetworkLink sends a reset as this text, and a command as (forward speed, rate of turn).
-RESET_COMMAND = 'reset'
+RESET_MESSAGE = 'reset'
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
     """Returns the goal speeds (left, right) [rad/s] of the motors for a command."""
     linear = clamp(_as_rosserial_reads(linear), -model.max_linear, model.max_linear)
     angular = clamp(_as_rosserial_reads(angular), -model.max_angular, model.max_angular)
-    turning = angular * model.half_track
-    return _whole_steps(linear - turning, model), _whole_steps(linear + turning, model)
+    rim_offset = angular * model.half_track
+    return _motor_speed(linear - rim_offset, model), _motor_speed(linear + rim_offset, model)
 
 
 def _as_rosserial_reads(speed: float) -> float:
@@ -54,7 +53,7 @@ def _as_rosserial_reads(speed: float) -> float:
     return math.copysign(size, speed)
 
 
-def _whole_steps(rim_speed: float, model: RobotModel) -> float:
+def _motor_speed(rim_speed: float, model: RobotModel) -> float:
     rim_speed = clamp(rim_speed, -model.max_wheel_speed, model.max_wheel_speed)
     steps = int(rim_speed / model.wheel_radius / MOTOR_SPEED_STEP)
     return clamp(steps, -model.motor_steps, model.motor_steps) * MOTOR_SPEED_STEP
@@ -80,7 +79,8 @@ class Odometer:
     @property
     def wheel_angles(self) -> Tuple[float, float]:
         """The angles (left, right) [rad] of the wheels since the start or the last reset."""
-        (left, right), (left_zero, right_zero) = self._ticks, self._ticks_at_reset
+        left, right = self._ticks
+        left_zero, right_zero = self._ticks_at_reset
         return TICK_ANGLE * (left - left_zero), TICK_ANGLE * (right - right_zero)
 
     def update(self, stamp: float, ticks: Optional[Tuple[int, int]],
@@ -91,7 +91,8 @@ class Odometer:
         if ticks is not None:
             self._tick_change = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]
             self._ticks = ticks
-        left, right = TICK_ANGLE * self._tick_change[0], TICK_ANGLE * self._tick_change[1]
+        left_ticks, right_ticks = self._tick_change
+        left, right = TICK_ANGLE * left_ticks, TICK_ANGLE * right_ticks
         distance = self._radius * (left + right) / 2.0
         turn = imu_yaw - self._last_imu_yaw    # not wrapped, as in the real firmware
         self._x += distance * math.cos(self._yaw + turn / 2.0)
@@ -101,7 +102,7 @@ class Odometer:
         self._last_imu_yaw = imu_yaw
         self.wheel_speeds = (left / interval, right / interval)
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
-                              distance / interval, turn / interval)
+                              linear=distance / interval, angular=turn / interval)
 
     def reset(self, ticks: Optional[Tuple[int, int]]) -> None:
         """Set the pose and the wheel angles to zero. For `ticks` see :meth:`update`."""
@@ -114,44 +115,47 @@ class Board:
     """Reads messages and obeys commands, but not while the board calibrates its gyro."""
 
     def __init__(self) -> None:
-        self._unread: Deque[Arrival] = deque()    # messages that the board has not read yet
-        self._calibrated_at = -math.inf    # end [s] of the last calibration
-        self._calibration_time = 0.0       # length [s] of the last calibration
-        self._yaw_at_begin = 0.0           # true yaw [rad] at its start
-        #: Does the board calibrate its gyro? It then neither reads messages nor sends samples.
-        self.is_calibrating = False
-        self.calibration_end = math.inf    # [s]; infinity if the board does not calibrate
+        self._unread: Deque[Arrival] = deque()
+        self.calibration_end = math.inf           # [s]; infinity if the board does not calibrate
+        self._last_calibration_end = -math.inf    # [s]
+        self._calibration_duration = 0.0          # [s]
+        self._yaw_at_begin = 0.0                  # true yaw [rad] when the calibration began
         # the latest command: (time of reading [s], forward speed [m/s], rate of turn [rad/s])
         self._command = -math.inf, 0.0, 0.0
 
+    @property
+    def is_calibrating(self) -> bool:
+        """Does the board calibrate its gyro? It then neither reads messages nor sends samples."""
+        return self.calibration_end < math.inf
+
     def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:
         """Calibrate the gyro for `seconds`. `yaw` is the true yaw [rad] now, not wrapped."""
-        self.is_calibrating = True
         self.calibration_end = now + seconds
-        self._calibration_time = seconds
+        self._calibration_duration = seconds
         self._yaw_at_begin = yaw
 
     def end_calibration(self, yaw: float) -> float:
         """Returns the gyro's new bias [rad/s]. `yaw` is the true yaw [rad] now, not wrapped."""
-        self.is_calibrating = False
-        self._calibrated_at = self.calibration_end
+        self._last_calibration_end = self.calibration_end
         self.calibration_end = math.inf
-        seconds = self._calibration_time
-        return (self._yaw_at_begin - yaw) / seconds if seconds else 0.0
+        if not self._calibration_duration:
+            return 0.0
+        return (self._yaw_at_begin - yaw) / self._calibration_duration
 
     def read_up_to_reset(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the messages that have arrived, up to the first reset. Returns True if a reset was
-        read. The messages after the reset wait for the end of the calibration."""
+        """Read the messages that have arrived, up to the first reset. Was a reset read?"""
         self._unread.extend(arrivals)
         while self._unread and not self.is_calibrating:
             arrival, message = self._unread.popleft()
-            if message == RESET_COMMAND:
+            if message == RESET_MESSAGE:
                 return True
             linear, angular = message
-            self._command = max(arrival, self._calibrated_at), linear, angular
+            self._command = max(arrival, self._last_calibration_end), linear, angular
         return False
 
     def command_in_force(self, now: float) -> Tuple[float, float]:
         """Returns the command (forward speed, rate of turn) that the board obeys now."""
         read_at, linear, angular = self._command
-        return (0.0, 0.0) if now - read_at > COMMAND_TIMEOUT else (linear, angular)
+        if now - read_at > COMMAND_TIMEOUT:
+            return 0.0, 0.0
+        return linear, angular

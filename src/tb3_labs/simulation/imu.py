@@ -2,15 +2,15 @@
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
 The rate of turn of the IMU is the sum of the true rate, the rate of the drift, the bias of the last
-calibration, and another white noise. The gyro has a dead zone. A sample has the yaw and the rate of
-turn of an earlier moment, `sample_age` [s] before the stamp of the sample.
+calibration, and another white noise. The gyro has a dead zone. The yaw and the rate of turn of a
+sample were measured `sample_age` [s] before the stamp of the sample.
 
 Units: SI. The noise was measured on a real Burger at rest, whose yaw changes by a few thousandths
 of a degree from one sample to the next.
 """
 import math
 from collections import deque
-from typing import Any, Deque, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Deque, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -25,12 +25,12 @@ GYRO_DEAD_ZONE = 3.0 * GYRO_STEP    # for a lower rate [rad/s], the firmware sen
 
 class TurnCurve(NamedTuple):
     """The yaw at the start of a motion, and the rate of turn after the start. After t seconds the
-    rate of turn is `steady_rate` + `fading_rate` exp(-t / `lag`) [rad/s]."""
+    rate of turn is `steady_turn_rate` + `fading_turn_rate` exp(-t / `lag`) [rad/s]."""
 
-    yaw: float            # [rad], not wrapped
-    steady_rate: float    # [rad/s]
-    fading_rate: float    # [rad/s]; a robot at constant speed has 0
-    lag: float            # [s]
+    yaw: float                 # [rad], not wrapped
+    steady_turn_rate: float    # [rad/s]
+    fading_turn_rate: float    # [rad/s]; 0 at constant speed
+    lag: float                 # [s]
 
 
 class ImuModel:
@@ -41,42 +41,45 @@ class ImuModel:
         self.yaw_error = offset    # yaw [rad] of the IMU minus the true yaw, without noise
         self._noise = _pairs_of_normal_numbers(seed)
         self.bias = 0.0    # [rad/s], of the gyro after the last calibration
-        self.configure(yaw_noise=0.0, rate_noise=0.0, drift=0.0, sample_age=0.0)
+        self.configure(yaw_noise=0.0, turn_rate_noise=0.0, drift=0.0, sample_age=0.0)
         self._error_until = 0.0    # time [s] up to which `yaw_error` includes drift and bias
-        #: The motions whose end is not measured yet, oldest first. Each item is (start [s], turn of
-        #: the IMU after the start).
+        #: (start [s], curve of the IMU) of each motion that is not wholly measured, oldest first.
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
         self.begin_motion(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
-    def configure(self, yaw_noise: float, rate_noise: float, drift: float,
+    def configure(self, yaw_noise: float, turn_rate_noise: float, drift: float,
                   sample_age: float) -> None:
-        """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
+        """Set the standard deviations `yaw_noise` [rad] and `turn_rate_noise` [rad/s], the `drift`
         [rad/s] and the `sample_age` [s]. Call :meth:`begin_motion` afterwards. A gyro that drifts,
         or that is noisier than the gyro of the firmware, does not have a dead zone."""
-        self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
-        self._drift, self._sample_age = drift, sample_age
-        self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
+        self._yaw_noise = yaw_noise
+        self._turn_rate_noise = turn_rate_noise
+        self._drift = drift
+        self._sample_age = sample_age
+        has_dead_zone = not drift and turn_rate_noise <= GYRO_STEP
+        self._dead_zone = GYRO_DEAD_ZONE if has_dead_zone else -math.inf
 
-    def begin_motion(self, now: float, turn: TurnCurve) -> None:
-        """Measure the motion `turn` of the robot, which begins at `now` [s]."""
+    def begin_motion(self, now: float, curve: TurnCurve) -> None:
+        """Measure the motion that begins at `now` [s] and follows `curve`."""
         self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:
             self._motions.pop()
-        turn_of_the_imu = turn._replace(
-            yaw=turn.yaw + self.yaw_error, steady_rate=turn.steady_rate + self._drift + self.bias)
-        self._motions.append((now, turn_of_the_imu))
+        imu_curve = curve._replace(
+            yaw=curve.yaw + self.yaw_error,
+            steady_turn_rate=curve.steady_turn_rate + self._drift + self.bias)
+        self._motions.append((now, imu_curve))
 
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
-        integral of the rate of a TurnCurve."""
+        integral of the rate of turn."""
         # This loop needs most of the simulation's time, so the loop uses local names and few calls.
-        motions, age = self._motions, self._sample_age
-        yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
+        motions, sample_age, dead_zone = self._motions, self._sample_age, self._dead_zone
+        yaw_noise, rate_noise = self._yaw_noise, self._turn_rate_noise
         remainder, exp = math.remainder, math.exp
         samples = []
         for stamp, (yaw_deviation, rate_deviation) in zip(stamps, self._noise):
-            moment = stamp - age
+            moment = stamp - sample_age
             while len(motions) > 1 and motions[1][0] <= moment:
                 motions.popleft()
             begin, (yaw, rate, fading_rate, lag) = motions[0]
@@ -87,9 +90,12 @@ class ImuModel:
                 yaw += lag * (fading_rate - faded_rate)
                 rate += faded_rate
             yaw = remainder(yaw + yaw_noise * yaw_deviation, WHOLE_TURN)
-            rate = rate + rate_noise * rate_deviation if abs(rate) > dead_zone else 0.0
             if yaw == -math.pi:
                 yaw = math.pi
+            if abs(rate) > dead_zone:
+                rate += rate_noise * rate_deviation
+            else:
+                rate = 0.0
             samples.append(ImuSample(stamp, yaw, rate))
         return samples
 
@@ -97,5 +103,4 @@ class ImuModel:
 def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
     generator = np.random.default_rng(seed)
     while True:
-        pairs: Any = generator.standard_normal((1000, 2)).tolist()
-        yield from pairs
+        yield from generator.standard_normal((1000, 2)).tolist()

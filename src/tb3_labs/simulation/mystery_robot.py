@@ -2,8 +2,8 @@
 
 Each number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12
 to 22, ...) each of the FAULT_KINDS occurs once, in a random order. Neighbouring numbers have
-different faults. All random numbers come from ``random.Random(text).random()``, which returns the
-same numbers in all versions of Python.
+different faults. Random numbers come only from ``random.Random(text).random()``, since this call
+returns the same numbers in all versions of Python.
 
 Anyone can compute the answer with this file, but the exercise asks for a measurement as a proof.
 Times are in seconds since the start.
@@ -20,16 +20,16 @@ FAULT_PAUSE_TIME = 12.0    # [s], between two occurrences of an intermittent fau
 
 @dataclass(frozen=True)
 class Fault:
-    """A kind of fault. A fault with a `value_field` is constant. A fault without a `value_field` is
+    """A kind of fault. A fault with a `value_field` is constant. A fault without this field is
     intermittent, and its value is the duration [s] of each occurrence."""
 
     name: str
+    value_field: str                    # field of SimulatorConfig, set to the value times `scale`
     value_range: Tuple[float, float]    # least and largest absolute value
     digits: int                         # digits of the value after the decimal point
     unit: str                           # unit of the value
     tolerance: float                    # largest error of a right answer, in `unit`
     quantity: str                       # what the value is
-    value_field: str = ''               # field of SimulatorConfig, set to the value times `scale`
     scale: float = 1.0
     is_signed: bool = False             # can the value be negative?
     #: {field of SimulatorConfig: its content while the fault occurs}
@@ -41,42 +41,42 @@ class Fault:
         return f'{value:{sign}.{self.digits}f} {self.unit}'
 
 
-def _interrupted(name: str, quantity: str, field_name: str) -> Fault:
-    return Fault(name, (2.0, 6.0), 1, 's', 0.3, quantity, extra_settings={field_name: True})
+def _intermittent(name: str, quantity: str, field_name: str) -> Fault:
+    return Fault(name, '', (2.0, 6.0), digits=1, unit='s', tolerance=0.3, quantity=quantity,
+                 extra_settings={field_name: True})
 
 
 #: All kinds of faults. A new row would change the fault of each number.
 FAULT_KINDS = (
-    Fault('imu offset', (20.0, 160.0), 0, 'deg', 3.0,
-          "the IMU's heading minus the odometry's, from -180 to 180", 'imu_offset_deg',
-          is_signed=True),
-    Fault('imu drift', (10.0, 60.0), 0, 'deg/min', 2.0,
-          "turn of the IMU's heading in a minute at rest, positive to the left",
-          'imu_drift_deg_per_min', is_signed=True),
-    Fault('wheel mismatch', (3.0, 8.0), 1, '%', 0.5,
-          'share by which the right wheel is smaller than the left one; negative if it is larger. '
-          'On a straight drive: turn [rad] = path [m] x share / distance of the wheels',
-          'wheel_mismatch', 0.01, is_signed=True),
-    Fault('slip', (10.0, 40.0), 0, '%', 2.0,
-          "share of the wheels' travel that does not move the robot", 'slip', 0.01),
-    _interrupted('frozen imu', 'duration of one freeze, in which /imu repeats one sample',
-                 'imu_frozen'),
-    _interrupted('frozen odometry', 'duration of one freeze, in which /odom repeats one sample',
-                 'odom_frozen'),
-    _interrupted('silent imu', 'duration of one silence of /imu', 'imu_silent'),
-    _interrupted('silent odometry', 'duration of one silence of /odom', 'odom_silent'),
-    Fault('sensor latency', (0.2, 0.6), 2, 's', 0.03,
-          'delay of each sample, from its stamp to its arrival', 'sensor_latency'),
-    Fault('command latency', (0.3, 1.0), 2, 's', 0.1,
-          'delay of each command, from its sending to its arrival', 'command_latency'),
-    Fault('network stalls', (0.5, 1.5), 2, 's', 0.15,
-          'the longest time for which nothing arrives on /imu and /odom', 'longest_stall',
+    Fault('imu offset', 'imu_offset_deg', (20.0, 160.0), digits=0, unit='deg', tolerance=3.0,
+          quantity="the IMU's heading minus the odometry's, from -180 to 180", is_signed=True),
+    Fault('imu drift', 'imu_drift_deg_per_min', (10.0, 60.0), digits=0, unit='deg/min',
+          tolerance=2.0, is_signed=True,
+          quantity="turn of the IMU's heading in a minute at rest, positive to the left"),
+    Fault('wheel mismatch', 'wheel_mismatch', (3.0, 8.0), digits=1, unit='%', tolerance=0.5,
+          quantity='share by which the right wheel is smaller than the left one; negative if it is '
+          'larger. On a straight drive: turn [rad] = path [m] x share / distance of the wheels',
+          scale=0.01, is_signed=True),
+    Fault('slip', 'slip', (10.0, 40.0), digits=0, unit='%', tolerance=2.0, scale=0.01,
+          quantity="share of the wheels' travel that does not move the robot"),
+    _intermittent('frozen imu', 'duration of one freeze, in which /imu repeats one sample',
+                  'imu_frozen'),
+    _intermittent('frozen odometry', 'duration of one freeze, in which /odom repeats one sample',
+                  'odom_frozen'),
+    _intermittent('silent imu', 'duration of one silence of /imu', 'imu_silent'),
+    _intermittent('silent odometry', 'duration of one silence of /odom', 'odom_silent'),
+    Fault('sensor latency', 'sensor_latency', (0.2, 0.6), digits=2, unit='s', tolerance=0.03,
+          quantity='delay of each sample, from its stamp to its arrival'),
+    Fault('command latency', 'command_latency', (0.3, 1.0), digits=2, unit='s', tolerance=0.1,
+          quantity='delay of each command, from its sending to its arrival'),
+    Fault('network stalls', 'longest_stall', (0.5, 1.5), digits=2, unit='s', tolerance=0.15,
+          quantity='the longest time for which nothing arrives on /imu and /odom',
           extra_settings={'stalls_per_min': 30.0}),
 )
 
 
 class HiddenFault:
-    """The fault of the mystery robot `number`. Without the fault the robot has `settings`. Raises
+    """The fault of the mystery robot `number`, which has `settings` without the fault. Raises
     ``ValueError`` if the number is not valid."""
 
     def __init__(self, number: int, settings: SimulatorConfig) -> None:
@@ -90,13 +90,14 @@ class HiddenFault:
     def settings_at(self, now: float) -> SimulatorConfig:
         """Returns the settings at `now` [s]. Equal settings are the same object."""
         is_pause = now % (FAULT_PAUSE_TIME + self.value) < FAULT_PAUSE_TIME
-        is_healthy = is_pause and not self.fault.value_field
-        return self._healthy if is_healthy else self._faulty
+        if is_pause and not self.fault.value_field:
+            return self._healthy
+        return self._faulty
 
 
 def fault_of(number: int) -> Tuple[Fault, float, int]:
     """Returns the fault of mystery robot `number`, the fault's value, and the seed of the noise."""
-    if number < 1 or number > LAST_NUMBER:
+    if not 1 <= number <= LAST_NUMBER:
         raise ValueError(
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
     block, place = divmod(number - 1, len(FAULT_KINDS))
@@ -114,7 +115,7 @@ def _fault_order(block: int) -> List[int]:
     last fault of one block is not the first fault of the next block."""
     order = _shuffled(block)
     if block and order[0] == _shuffled(block - 1)[-1]:
-        order[:2] = order[1], order[0]
+        order[0], order[1] = order[1], order[0]
     return order
 
 

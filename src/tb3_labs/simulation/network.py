@@ -4,15 +4,15 @@ A link is one direction of the network. As in TCP, messages are not lost, and ke
 delay of a message is a constant latency plus a random jitter. A message that would arrive during a
 stall waits for the end of the stall. A cut is a stall that lasts until the setting `network_cut` is
 switched off. Stalls begin at random (a Poisson process), and delay both links. Stalls and jitter
-have separate random generators, so the jitter is the same however often `pop` is called.
+have separate random generators, so stalls do not change the jitter.
 
 Units: seconds. Edge cases: A change of latency or jitter does not affect messages that were sent
 before the change. A change of the settings of stalls ends the present stall. If messages follow
-each other fast, a message also waits for the messages before it, so the mean delay is longer than
-the latency plus the mean jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of
-0.1 to 0.4 s. A sender in a WLAN waits for a random time before each frame, and sends the frame
-again if the frame was lost. So some delays are much longer than the mean (Malone, Leith and
-Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
+each other fast, a message also waits for the earlier messages, so the mean delay is longer than the
+latency plus the mean jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of
+0.1 to 0.4 s. Some delays are much longer than the mean, because a sender in a WLAN waits for a
+random time before each packet, and repeats a lost packet (Malone, Leith and Dangerfield, "Inferring
+queue state by measuring delay in a WiFi network").
 """
 import math
 import random
@@ -35,30 +35,31 @@ def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
 #: {name of a network: {field of SimulatorConfig: value}}
 NETWORKS: Dict[str, Dict[str, float]] = {
     'quiet': _network(),
-    'good': _network(0.008),
-    'busy': _network(0.015, 20.0, 0.3),
-    'bad': _network(0.030, 40.0, 0.5),
+    'good': _network(delay=0.008),
+    'busy': _network(delay=0.015, stalls_per_min=20.0, longest_stall=0.3),
+    'bad': _network(delay=0.030, stalls_per_min=40.0, longest_stall=0.5),
 }
 
 
 class Stalls:
     """The stalls of a network, as random intervals [start, end). The mean time [s] between two
-    stalls is 1 / `rate`. The length [s] of a stall is uniformly random up to `longest`."""
+    stalls is 60 / `per_min`. The length [s] of a stall is uniformly random up to `longest`."""
 
-    def __init__(self, rate: float, longest: float, since: float, seed: str) -> None:
-        self._rate, self._longest = rate, longest
+    def __init__(self, per_min: float, longest: float, since: float, seed: str) -> None:
+        self._stalls_per_second = per_min / 60.0
+        self._longest = longest
         self._random = random.Random(seed)
-        self._plan(since)
+        self._plan_stall(since)
 
-    def _plan(self, after: float) -> None:
-        self._start = after + self._random.expovariate(self._rate)
+    def _plan_stall(self, after: float) -> None:
+        self._start = after + self._random.expovariate(self._stalls_per_second)
         self._end = self._start + self._random.uniform(0.0, self._longest)
 
     def release_time(self, moment: float) -> float:
-        """If the network stalls at `moment` [s], returns the end [s] of the stall, else `moment`.
+        """Returns the end [s] of the stall if the network stalls at `moment` [s], else `moment`.
         From call to call, `moment` must not go back."""
         while moment >= self._end:
-            self._plan(self._end)
+            self._plan_stall(self._end)
         return self._end if moment >= self._start else moment
 
 
@@ -66,7 +67,7 @@ class NetworkLink:
     """One direction of the network: 'sensor' from the robot, or 'command' to the robot."""
 
     def __init__(self, direction: str, seed: int) -> None:
-        self._latency_field, self._jitter_field = direction + '_latency', direction + '_jitter'
+        self._direction = direction
         self._seed = seed
         self._random = random.Random(f'jitter of {direction}s {seed}')
         self._settings = SimulatorConfig()
@@ -78,38 +79,34 @@ class NetworkLink:
     def configure(self, settings: SimulatorConfig, now: float) -> None:
         self._arrived = self.pop(now)
         previous, self._settings = self._settings, settings
-        rate, longest = settings.stalls_per_min / 60.0, settings.longest_stall
-        if (rate, longest) != (previous.stalls_per_min / 60.0, previous.longest_stall):
-            # the seed of both links is the same, so a stall delays both directions
-            seed = f'stalls {self._seed}'
-            self._stalls = Stalls(rate, longest, now, seed) if rate else None
-        # the messages that waited for the end of a stall arrive now
+        per_min, longest = settings.stalls_per_min, settings.longest_stall
+        if (per_min, longest) != (previous.stalls_per_min, previous.longest_stall):
+            self._stalls = None
+            if per_min:    # both links have the same seed, so a stall delays both directions
+                self._stalls = Stalls(per_min, longest, since=now, seed=f'stalls {self._seed}')
+        # messages that waited for the end of a stall arrive now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
         """Send the first message at the first of the `moments` [s], and so on."""
-        delay = getattr(self._settings, self._latency_field)
-        jitter = getattr(self._settings, self._jitter_field)
-        latest = self._last_due
+        latency = getattr(self._settings, self._direction + '_latency')
+        jitter = getattr(self._settings, self._direction + '_jitter')
         for message, moment in zip(messages, moments):
-            due = moment + delay
+            due = moment + latency
             if jitter:
                 due += self._random.expovariate(1.0 / jitter)
-            latest = max(latest, due)
-            self._in_flight.append((latest, message))
-        self._last_due = latest
+            self._last_due = max(self._last_due, due)
+            self._in_flight.append((self._last_due, message))
 
     def pop(self, until: float) -> List[Arrival]:
         """Returns the new messages that arrive up to `until` [s], in order of arrival."""
         arrived, self._arrived = self._arrived, []
-        in_flight, stalls = self._in_flight, self._stalls
-        if not self._settings.network_cut:
-            while in_flight and in_flight[0][0] <= until:
-                arrival, message = in_flight[0]
-                if stalls:
-                    arrival = stalls.release_time(arrival)
-                if arrival > until:
-                    break
-                in_flight.popleft()
-                arrived.append((arrival, message))
+        while self._in_flight and not self._settings.network_cut:
+            arrival, message = self._in_flight[0]
+            if self._stalls:
+                arrival = self._stalls.release_time(arrival)
+            if arrival > until:
+                break
+            self._in_flight.popleft()
+            arrived.append((arrival, message))
         return arrived

@@ -1,7 +1,7 @@
 """Simulates a robot on the topics of a real robot, in real time or by its own /clock.
 
-The fields of messages have the same values as in messages of ROBOTIS OpenCR firmware 1.2.6. The
-covariances are from turtlebot3_sensor.cpp, and the covariances of the odometry are zero.
+The messages have the same values as messages of ROBOTIS OpenCR firmware 1.2.6. The covariances are
+from turtlebot3_sensor.cpp, and the covariances of the odometry are zero.
 """
 import itertools
 import math
@@ -51,26 +51,26 @@ ACCELERATION_AT_REST = (
 
 
 class FakeRobot:
-    """Connects a Simulator to its topics. If `hidden` is a mystery_robot.HiddenFault, the robot
-    uses the settings of `hidden`. A robot with a hidden fault publishes neither /tf_static nor the
-    ground truth, since both would show the fault. If the environment variable TRUTH_PIPE is set,
-    the true poses are written to this pipe, and not to a topic."""
+    """Connects a Simulator to its topics. If `hidden_fault` is a mystery_robot.HiddenFault, its
+    settings replace `settings`, and neither /tf_static nor the ground truth is published, since
+    both would show the fault. If the environment variable TRUTH_PIPE is set, the true poses are
+    written to this pipe, and not to a topic."""
 
-    def __init__(self, settings, hidden=None):
+    def __init__(self, settings, hidden_fault=None):
         self._lock = threading.Lock()    # guards the simulator
-        self._hidden = hidden
-        if hidden:
-            settings = hidden.settings_at(0.0)
+        self._hidden_fault = hidden_fault
+        if hidden_fault:
+            settings = hidden_fault.settings_at(0.0)
         self._robot = Simulator(settings)
         self._sensors = SensorTopics()
-        pipe = os.environ.get(TRUTH_PIPE)
-        self._pipe = TruthPipe(pipe) if pipe else None
-        self._truth = self._static_tf = None
-        if not hidden:
+        pipe_path = os.environ.get(TRUTH_PIPE)
+        self._pipe = TruthPipe(pipe_path) if pipe_path else None
+        self._truth_topic = self._static_tf = None
+        if not hidden_fault:
             self._static_tf = make_publisher('/tf_static', TFMessage, latch=True)
-        if not hidden and not pipe:
-            self._truth = make_publisher('ground_truth', PoseStamped)
-        self._world_T_odom = None
+            if not pipe_path:
+                self._truth_topic = make_publisher('ground_truth', PoseStamped)
+        self._world_T_odom = None    # the pose on /tf_static
         options = dict(queue_size=1, tcp_nodelay=True)
         rospy.Subscriber('cmd_vel', Twist, guarded(self._on_command), **options)
         rospy.Subscriber('reset', Empty, guarded(self._on_reset), **options)
@@ -83,29 +83,31 @@ class FakeRobot:
     def tick(self, step, time_zero):
         """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
         of the tick. `time_zero` is the ROS time [s] at which the simulator's time is 0."""
-        truth_is_due = step % STEPS_PER_TRUTH == 0 and self._truth_has_readers()
+        is_truth_due = step % STEPS_PER_TRUTH == 0 and self._has_truth_readers()
         with self._lock:
-            if self._hidden:
-                self._robot.configure(self._hidden.settings_at(self._robot.now))
+            if self._hidden_fault:
+                self._robot.configure(self._hidden_fault.settings_at(self._robot.now))
             bursts = self._robot.step_in_bursts(SIMULATION_STEP)
             now = time_zero + self._robot.now
             world_T_odom = self._robot.sensors.world_T_odom
-            truth = self._robot.truth if truth_is_due else None
+            truth = self._robot.truth if is_truth_due else None
         if self._static_tf and self._world_T_odom != world_T_odom:
             self._world_T_odom = world_T_odom
             self._static_tf.publish(TFMessage([
-                to_transform(world_T_odom, 'world', self._sensors.frames['odom'], now)]))
+                to_transform(world_T_odom, 'world', frame_name('odom'), now)]))
         for burst in bursts:
             self._sensors.send(burst, time_zero, self._robot.sensors.wheel_readings)
-        if truth is not None and self._pipe:
-            self._pipe.write(truth)
-        elif truth is not None:
-            self._truth.publish(to_pose_stamped(truth, 'world', now))
-
-    def _truth_has_readers(self):
+        if truth is None:
+            return
         if self._pipe:
-            return self._pipe.has_reader()
-        return self._truth is not None and self._truth.get_num_connections() > 0
+            self._pipe.write(truth)
+        else:
+            self._truth_topic.publish(to_pose_stamped(truth, 'world', now))
+
+    def _has_truth_readers(self):
+        if self._pipe:
+            return self._pipe.open_if_read()
+        return self._truth_topic is not None and self._truth_topic.get_num_connections() > 0
 
     def _on_command(self, message):
         with self._lock:
@@ -116,32 +118,29 @@ class FakeRobot:
             self._robot.reset()
 
 
-def start(robot, speed):
+def start_stepping(robot, speed):
     """Step a FakeRobot in a thread. If use_sim_time is set, publish /clock, which runs `speed`
     times as fast as real time. Without use_sim_time, `speed` has no effect."""
-    clock = None
-    if rospy.get_param('/use_sim_time', False):
-        clock = make_publisher('/clock', Clock)
-    else:
-        speed = 1.0
-    threading.Thread(target=guarded(lambda: keep_pace(robot, clock, speed)),
+    clock = make_publisher('/clock', Clock) if rospy.get_param('/use_sim_time', False) else None
+    pace = speed if clock else 1.0
+    threading.Thread(target=guarded(step_forever), args=(robot, clock, pace),
                      name='robot', daemon=True).start()
 
 
-def keep_pace(robot, clock, speed):
-    """Step `robot` without end, `speed` times as fast as real time."""
-    longest_catch_up = MAX_CATCH_UP_TIME_ON_CLOCK if clock else MAX_CATCH_UP_TIME
+def step_forever(robot, clock, pace):
+    """Step `robot` without end, `pace` times as fast as real time."""
+    max_catch_up_time = MAX_CATCH_UP_TIME_ON_CLOCK if clock else MAX_CATCH_UP_TIME
     due = time.monotonic()    # the time of the next step
     time_zero = time.time()   # the ROS time at which the simulator's time is 0
     for step in itertools.count():
         if clock:
             clock.publish(Clock(rospy.Time.from_sec(time_zero + (step + 1) * SIMULATION_STEP)))
         robot.tick(step, time_zero)
-        due += SIMULATION_STEP / speed
+        due += SIMULATION_STEP / pace
         lateness = time.monotonic() - due
         if lateness < 0.0:
             time.sleep(-lateness)
-        elif lateness > longest_catch_up:
+        elif lateness > max_catch_up_time:
             due += lateness
             if not clock:
                 time_zero += lateness
@@ -154,10 +153,10 @@ class TruthPipe:
         self._path = path
         self._pipe = -1
 
-    def has_reader(self):
-        """Does a program read the pipe? If the pipe is not open yet, try to open the pipe."""
+    def open_if_read(self):
+        """Open the pipe if a program reads it. Returns whether the pipe is open."""
         if self._pipe < 0:
-            with suppress(OSError):     # no program reads the pipe yet
+            with suppress(OSError):    # no program reads the pipe yet
                 self._pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)
         return self._pipe >= 0
 
@@ -171,30 +170,25 @@ class SensorTopics:
     """Publishes samples as messages, in the thread that steps the robot."""
 
     def __init__(self):
-        #: {name of a frame: its name in this node's namespace}
-        self.frames = {name: frame_name(name) for name in (
-            'imu_link', 'odom', 'base_footprint', 'base_link')}
         self._imu = make_publisher('imu', Imu)
         self._odom = make_publisher('odom', Odometry)
         self._joints = make_publisher('joint_states', JointState)
         self._tf = make_publisher('/tf', TFMessage)
 
     def send(self, burst, time_zero, wheel_readings):
-        """Publish the samples of a `burst`, which arrive together, by one write for each topic. For
-        `time_zero` see FakeRobot.tick. The `wheel_readings` before the samples are removed."""
+        """Publish the samples of a `burst`, which arrive together, by one write for each topic.
+        Remove the `wheel_readings` before these samples. For `time_zero` see FakeRobot.tick."""
         imu, tf, odometry, joints = [], [], [], []
-        frames = self.frames
         for sample in burst[-MAX_SAMPLES:]:
             stamp = time_zero + sample.stamp
             if isinstance(sample, ImuSample):
-                imu.append(imu_message(sample, stamp, frames['imu_link']))
+                imu.append(imu_message(sample, stamp))
                 continue
+            odometry.append(odometry_message(sample, stamp))
             tf.append(TFMessage([to_transform(
-                sample.pose, frames['odom'], frames['base_footprint'], stamp)]))
-            odometry.append(odometry_message(
-                sample, stamp, frames['odom'], frames['base_footprint']))
-            joints.append(joint_message(
-                _pop_earlier(wheel_readings, sample.stamp), stamp, frames['base_link']))
+                sample.pose, frame_name('odom'), frame_name('base_footprint'), stamp)]))
+            reading = _pop_earlier(wheel_readings, sample.stamp)
+            joints.append(joint_message(reading, stamp))
         for publisher, messages in ((self._imu, imu), (self._tf, tf), (self._odom, odometry),
                                     (self._joints, joints)):
             if messages and publisher.get_num_connections():
@@ -215,9 +209,9 @@ def make_publisher(topic, message_type, **options):
     return publisher
 
 
-def imu_message(sample, stamp, frame_id):
+def imu_message(sample, stamp):
     """Returns the sensor_msgs/Imu of a robot on a level floor."""
-    return Imu(header=_header(stamp, frame_id),
+    return Imu(header=_header(stamp, 'imu_link'),
                orientation=to_quaternion(sample.yaw, ROLL, PITCH),
                orientation_covariance=ORIENTATION_COVARIANCE,
                angular_velocity=Vector3(0.0, 0.0, sample.yaw_rate),
@@ -226,19 +220,19 @@ def imu_message(sample, stamp, frame_id):
                linear_acceleration_covariance=LINEAR_ACCELERATION_COVARIANCE)
 
 
-def odometry_message(sample, stamp, frame_id, child_frame_id):
-    stamped = to_pose_stamped(sample.pose, frame_id, stamp)
-    message = Odometry(header=stamped.header, child_frame_id=child_frame_id)
+def odometry_message(sample, stamp):
+    stamped = to_pose_stamped(sample.pose, frame_name('odom'), stamp)
+    message = Odometry(header=stamped.header, child_frame_id=frame_name('base_footprint'))
     message.pose.pose = stamped.pose
     message.twist.twist = to_twist(sample.linear, sample.angular)
     return message
 
 
-def joint_message(reading, stamp, frame_id):
+def joint_message(reading, stamp):
     """Returns the sensor_msgs/JointState of the two wheels, the left wheel first."""
-    return JointState(header=_header(stamp, frame_id), name=WHEEL_JOINTS, position=reading.angles,
-                      velocity=reading.speeds, effort=[0.0, 0.0])
+    return JointState(header=_header(stamp, 'base_link'), name=WHEEL_JOINTS,
+                      position=reading.angles, velocity=reading.speeds, effort=[0.0, 0.0])
 
 
-def _header(stamp, frame_id):
-    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame_id)
+def _header(stamp, frame):
+    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame_name(frame))

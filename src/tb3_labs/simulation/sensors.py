@@ -1,7 +1,7 @@
 """Makes the samples of IMU and odometry, with the board's stamps and the faults of sensors.
 
-Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s. Sensors were silent for
-0.3 to 4.3 s. One sensor repeated a sample with new stamps for half a minute.
+Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s, in which sensors were
+silent for 0.3 to 4.3 s, and one sensor repeated a sample with new stamps for half a minute.
 """
 import random
 from collections import deque
@@ -16,8 +16,7 @@ from tb3_labs.simulation.firmware import Odometer, encoder_ticks
 from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: After a stall a sensor sends at most this many samples, since buffers are finite. An IMU with 200
-#: Hz makes this many samples in the longest possible stall.
+#: A sensor sends at most this many samples after a stall: the longest stall at 200 samples/s.
 MAX_SAMPLES = 2000
 SYNC_PERIOD = 5.0    # [s]; the serial node sets the board's clock once in each period
 
@@ -31,24 +30,25 @@ class WheelReading(NamedTuple):
 
 
 class Rhythm:
-    """Returns the moments 1/`rate`, 2/`rate`, ... after `start` [s], each of them once."""
+    """The moments 1/`rate`, 2/`rate`, ... [s]. Each moment is returned once."""
 
-    def __init__(self, rate: float, start: float = 0.0) -> None:
+    def __init__(self, rate: float) -> None:
         self._rate = 0.0
-        self.due = 0.0    # the next moment [s]
-        self.set_rate(rate, start)
+        self.set_rate(rate, now=0.0)
 
     def set_rate(self, rate: float, now: float) -> None:
         """Use `rate` [1/s] from `now` [s] on. An equal rate does not change the moments."""
         if rate != self._rate:
-            self._rate, self._base, self._count = rate, now, 1
-            self.due = now + 1.0 / rate
+            self._rate = rate
+            self._start = now
+            self._count = 1
+            self.due = now + 1.0 / rate    # the next moment [s]
 
     def pop(self) -> float:
         """Returns the moment `due` [s], and sets `due` to the next moment."""
         due = self.due
         self._count += 1
-        self.due = self._base + self._count / self._rate
+        self.due = self._start + self._count / self._rate
         return due
 
     def pop_until(self, end: float) -> List[float]:
@@ -94,7 +94,7 @@ class Sensors:
         self.imu_rhythm = Rhythm(config.imu_rate)
         self.odom_rhythm = Rhythm(config.odom_rate)
         self._samples: List[Sample] = []    # oldest first
-        self.reset_is_due = False    # will the next odometry sample set the pose to zero?
+        self._is_reset_due = False
         self.world_T_odom = Pose2()    # a reset of the odometry changes this pose
         #: The readings for each odometry sample, even for a sample that was not sent.
         self.wheel_readings: Deque[WheelReading] = deque(maxlen=MAX_SAMPLES)
@@ -107,6 +107,10 @@ class Sensors:
         self.odom_rhythm.set_rate(config.odom_rate, now)
         self.clock = BoardClock(config.stamp_step, config.seed)
 
+    def reset_odometry(self) -> None:
+        """Let the next odometry sample set the pose to zero."""
+        self._is_reset_due = True
+
     def measure_imu(self, stamps: List[float]) -> None:
         self._send('imu', self._body.imu.measure(stamps))
 
@@ -114,12 +118,12 @@ class Sensors:
         self._body.advance_to(stamp)
         left, right = self._body.wheel_angles_at(stamp - self._config.wheel_lag)
         ticks = None if self._config.battery_cut else (encoder_ticks(left), encoder_ticks(right))
-        if self.reset_is_due:
+        if self._is_reset_due:
             self.odometer.reset(ticks)
-        imu_sample = self._body.imu.measure([stamp])[0]
+        [imu_sample] = self._body.imu.measure([stamp])
         sample = self.odometer.update(stamp, ticks, imu_sample.yaw)
-        if self.reset_is_due:
-            self.reset_is_due = False
+        if self._is_reset_due:
+            self._is_reset_due = False
             self.world_T_odom = self._body.drivetrain.pose @ sample.pose.inverse()
         self.wheel_readings.append(WheelReading(
             stamp=stamp + self.clock.error(stamp), angles=self.odometer.wheel_angles,
@@ -127,8 +131,7 @@ class Sensors:
         self._send('odom', [sample])
 
     def _send(self, sensor: str, samples: Sequence[Sample]) -> None:
-        """Send `samples`. A silent sensor sends no sample. A frozen sensor repeats one sample with
-        new stamps."""
+        """Send `samples`: none of a silent sensor, one with new stamps of a frozen sensor."""
         if getattr(self._config, sensor + '_silent'):
             return
         if not getattr(self._config, sensor + '_frozen'):

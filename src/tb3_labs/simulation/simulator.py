@@ -5,16 +5,12 @@
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-Each step of a Simulator advances the parts `firmware`, `drivetrain`, `imu`, `sensors` and
-`network`. With the same seed the samples are the same, even if the steps have another length.
-
-The pose `truth` is in the frame `world`. At the start the odometry's pose is equal to `truth`, and
-the IMU's yaw differs from the true yaw by `imu_offset_deg`. Stamps are in seconds since the start.
-Sources: the firmware, and a recording of a real Burger at rest for the noise.
+With the same seed the samples are the same, even if the steps have another length. The pose `truth`
+is in the frame `world`. At the start the odometry's pose is equal to `truth`, and the IMU's yaw
+differs from the true yaw by `imu_offset_deg`. Stamps are in seconds since the start.
 """
 import math
-from dataclasses import replace
-from itertools import groupby
+from itertools import chain, groupby
 from operator import itemgetter
 from typing import List
 
@@ -23,7 +19,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
 from tb3_labs.simulation.drivetrain import Body
-from tb3_labs.simulation.firmware import RESET_COMMAND, Board, motor_speeds
+from tb3_labs.simulation.firmware import RESET_MESSAGE, Board, motor_speeds
 from tb3_labs.simulation.imu import UNCALIBRATED_BIAS
 from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
@@ -39,16 +35,16 @@ class Simulator:
 
     def __init__(self, config: SimulatorConfig = SimulatorConfig()) -> None:
         self._model = robot_model(config.model)
-        self.config = replace(config, gyro_bias_deg=0.0)    # _apply() compares the biases
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
-        self.sensors = Sensors(self._model, self._body, self.config)
+        self.sensors = Sensors(self._model, self._body, config)
         self.now = 0.0    # time [s] since the start
-        self._control_rhythm = Rhythm(CONTROL_RATE)
+        self._motor_rhythm = Rhythm(CONTROL_RATE)
         self._command_link = NetworkLink('command', config.seed)
         self._sensor_link = NetworkLink('sensor', config.seed)
         self._board = Board()
-        self._motor_command = 0.0, 0.0     # (forward speed [m/s], rate of turn [rad/s])
+        self._motor_command = 0.0, 0.0    # (forward speed [m/s], rate of turn [rad/s])
+        self._body.use_bias(math.radians(config.gyro_bias_deg))
         self._apply(config)
 
     @property
@@ -60,17 +56,17 @@ class Simulator:
         if config is self.config:
             return
         self._body.advance_to(self.now)
+        if config.gyro_bias_deg != self.config.gyro_bias_deg:
+            self._body.use_bias(math.radians(config.gyro_bias_deg))
         self._apply(config)
 
     def _apply(self, config: SimulatorConfig) -> None:
-        previous_config, self.config = self.config, config
+        self.config = config
         body = self._body
         body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
         body.imu.configure(
-            yaw_noise=math.radians(config.imu_noise_deg), rate_noise=config.gyro_noise,
+            yaw_noise=math.radians(config.imu_noise_deg), turn_rate_noise=config.gyro_noise,
             drift=math.radians(config.imu_drift_deg_per_min) / 60.0, sample_age=config.yaw_lag)
-        if config.gyro_bias_deg != previous_config.gyro_bias_deg:
-            body.imu.bias = math.radians(config.gyro_bias_deg)
         body.begin_motion()
         self.sensors.configure(config, self.now)
         for link in (self._command_link, self._sensor_link):
@@ -79,16 +75,16 @@ class Simulator:
     def command(self, linear: float, angular: float) -> None:
         """Send a command now. `linear` is the forward speed [m/s], `angular` the rate of turn
         [rad/s]. NaN and infinity are allowed; see :mod:`tb3_labs.simulation.firmware`."""
-        self._command_link.send(((linear, angular),), (self.now,))
+        self._command_link.send([(linear, angular)], [self.now])
 
     def reset(self) -> None:
         """Send a `reset` to the board now; see :mod:`tb3_labs.simulation.firmware`."""
-        self._command_link.send((RESET_COMMAND,), (self.now,))
+        self._command_link.send([RESET_MESSAGE], [self.now])
         self._read_messages(self.now)
 
     def step(self, dt: float) -> List[Sample]:
         """Let `dt` seconds pass; `dt` >= 0. Returns the arriving samples in order."""
-        return [sample for burst in self.step_in_bursts(dt) for sample in burst]
+        return list(chain.from_iterable(self.step_in_bursts(dt)))
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """Let `dt` seconds pass; `dt` >= 0. Returns one list of samples for each moment at which
@@ -97,30 +93,31 @@ class Simulator:
         sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
         arrived = self.sensors.clock.stamped(self._sensor_link.pop(self.now + TIME_TOLERANCE))
-        bursts = groupby(arrived, key=itemgetter(0))    # by the time of arrival
-        return [[sample for _, sample in burst] for _, burst in bursts]
+        bursts = []
+        for _, burst in groupby(arrived, key=itemgetter(0)):    # by the time of arrival
+            bursts.append([sample for _, sample in burst])
+        return bursts
 
     def _advance(self, dt: float) -> None:
         self.now += dt
         horizon = self.now + TIME_TOLERANCE
-        board, sensors, control = self._board, self.sensors, self._control_rhythm
-        imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
+        board, sensors = self._board, self.sensors
+        motor_rhythm, odom_rhythm = self._motor_rhythm, sensors.odom_rhythm
         while True:
             # Events at the same moment are handled in the order board, motors, odometry, IMU.
-            event_time = min(control.due, odom.due, board.calibration_end)
-            if imu.due < event_time:
-                stamps = imu.pop_until(min(event_time, horizon))
-                if not board.is_calibrating:
-                    sensors.measure_imu(stamps)
+            event_time = min(motor_rhythm.due, odom_rhythm.due, board.calibration_end)
+            stamps = sensors.imu_rhythm.pop_until(min(event_time, horizon))
+            if not board.is_calibrating:
+                sensors.measure_imu(stamps)
             if event_time > horizon:
                 return
             if board.calibration_end == event_time:
                 self._body.advance_to(event_time)
                 self._body.use_bias(board.end_calibration(self._body.yaw))
-            elif control.due == event_time:
-                self._set_motors(control.pop())
+            elif motor_rhythm.due == event_time:
+                self._set_motors(motor_rhythm.pop())
             else:
-                odom.pop()
+                odom_rhythm.pop()
                 if not board.is_calibrating:
                     sensors.measure_odometry(event_time)
 
@@ -142,5 +139,5 @@ class Simulator:
         if self._board.read_up_to_reset(self._command_link.pop(stamp)):
             self._body.advance_to(stamp)
             self._board.begin_calibration(stamp, self.config.reset_pause, self._body.yaw)
-            self.sensors.reset_is_due = True
+            self.sensors.reset_odometry()
             self._body.use_bias(UNCALIBRATED_BIAS)
