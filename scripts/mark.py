@@ -22,7 +22,7 @@ from tb3_labs.command_line import Parser, failure_text, printable
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.sandbox import (
     NO_SANDBOX_WARNING, OtherUser, Sandbox, protection_problem)
-from tb3_labs.marking.intake.submissions import check_names, submissions_in
+from tb3_labs.marking.intake.submissions import refuse_unknown_names, submissions_in
 from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, failure_sentence, locked
@@ -118,7 +118,7 @@ def _submissions(arguments):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
                          'a folder beside them')
     submissions = submissions_in(arguments.submissions.absolute(), print_problem)
-    check_names(arguments.only, [submission.student for submission in submissions])
+    refuse_unknown_names(arguments.only, [submission.student for submission in submissions])
     return [submission for submission in submissions
             if not arguments.only or submission.student in arguments.only]
 

@@ -1,11 +1,11 @@
 """Protects the instructor from a submission's node by limits, and by a sandbox of bubblewrap.
 
 The rostest, master, robot, check and node of a submission share a network that has only a loopback
-interface. All processes of a submission end together with mark.py. The node's sandbox has its own
-processes, its own /tmp and its own home folder. The node sees only the parts of the system that a
-node needs, and cannot write these parts. An ordinary user makes the sandbox with a user namespace.
-If root runs mark.py, the node runs as a user that owns nothing, since Linux does not limit the
-number of root's processes.
+interface. All processes of a submission end together with mark.py. The node has its own processes,
+its own /tmp and its own home folder. The node sees only the parts of the system that a node needs,
+and cannot write these parts. An ordinary user makes the sandbox with a user namespace. If root runs
+mark.py, the node runs as a user that owns nothing, since Linux does not limit the number of root's
+processes.
 """
 import os
 import platform
@@ -36,8 +36,8 @@ ETC_PATHS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.co
 #: A student's program sees only these parts of tb3_labs.
 SHARED_PATHS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
-#: Runs a command in a sandbox. The arguments are the number of a user, or '', and the command. The
-#: folder of log files is made, since rospy would make it, and fail to change its owner.
+#: Runs a command in a sandbox. The arguments are the number of a user, or '', and the command. If
+#: rospy made the folder of log files, rospy would fail to change the folder's owner.
 ENTER_PROGRAM = f'''import errno, os, signal, sys
 user, *command = sys.argv[1:]
 if user:
@@ -87,7 +87,7 @@ class Protection:
         return dict(base)
 
     def hand_over(self, folder: Path) -> None:
-        """Give `folder`, which must have only copies, to the user that runs the program."""
+        """Give `folder`, which must contain only copies, to the user that runs the program."""
 
 
 class OtherUser(Protection):
@@ -102,9 +102,9 @@ class OtherUser(Protection):
         return ['sh', '-c', 'umask 077; exec "$@"', 'sh'] + super().check_command(words)
 
     def program_command(self, words: List[str]) -> List[str]:
-        become_user = ['setpriv', f'--reuid={self.user}', f'--regid={self.user}',
-                       '--clear-groups', '--no-new-privs', '--pdeathsig', 'KILL']
-        return become_user + LIMIT_COMMAND + [f'--nproc={MAX_THREADS_AND_PROCESSES}'] + words
+        user_command = ['setpriv', f'--reuid={self.user}', f'--regid={self.user}',
+                        '--clear-groups', '--no-new-privs', '--pdeathsig', 'KILL']
+        return user_command + LIMIT_COMMAND + [f'--nproc={MAX_THREADS_AND_PROCESSES}'] + words
 
     def program_environment(self, base: Mapping[str, str]) -> Dict[str, str]:
         home = base.get('TMPDIR', '/tmp') + '/ws'
@@ -178,13 +178,14 @@ def protection_problem(protection: Protection) -> str:
 
 
 def _change_owner(folder, user):
-    for path in [folder] + list(Path(folder).rglob('*')):
+    for path in [folder, *folder.rglob('*')]:
         os.chown(str(path), user, user, follow_symlinks=False)
 
 
 def _counts_processes_per_sandbox():
-    version = tuple(int(number) for number in re.findall(r'\d+', platform.release())[:2])
-    return version >= (5, 14)       # this Linux began to count each user namespace separately
+    """Does Linux count the processes of each user namespace separately, as since Linux 5.14?"""
+    major, minor, *_ = re.findall(r'\d+', platform.release())
+    return (int(major), int(minor)) >= (5, 14)
 
 
 # -- the files and folders that a program sees
@@ -192,8 +193,8 @@ def _counts_processes_per_sandbox():
 def _mount_options(readable):
     """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders.
 
-    A mount is one option as a tuple of words, such as ('--proc', '/proc'). A mount's last word is
-    the path in the sandbox.
+    A mount is one option as a tuple of words, such as ('--proc', '/proc'). The last word is the
+    path in the sandbox.
     """
     hidden = _own_folders()
     mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden]
@@ -235,9 +236,8 @@ def _ros_mounts():
 def _own_folders():
     """Returns the folders of this package."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
-    folders += [os.path.join(folder, OWN_PACKAGE) for folder in _folders_in(PYTHONPATH)]
-    folders += [os.path.join(prefix, 'lib', OWN_PACKAGE)
-                for prefix in _folders_in(CMAKE_PREFIX_PATH)]
+    folders += [f'{folder}/{OWN_PACKAGE}' for folder in _folders_in(PYTHONPATH)]
+    folders += [f'{prefix}/lib/{OWN_PACKAGE}' for prefix in _folders_in(CMAKE_PREFIX_PATH)]
     return list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
 
 
