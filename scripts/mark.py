@@ -4,9 +4,9 @@
 Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
 SUBMISSIONS is a folder from a learning platform, with a folder or a zip file for each student.
-mark.py writes marks.csv and overview.html into the folder MARKS. For each student, mark.py also
-writes a page and a results.json. A marked submission is tried again only after a change. The
-instructors' page on marking explains the details.
+mark.py writes marks.csv, overview.html, and each student's page and results.json into the folder
+MARKS. A marked submission is tried again only after a change. The instructors' page on marking
+explains the details.
 """
 import os
 import shlex
@@ -109,23 +109,24 @@ def mark_class(arguments, work):
 
 
 def _submissions(arguments):
-    marks = arguments.folder.resolve()
-    source = arguments.submissions.resolve()
-    if not source.is_dir():
+    marks_folder = arguments.folder.resolve()
+    folder = arguments.submissions.resolve()
+    if not folder.is_dir():
         raise ValueError(f'{arguments.submissions} is not a folder (a zip file of a class: unzip '
-                         f'{shlex.quote(source.name)} -d submissions)')
-    if source in (marks, *marks.parents):
+                         f'{shlex.quote(folder.name)} -d submissions)')
+    if folder in (marks_folder, *marks_folder.parents):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
                          'a folder beside them')
     submissions = submissions_in(arguments.submissions.absolute(), print_problem)
     refuse_unknown_names(arguments.only, [submission.student for submission in submissions])
-    return [submission for submission in submissions
-            if not arguments.only or submission.student in arguments.only]
+    if not arguments.only:
+        return submissions
+    return [submission for submission in submissions if submission.student in arguments.only]
 
 
 def _choose_protection(arguments, work):
-    """Returns True if the programs of the submissions run in sandboxes. Raises ``ValueError`` if
-    sandboxes do not work on this computer, and the command line does not have --unprotected."""
+    """Returns True if sandboxes work on this computer. Else returns False if the command line
+    contains --unprotected, and otherwise raises ``ValueError``."""
     problem = protection_problem(Sandbox([]))
     if not problem:
         return True
@@ -167,7 +168,8 @@ class ClassMarker:
 
     def __init__(self, runner, must_retry):
         """If `must_retry` is true, unchanged submissions are tried again, too."""
-        self._runner, self._must_retry = runner, must_retry
+        self._runner = runner
+        self._must_retry = must_retry
         self._has_failed = False        # True if a submission has no points
         self._lock = threading.Lock()
 
@@ -203,14 +205,14 @@ class ClassMarker:
             pass
         except NotJudged as problem:
             print_line(f'{name}: {NOT_JUDGED}')
-            self._write(marks_before_trial(submission, unjudged=str(problem)), '')
+            self._write(marks_before_trial(submission, unjudged=str(problem)), digest='')
         except Exception as problem:    # an error with one submission must not end the marking
             print_problem(f'{name}: {NOT_JUDGED}: {failure_sentence(problem)}')
-            self._write(marks_before_trial(submission, unjudged=failure_sentence(problem)), '')
+            self._write(marks_before_trial(submission, failure_sentence(problem)), digest='')
 
     def _try_out(self, submission, name, is_second=False):
-        """Try a submission that is new or has changed. If the machine delayed the robot, the
-        submission is tried a second time."""
+        """Try a submission if it is new or has changed. If the machine delayed the robot, try it
+        a second time."""
         begin = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             parsed = self._runner.read(submission, Path(work))
@@ -234,7 +236,8 @@ class ClassMarker:
     def _write(self, trial_marks, digest):
         with self._lock:
             marks = self._runner.folder.write(trial_marks, digest)
-            self._has_failed = self._has_failed or not marks.has_known_points
+            if not marks.has_known_points:
+                self._has_failed = True
         return marks
 
 

@@ -1,7 +1,7 @@
 """The labs that can be marked, the points of their criteria, and the marks of a submission.
 
-An instructor may edit the table of the points, which contains a section for each lab. Within a
-lab, the section `extra` contains the points of the criteria beyond the handout:
+An instructor may edit the table of the points, which contains a section for each lab. The section
+`extra` of a lab contains the points of the criteria beyond the handout:
 
     turn:
       left: 3
@@ -46,8 +46,8 @@ class Lab(NamedTuple):
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def read_parts(self, text: str) -> List[str]:
-        """Returns the parts in `text`, such as 'turns,mouse'. Raises ``ValueError`` if the lab does
-        not have one of these parts."""
+        """Returns the parts in `text`, such as 'turns,mouse'. Raises ``ValueError`` if one of these
+        is not a part of the lab."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         unknown = sorted(set(parts) - set(self.parts))
         if unknown:
@@ -75,7 +75,7 @@ class Marks:
     findings: List[str] = field(default_factory=list)     # sentences only for the instructor
     unjudged: str = ''               # a sentence on why it was not judged; '' if it was judged
     seconds: float = 0.0             # the duration [s] of the trial
-    #: Pages leave out these first parts of paths, which only the marking machine has.
+    #: Pages leave out these first parts of paths, which mean nothing on another machine.
     path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
     observation: Optional[Observation] = None       # None if there was no trial
@@ -106,7 +106,7 @@ class Marks:
     @property
     def mistake_sentence(self) -> str:
         """A sentence on the first broken link, with line numbers; '' if no link is broken."""
-        if not (self.first_broken_link and self.observation):
+        if self.first_broken_link is None or self.observation is None:
             return ''
         _, broken_link = self.first_broken_link
         return sentence(broken_link, self.observation.assigned)
@@ -114,14 +114,14 @@ class Marks:
     @property
     def hint(self) -> str:
         """A sentence on the mistake, and the place in a lab sheet; '' if no link is broken."""
-        if not self.first_broken_link:
+        if self.first_broken_link is None:
             return ''
         link, _ = self.first_broken_link
         return f'{self.mistake_sentence} See {link.place}.'
 
     @property
     def sentences(self) -> List[str]:
-        """The remarks. Before them comes the reason if the submission was not judged."""
+        """The remarks. If the submission was not judged, the reason comes first."""
         return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
@@ -162,7 +162,7 @@ def marks_after_trial(marks_before: Marks, observation: Optional[Observation], l
     """Returns the Marks of a submission with verdicts and points.
 
     `observation` is None if there was no trial. `criterion_points` is a dict {name of a criterion:
-    points}. `parts` has the tried parts of the lab; [] means all parts.
+    points}. `parts` are the tried parts of the lab; [] means all parts.
     """
     marks = replace(marks_before, observation=observation, findings=list(marks_before.findings))
     observation = observation or Observation(lab, marks.node)
@@ -194,11 +194,11 @@ def marks_after_trial(marks_before: Marks, observation: Optional[Observation], l
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
     """Returns the first broken link in those parts of the lab in which points were lost, or None.
-    Returns None, too, if the observation already shows an exception, an unpublished topic, or a
-    command that is not finite. `verdicts` are on the handout's criteria."""
-    is_mistake_known = (observation.clause_on_silent_topics or observation.not_finite
-                        or tracebacks_before_the_end(observation))
-    if observation.recording is NO_RECORDING or is_mistake_known:
+    Also returns None if the mistake is known: an exception, an unpublished topic, or a command that
+    is not finite. `verdicts` are on the handout's criteria."""
+    if observation.recording is NO_RECORDING or tracebacks_before_the_end(observation):
+        return None
+    if observation.clause_on_silent_topics or observation.not_finite:
         return None
     missed_parts = {verdict.criterion.part for verdict in verdicts
                     if verdict.outcome is not Outcome.MET}
@@ -219,28 +219,30 @@ def _limited(sentences: Sequence[str]) -> List[str]:
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
     """Returns {name of a criterion: points}. `table` is the content of a file of points. Raises
-    ``ValueError`` if a section or a criterion is missing or unknown, or if points are negative, NaN
-    or above MAX_POINTS."""
+    ``ValueError`` if a section or a criterion is missing or unknown, or if points are not a number
+    from 0 to MAX_POINTS."""
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     graded = dict(table[lab])
     extra = graded.pop(EXTRA_SECTION, {})
     if not isinstance(extra, dict):
         raise ValueError(f'{lab}: "{EXTRA_SECTION}" is a section of its own')
-    criterion_points: Dict[str, float] = {}
-    for section, is_extra in ((graded, False), (extra, True)):
-        names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra is is_extra]
-        for name in [*section, *names]:
-            if name not in names:
-                raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
-                                 + ', '.join(names))
-            points: Any = section.get(name)
-            is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
-            if not (is_number and 0 <= points <= MAX_POINTS):
-                raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number from 0 '
-                                 f'to {MAX_POINTS}')
-            criterion_points[name] = points
-    return criterion_points
+    criteria = LABS[lab].criteria
+    _refuse_invalid_points(lab, graded, [each.name for each in criteria if not each.extra])
+    _refuse_invalid_points(lab, extra, [each.name for each in criteria if each.extra])
+    return {**graded, **extra}
+
+
+def _refuse_invalid_points(lab: str, section: Mapping[str, Any], names: Sequence[str]) -> None:
+    for name in [*section, *names]:
+        if name not in names:
+            raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
+                             + ', '.join(names))
+        points: Any = section.get(name)     # None if the criterion is missing
+        is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
+        if not (is_number and 0 <= points <= MAX_POINTS):
+            raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number from 0 '
+                             f'to {MAX_POINTS}')
 
 
 def read_points(path: Optional[Path]) -> Any:

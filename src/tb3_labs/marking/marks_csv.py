@@ -4,9 +4,9 @@ The table has the columns `student`, `points`, `of` (full marks), a column for e
 `node`, `remarks`, `id` (the student's number on the learning platform), `late`, `decided`,
 `reason`, and columns that a person added.
 
-A criterion beyond the handout has a column whose name begins with 'extra_'. If a criterion is worth
-no points, the column has 'yes' or 'no'. If a submission was not judged, the criteria's cells are
-empty. A text from a submission is never written as a formula.
+The column of a criterion beyond the handout has a name that begins with 'extra_'. If such a
+criterion is worth no points, its cells contain 'yes' or 'no'. If a submission was not judged, the
+criteria's cells are empty. A text from a submission is never written as a formula.
 
 A person may write points into the column `decided`, and a sentence into `reason`.
 """
@@ -47,10 +47,10 @@ class MarksTable:
         self._heads = list(reader.fieldnames or ())
         if not set(FIRST_COLUMNS) <= set(self._heads):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
-        are_headings_unique = len(set(self._heads)) == len(self._heads)
+        has_equal_heads = len(set(self._heads)) < len(self._heads)
         # DictReader stores the cells that have no heading under the key None
         has_extra_cells = any(None in row for row in self._rows)
-        if has_extra_cells or not are_headings_unique:
+        if has_equal_heads or has_extra_cells:
             raise ValueError('each column needs a heading of its own in the first row')
         #: A person's decisions: {student: (points or None, reason)}.
         self.decisions: Dict[str, Tuple[Optional[float], str]] = {}
@@ -66,9 +66,11 @@ class MarksTable:
         old_points = {row[STUDENT]: row[POINTS] for row in self._rows}
         changed = []
         for marks in all_marks:
-            old, new = old_points.get(safe_cell(marks.student), ''), cells_of(marks)[POINTS]
-            if old and _number(old) != _number(new):
-                changed.append(f'{marks.student} ({old}, now {new or NOT_JUDGED})')
+            cells = cells_of(marks)
+            old = old_points.get(cells[STUDENT])
+            new = cells[POINTS] or NOT_JUDGED
+            if old and _number_in(old) != _number_in(new):
+                changed.append(f'{marks.student} ({old}, now {new})')
         if not changed:
             return []
         return [f"With other points than before: {', '.join(changed)}. A person's points belong "
@@ -79,7 +81,8 @@ class MarksTable:
         Rows without new marks are kept too, even if several rows have the same name."""
         heads = list(cells_of(all_marks[0]))
         heads += [head for head in self._heads if head not in heads]
-        old_rows, new_rows = list(self._rows), []
+        new_rows = []
+        old_rows = list(self._rows)
         for marks in all_marks:
             new_row = cells_of(marks)
             rows_of_student = [row for row in old_rows if row[STUDENT] == new_row[STUDENT]]
@@ -115,7 +118,8 @@ def cells_of(marks: Marks) -> Dict[str, str]:
     return cells
 
 
-def _number(cell: str) -> float:
+def _number_in(cell: str) -> float:
+    """Returns the number in a cell; NaN if the cell contains another text."""
     try:
         return float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:
@@ -125,7 +129,7 @@ def _number(cell: str) -> float:
 def _decided_points(cell: str, student: str) -> Optional[float]:
     if not cell:
         return None
-    points = _number(cell)
+    points = _number_in(cell)
     if not 0.0 <= points < math.inf:
         raise ValueError(f'{student}: {DECIDED} = {cell[:40]!r} is not valid: a number of at least '
                          '0, or nothing')
@@ -142,7 +146,7 @@ th, td { padding: 1px 2px; text-align: center; }
 td.words { min-width: 24em; overflow-wrap: anywhere; }'''
 
 
-def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
+def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str]) -> str:
     """Returns the page of all students as HTML. `lab` is the title of the lab. `notes` are
     sentences only for the instructor."""
     rows = []

@@ -105,10 +105,8 @@ def submitted_files(folder: Path) -> Tuple[List[Path], List[Path]]:
         # os.walk() does not enter the folders that are removed from this list
         folders[:] = sorted(name for name in folders if not IGNORED_PATHS.search(name))
         refused += [Path(root, name) for name in folders if Path(root, name).is_symlink()]
-        for name in sorted(names):
-            if IGNORED_PATHS.search(name):
-                continue
-            path = Path(root, name)
+        names = sorted(name for name in names if not IGNORED_PATHS.search(name))
+        for path in [Path(root, name) for name in names]:
             status = path.lstat()
             if stat.S_ISREG(status.st_mode) and status.st_nlink <= 1:
                 files.append(path)

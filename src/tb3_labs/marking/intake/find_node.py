@@ -4,8 +4,6 @@ The repository of a whole course may contain several files with the same name. T
 a file's package, on signs of the node in the file, and on the file's name. A file in a folder of
 old files is chosen only if no other file can be the node. If the chosen file only defines a class,
 the file that starts the class is the node.
-
-This module only reads the files.
 """
 import os
 import re
@@ -53,13 +51,8 @@ class _Program(NamedTuple):
     text: str
 
     @property
-    def has_usual_package(self) -> bool:
-        """Does the package's name contain the usual name?"""
-        return self.package_rank <= PART_OF_NAME
-
-    @property
     def rank(self) -> Tuple[bool, int, int, int]:
-        """Of programs with equal ranks, each can be the node as well as the others."""
+        """Programs with equal ranks are alike: only their places differ."""
         return self.is_old, self.package_rank, self.missing_signs, self.name_rank
 
 
@@ -74,16 +67,17 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
 
     Raises ``NotJudged`` if no file can be the node.
     """
-    usual_packages = (chosen_package,) if chosen_package else lab.packages
-    usual_files = (os.path.basename(chosen_file),) if chosen_file else lab.files
+    if chosen_package:
+        lab = lab._replace(packages=(chosen_package,))
+    if chosen_file:
+        lab = lab._replace(files=(os.path.basename(chosen_file),))
     files = files_in(folder)
     program_files = [file for file in files if _is_program(file)]
-    programs = sorted(_program(lab, file, folder, usual_packages=usual_packages,
-                               usual_files=usual_files) for file in program_files)
+    programs = sorted(_program(lab, file, folder) for file in program_files)
     candidates = [program for program in programs
                   if _can_be_the_node(program, chosen_package, chosen_file)]
     if not candidates:
-        missing = chosen_file if chosen_file else ' or '.join(usual_files)
+        missing = chosen_file if chosen_file else ' or '.join(lab.files)
         if chosen_package:
             missing += f' in a package {chosen_package}'
         listed = dict.fromkeys([*program_files, *files])    # the programs first
@@ -93,7 +87,7 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
     best = candidates[0]
     starter = None if chosen_file else _starting_program(best, programs, folder)
     candidates = [program for program in candidates if program is not starter]
-    remarks, findings = _remarks_and_findings(candidates, usual_files)
+    remarks, findings = _remarks_and_findings(candidates, lab)
     if starter is None:
         return ChosenNode(best.path, remarks, findings)
     remark = f'Judged was {starter.path}, which starts {best.path}.'
@@ -116,12 +110,12 @@ def _starting_program(module, programs, folder):
     return None
 
 
-def _remarks_and_findings(candidates, usual_files):
+def _remarks_and_findings(candidates, lab):
     best, *others = candidates
     if not others and best.has_usual_name:
         return [], []
     if not others:
-        return [f"There is no {' or '.join(usual_files)}; judged was {best.path}."], []
+        return [f"There is no {' or '.join(lab.files)}; judged was {best.path}."], []
     remark = (f'{len(candidates)} files can be the node; judged was {best.path}. The others: '
               f'{shortened([other.path for other in others])}.')
     doubtful = [other.path for other in others if _is_doubtful(best, other)]
@@ -138,7 +132,7 @@ def _is_doubtful(best, other):
         return False
     if other.rank == best.rank or other.is_outside_zip != best.is_outside_zip:
         return True
-    if other.has_usual_package and not best.has_usual_package:
+    if other.package_rank <= PART_OF_NAME < best.package_rank:
         return True
     if other.is_old != best.is_old or other.package_rank != best.package_rank:
         return False
@@ -162,18 +156,19 @@ def _package_names(package, folder):
     return [package_name(package), *folders[-1:]], len(folders)
 
 
-def _program(lab, file, folder, usual_packages, usual_files):
+def _program(lab, file, folder):
     path = file.relative_to(folder)
     lower_path = Path(str(path).lower())
     folders = lower_path.parent.parts
     text = file.read_bytes().decode(errors='replace')
     package_names, package_depth = _package_names(package_folder(file, folder), folder)
-    own_names, outer_names = [*package_names, *folders[package_depth:]], folders[:package_depth]
-    usual_files = [usual.lower() for usual in usual_files]
+    own_names = [*package_names, *folders[package_depth:]]
+    outer_names = folders[:package_depth]
+    usual_files = [usual.lower() for usual in lab.files]
     found_signs = _signs(lab, text)
     return _Program(
         is_old=is_old_or_copy(str(path)),
-        package_rank=min(_package_rank(usual, own_names, outer_names) for usual in usual_packages),
+        package_rank=min(_package_rank(usual, own_names, outer_names) for usual in lab.packages),
         missing_signs=found_signs.count(False),
         name_rank=_rank(lower_path.name, usual_files),
         is_outside_zip=UNPACKED_SUFFIX + '/' not in str(path),

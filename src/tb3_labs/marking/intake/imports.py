@@ -1,7 +1,6 @@
 """Finds the missing modules that a node, or another module of its submission, imports.
 
-This module only reads the programs of the submission. In the trial, Python itself reports a missing
-module that was overlooked.
+In the trial, Python itself reports a missing module that was overlooked.
 """
 import ast
 import shutil
@@ -127,11 +126,9 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     """Returns the MissingModules of a node, and makes the missing packages of messages.
 
     `package` is the folder of the node's package. `folder` is the folder of the submission.
-    `packages` is {name: folder} of the submission's packages.
-
-    A node may import types from a package that was not handed in, or that was handed in under
-    another name. Such a package is made in `folder`, with copies of the types of tb3_labs and of
-    the submission, and is added to `packages`.
+    `packages` is {name: folder} of its packages. If a package of messages was not handed in, or was
+    handed in under another name, it is made in `folder` and added to `packages`. It gets copies of
+    the types of tb3_labs and of the submission.
     """
     programs = programs_of(node, package).values()
     modules = [path for path in files_in(folder) if path.suffix == '.py']

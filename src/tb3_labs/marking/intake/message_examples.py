@@ -1,13 +1,12 @@
 """Makes modules of messages and services, and an example of each type. This program runs in a
 sandbox, since genpy pastes a submission's names into code, and Noetic's genmsg evaluates constants.
 
-The program reads a JSON object with two entries. The entry `search` is a dict {package of the
-system: [folder of its messages]}. The entry `definitions` is a list of [package, 'msg' or 'srv',
-name, text].
+The program reads a JSON object. Its `search` is {package of the system: [folder of its messages]}.
+Its `definitions` is a list of [package, 'msg' or 'srv', name, text].
 
-The program prints a JSON object with four entries. The entry `modules` is a list of [package, 'msg'
-or 'srv', name of the file, text]. The entry `problems` is a dict {file: the reason why the file
-cannot be built}. The entries `msg` and `srv` are dicts {type: example}; see `example_of`.
+The program prints a JSON object. Its `modules` is a list of [package, 'msg' or 'srv', name of the
+file, text]. Its `problems` is {file: the reason why the file cannot be built}. Its `msg` and `srv`
+are {type: example}; see `example_of`.
 """
 import importlib
 import io

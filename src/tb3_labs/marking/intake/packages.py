@@ -1,7 +1,4 @@
-"""Finds the packages of a submission, with their names, folders, messages and modules.
-
-This module only reads files, and does not run CMake.
-"""
+"""Finds the packages of a submission, with their names, folders, messages and modules."""
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -40,15 +37,13 @@ def node_package(node: Path, folder: Path) -> Path:
 
 def package_name(package: Path) -> str:
     """Returns the name in the package.xml of a package; '' if there is no valid name."""
-    manifest = package / MANIFEST
-    if not manifest.is_file():
-        return ''
-    text = manifest.read_bytes()[:MAX_MANIFEST_BYTES].decode('utf-8-sig', errors='replace')
-    if '<!ENTITY' in text:      # an XML entity may expand to millions of entities
-        return ''
     try:
+        manifest = (package / MANIFEST).read_bytes()[:MAX_MANIFEST_BYTES]
+        text = manifest.decode('utf-8-sig', errors='replace')
+        if '<!ENTITY' in text:      # an XML entity may expand to millions of entities
+            return ''
         name = ElementTree.fromstring(text).findtext('name', '').strip()
-    except (ElementTree.ParseError, ValueError, LookupError, RecursionError):
+    except (OSError, ElementTree.ParseError, ValueError, LookupError, RecursionError):
         return ''
     return name if NAME_PATTERN.fullmatch(name.replace('-', '_')) else ''
 

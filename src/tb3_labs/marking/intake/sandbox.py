@@ -67,10 +67,7 @@ NO_SANDBOX_WARNING = "No sandboxes: a submission's program can read and delete y
 
 class Protection:
     """Adds limits to the commands (lists of words) that start a submission's check and programs.
-
-    This class has the weakest limits, for an ordinary user who cannot make sandboxes. A program
-    cannot write a large file. The check ends together with its parent process.
-    """
+    This class has the weakest limits, for an ordinary user who cannot make sandboxes."""
 
     is_sandbox = False
 
@@ -191,11 +188,8 @@ def _counts_processes_per_sandbox():
 # -- the files and folders that a program sees
 
 def _mount_options(readable):
-    """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders.
-
-    A mount is one option as a tuple of words, such as ('--proc', '/proc'). The last word is the
-    path in the sandbox.
-    """
+    """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders. A
+    mount is a tuple such as ('--proc', '/proc'), which ends with the path in the sandbox."""
     hidden = _own_folders()
     mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden]
     shared_paths = [os.path.join(folder, name) for folder in hidden for name in SHARED_PATHS]

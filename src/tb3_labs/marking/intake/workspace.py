@@ -1,8 +1,7 @@
 """Turns the copy of a submission into a workspace in which its node can run.
 
-This module repairs the node in the copy, which may lack the exec bit, or contain line endings of
-Windows or a byte order mark. If the node imports a missing module but never uses the module, an
-empty module replaces the missing module. A remark names each repair.
+This module repairs the node in the copy. An empty module replaces a missing module that the node
+imports but never uses. A remark names each repair.
 
 catkin is not run, since a CMakeLists.txt is a program of the submission, and often needs packages
 that are not on the marking machine. A Python node needs only messages, services, and the modules of
@@ -50,8 +49,8 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
                       protection: Protection = Protection()) -> NodeStart:
     """Prepare the workspace of a submission in `workspace`/COPY_FOLDER. Returns the NodeStart.
 
-    The node's environment is `environment` with the folders of the workspace added. Remarks and
-    findings are added to `parsed`. `protection` limits the program that makes the messages.
+    The node's environment is `environment` with the folders of the workspace. Remarks and findings
+    are added to `parsed`. `protection` limits the program that makes the messages.
     """
     copy = workspace / COPY_FOLDER
     python_folder = workspace / 'python'
