@@ -152,8 +152,6 @@ def interrupt(*_):
     raise KeyboardInterrupt
 
 
-# -- the submissions, several at a time
-
 def print_line(line):
     sys.stdout.write(printable(line) + '\n')      # in one call, since several threads print
     sys.stdout.flush()
@@ -180,8 +178,8 @@ class ClassMarker:
         with ThreadPoolExecutor(jobs) as pool:
             try:
                 for number, submission in enumerate(submissions, 1):
-                    name = f'[{number}/{len(submissions)}] {submission.student}'
-                    tasks.append(pool.submit(self._mark, submission, name))
+                    label = f'[{number}/{len(submissions)}] {submission.student}'
+                    tasks.append(pool.submit(self._mark, submission, label))
                 while wait(tasks, POLL_PERIOD).not_done:
                     if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
                         raise KeyboardInterrupt
@@ -198,19 +196,19 @@ class ClassMarker:
                 self._has_failed = True
         return self._has_failed
 
-    def _mark(self, submission, name):
+    def _mark(self, submission, label):
         try:
-            self._try_out(submission, name)
+            self._try_out(submission, label)
         except MarkingInterrupted:
             pass
         except NotJudged as problem:
-            print_line(f'{name}: {NOT_JUDGED}')
+            print_line(f'{label}: {NOT_JUDGED}')
             self._write(marks_before_trial(submission, unjudged=str(problem)), digest='')
         except Exception as problem:    # an error with one submission must not end the marking
-            print_problem(f'{name}: {NOT_JUDGED}: {failure_sentence(problem)}')
+            print_problem(f'{label}: {NOT_JUDGED}: {failure_sentence(problem)}')
             self._write(marks_before_trial(submission, failure_sentence(problem)), digest='')
 
-    def _try_out(self, submission, name, is_second=False):
+    def _try_out(self, submission, label, is_second=False):
         """Try a submission if it is new or has changed. If the machine delayed the robot, try it
         a second time."""
         begin = time.monotonic()
@@ -221,17 +219,17 @@ class ClassMarker:
                     old_marks = self._runner.folder.marks_if_unchanged(
                         submission.student, parsed.digest)
                 if old_marks is not None:
-                    print_line(f'{name}: {old_marks.points_text}, tried before, and not changed')
+                    print_line(f'{label}: {old_marks.points_text}, tried before, and not changed')
                     return
-                print_line(name + ' ...')
+                print_line(label + ' ...')
             trial_marks = self._runner.try_out(submission, parsed, Path(work))
         trial_marks.seconds = time.monotonic() - begin
         marks = self._write(trial_marks, parsed.digest)
         if marks.delay_sentence and not is_second:
-            print_line(f'{name}: {marks.delay_sentence} Tried again.')
-            self._try_out(submission, name, is_second=True)
+            print_line(f'{label}: {marks.delay_sentence} Tried again.')
+            self._try_out(submission, label, is_second=True)
         else:
-            print_line(f'{name}: {marks.points_text}, {marks.seconds:.0f} s')
+            print_line(f'{label}: {marks.points_text}, {marks.seconds:.0f} s')
 
     def _write(self, trial_marks, digest):
         with self._lock:

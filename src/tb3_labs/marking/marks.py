@@ -6,8 +6,6 @@ An instructor may edit the table of the points, which contains a section for eac
     turn:
       left: 3
       extra: {within_1_deg: 0}
-
-The marks depend on the submission, the recorded trial, the points, and a person's decision.
 """
 from dataclasses import dataclass, field, replace
 from pathlib import Path

@@ -37,20 +37,19 @@ class MarksTable:
         """`text` is the text of marks.csv; '' in the first run. Raises ``ValueError`` if the text
         is not a table of marks, or if a person's points are invalid."""
         text = text.lstrip('\ufeff') or ','.join(FIRST_COLUMNS)
-        heading = text.partition('\n')[0]
-        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
+        first_line = text.partition('\n')[0]
+        delimiter = max(',;\t', key=first_line.count)    # a spreadsheet may write another delimiter
         reader = csv.DictReader(io.StringIO(text, newline=''), restval='', delimiter=delimiter)
         try:
             self._rows = list(reader)
         except csv.Error as problem:
             raise ValueError(str(problem)) from None
-        self._heads = list(reader.fieldnames or ())
-        if not set(FIRST_COLUMNS) <= set(self._heads):
+        self._columns = list(reader.fieldnames or ())
+        if not set(FIRST_COLUMNS) <= set(self._columns):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
-        has_equal_heads = len(set(self._heads)) < len(self._heads)
         # DictReader stores the cells that have no heading under the key None
         has_extra_cells = any(None in row for row in self._rows)
-        if has_equal_heads or has_extra_cells:
+        if has_extra_cells or len(set(self._columns)) < len(self._columns):
             raise ValueError('each column needs a heading of its own in the first row')
         #: A person's decisions: {student: (points or None, reason)}.
         self.decisions: Dict[str, Tuple[Optional[float], str]] = {}
@@ -64,23 +63,23 @@ class MarksTable:
         """Returns [] if no points have changed, else [a sentence for the instructor]. Criteria may
         have changed, or a person may have typed over the marker's points."""
         old_points = {row[STUDENT]: row[POINTS] for row in self._rows}
-        changed = []
+        changes = []
         for marks in all_marks:
             cells = cells_of(marks)
             old = old_points.get(cells[STUDENT])
             new = cells[POINTS] or NOT_JUDGED
             if old and _number_in(old) != _number_in(new):
-                changed.append(f'{marks.student} ({old}, now {new})')
-        if not changed:
+                changes.append(f'{marks.student} ({old}, now {new})')
+        if not changes:
             return []
-        return [f"With other points than before: {', '.join(changed)}. A person's points belong "
+        return [f"With other points than before: {', '.join(changes)}. A person's points belong "
                 f'into the column "{DECIDED}".']
 
     def renewed_text(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added are kept.
         Rows without new marks are kept too, even if several rows have the same name."""
-        heads = list(cells_of(all_marks[0]))
-        heads += [head for head in self._heads if head not in heads]
+        columns = list(cells_of(all_marks[0]))
+        columns += [column for column in self._columns if column not in columns]
         new_rows = []
         old_rows = list(self._rows)
         for marks in all_marks:
@@ -91,7 +90,7 @@ class MarksTable:
                 new_row = {**rows_of_student[0], **new_row}
             new_rows.append(new_row)
         out = io.StringIO(newline='')
-        writer = csv.DictWriter(out, heads, lineterminator='\n')
+        writer = csv.DictWriter(out, columns, lineterminator='\n')
         writer.writeheader()
         writer.writerows(new_rows + old_rows)
         return out.getvalue()
@@ -136,8 +135,6 @@ def _decided_points(cell: str, student: str) -> Optional[float]:
     return points
 
 
-# -- the page of all students
-
 LANDSCAPE_STYLE = '''
 @page { size: A4 landscape; }
 body { max-width: 269mm; }
@@ -158,7 +155,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str]) -> str:
         if not marks.unjudged:
             cells.update({verdict.criterion.label: symbol(verdict) for verdict in marks.verdicts})
         rows.append(list(cells.values()))
-    parts = ['<h2>Only for the instructor</h2>'] if notes else []
-    parts += [f'<p>{escape(note)}</p>' for note in notes]
-    heads = list(cells_of(all_marks[0]))
-    return document(f'{lab}: overview', [*parts, table(heads, rows, (REMARKS,))], LANDSCAPE_STYLE)
+    blocks = ['<h2>Only for the instructor</h2>'] if notes else []
+    blocks += [f'<p>{escape(note)}</p>' for note in notes]
+    blocks.append(table(list(cells_of(all_marks[0])), rows, text_columns=(REMARKS,)))
+    return document(f'{lab}: overview', blocks, LANDSCAPE_STYLE)

@@ -100,7 +100,7 @@ class MarksFolder:
     def write(self, trial_marks: Marks, digest: str) -> Marks:
         """Write a student's record, page and results after the trial. Returns the Marks with
         points. `digest` is the submission's digest."""
-        record = {
+        record: Dict[str, Any] = {
             'key': dict(self._trial_settings, submission=digest),
             'handed_in': {name: getattr(trial_marks, name) for name in RECORDED_FIELDS},
             'bag': self._bag_digest(trial_marks.student)}

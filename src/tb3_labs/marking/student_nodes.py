@@ -50,8 +50,6 @@ def syntax_nodes_of(text: bytes) -> List[Any]:
         return []
 
 
-# -- the start
-
 OWN_PACKAGE = 'tb3_labs'
 # Environment variables: the identity of one trial, and the path of a file with a NodeStart.
 IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'

@@ -110,8 +110,8 @@ def _verdict_table(verdicts, has_timeline):
             sentence = Markup(f'{escape(sentence)} <a href="#t={verdict.moment:.1f}">Watch it</a>')
         points = f'{verdict.points:g} / {verdict.full_points:g}' if verdict.full_points else ''
         rows.append([verdict.criterion.meaning, symbol(verdict), points, sentence])
-    heads = ['what is asked', '', 'points', SEEN_HEADING]
-    return table(heads, rows, text_columns=(SEEN_HEADING,), is_plain=True)
+    titles = ['what is asked', '', 'points', SEEN_HEADING]
+    return table(titles, rows, text_columns=(SEEN_HEADING,), is_plain=True)
 
 
 def symbol(verdict: Verdict) -> Markup:
@@ -135,10 +135,8 @@ def _last_lines(observation):
     return blocks
 
 
-# -- Gradescope
-
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the content of results.json, with a test for each criterion. The field `output`
+    """Returns the content of results.json for Gradescope, with a test for each criterion. `output`
     contains the page without the criteria and the timeline."""
     blocks = [*_points_and_remarks(marks),
               hints_section(marks.first_broken_link, marks.mistake_sentence, has_timeline=False)]

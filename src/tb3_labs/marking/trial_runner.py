@@ -165,8 +165,6 @@ def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
                  unjudged=unjudged)
 
 
-# -- the end of all processes
-
 def kill_processes(identity: str) -> None:
     """Kill all processes that have `identity` in their environment.
 
@@ -178,31 +176,31 @@ def kill_processes(identity: str) -> None:
     empty_searches = 0
     # one search may miss a process that is starting a program and has no environment yet
     while empty_searches < 2:
-        stopped: Set[int] = set()
+        stopped_pids: Set[int] = set()
         finds_more = True
         while finds_more:
-            finds_more = _stop_more(variable, stopped)
-        empty_searches = 0 if stopped else empty_searches + 1
-        for pid in stopped:
+            finds_more = _stop_more(variable, stopped_pids)
+        empty_searches = 0 if stopped_pids else empty_searches + 1
+        for pid in stopped_pids:
             with suppress(ProcessLookupError):      # it has ended already
                 if _has_in_environment(pid, variable):     # the number may belong to a new process
                     os.kill(pid, signal.SIGKILL)
 
 
-def _stop_more(variable, stopped):
+def _stop_more(variable, stopped_pids):
     """Stop the processes that have `variable` in their environment, and their process groups. Add
-    the processes to `stopped`. Returns False if the search found no further process."""
-    old_count = len(stopped)
+    the processes to `stopped_pids`. Returns False if the search found no further process."""
+    old_count = len(stopped_pids)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first
-        if pid not in stopped and _has_in_environment(pid, variable):
+        if pid not in stopped_pids and _has_in_environment(pid, variable):
             with suppress(ProcessLookupError):      # it has ended already
                 group = os.getpgid(pid)
                 os.kill(pid, signal.SIGSTOP)
                 if group != os.getpgrp():
                     os.killpg(group, signal.SIGSTOP)
-            stopped.add(pid)
-    return len(stopped) > old_count
+            stopped_pids.add(pid)
+    return len(stopped_pids) > old_count
 
 
 def _has_in_environment(pid, variable):
@@ -211,8 +209,6 @@ def _has_in_environment(pid, variable):
     except OSError:
         return False
 
-
-# -- the environment
 
 def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, str]:
     """Returns the environment of a separate ROS, which writes only into the folder `work`."""

@@ -202,7 +202,5 @@ def shortened(names: Sequence[str], max_names: int = 6) -> str:
 
 def _omission_remarks(why, paths):
     """Returns a list with one remark on the paths that are left out; [] if there are no paths."""
-    if not paths:
-        return []
     shown = [printable(path[:MAX_SHOWN_PATH_LENGTH]) for path in sorted(map(str, paths))]
-    return [f'Left out, because {why}: {shortened(shown, max_names=3)}.']
+    return [f'Left out, because {why}: {shortened(shown, max_names=3)}.'] if shown else []

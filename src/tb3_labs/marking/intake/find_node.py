@@ -22,7 +22,6 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: The values of `package_rank`: the places of a package's usual name, the best first.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
-#: The instructor reads this text if no file can be the node.
 UNPACKING_RULES = 'Only zip files are unpacked, and none in others. Folders such as build, ' \
     'devel, install, logs and venv are left out.'
 
@@ -80,8 +79,8 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
         missing = chosen_file if chosen_file else ' or '.join(lab.files)
         if chosen_package:
             missing += f' in a package {chosen_package}'
-        listed = dict.fromkeys([*program_files, *files])    # the programs first
-        listing = shortened([str(file.relative_to(folder)) for file in listed]) or 'nothing'
+        listed_files = dict.fromkeys([*program_files, *files])    # the programs first
+        listing = shortened([str(file.relative_to(folder)) for file in listed_files]) or 'nothing'
         raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in '
                         f'(--type chooses a file): {listing}. {UNPACKING_RULES}')
     best = candidates[0]
@@ -118,10 +117,10 @@ def _remarks_and_findings(candidates, lab):
         return [f"There is no {' or '.join(lab.files)}; judged was {best.path}."], []
     remark = (f'{len(candidates)} files can be the node; judged was {best.path}. The others: '
               f'{shortened([other.path for other in others])}.')
-    doubtful = [other.path for other in others if _is_doubtful(best, other)]
-    if not doubtful:
+    doubtful_paths = [other.path for other in others if _is_doubtful(best, other)]
+    if not doubtful_paths:
         return [remark], []
-    path = doubtful[0] if '/' in doubtful[0] else './' + doubtful[0]
+    path = doubtful_paths[0] if '/' in doubtful_paths[0] else './' + doubtful_paths[0]
     return [remark], [f'{remark} --type {shlex.quote(path)} chooses another one, with --only and '
                       "the student's name."]
 

@@ -64,7 +64,7 @@ class PlatformName(NamedTuple):
     is_late: bool = False
 
 
-def read_name(name: str, is_folder: bool) -> PlatformName:
+def platform_name_of(name: str, is_folder: bool) -> PlatformName:
     """Returns the parts of the name of a file or a folder."""
     moodle = MOODLE_NAME.fullmatch(name)
     if moodle:
@@ -132,15 +132,15 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
         if refusal:
             print_line(f'left out, because it is {refusal}: {path}')
         else:
-            names[path.name] = read_name(path.name, path.is_dir())
+            names[path.name] = platform_name_of(path.name, path.is_dir())
     if not names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
     submissions = []
-    for student, own_names in sorted(grouped_by_student(names).items()):
+    for student, names_of_student in sorted(grouped_by_student(names).items()):
         files = {folder / name: names[name].file or name
-                 for name in sorted(own_names, key=_upload_key)}
-        is_late = any(names[name].is_late for name in own_names)
-        submissions.append(Submission(student, files, names[own_names[0]].number, is_late))
+                 for name in sorted(names_of_student, key=_upload_key)}
+        is_late = any(names[name].is_late for name in names_of_student)
+        submissions.append(Submission(student, files, names[names_of_student[0]].number, is_late))
     return submissions
 
 
@@ -149,7 +149,7 @@ def _refusal(path):
         return 'a link'
     if path.is_dir():
         return ''
-    is_platform_file = bool(read_name(path.name, is_folder=False).number)
+    is_platform_file = bool(platform_name_of(path.name, is_folder=False).number)
     if path.is_file() and (is_platform_file or is_zip(path.name)):
         return ''
     return 'neither a folder nor a zip file'
