@@ -126,12 +126,13 @@ def symbol(verdict: Verdict) -> Markup:
 def _last_lines(observation):
     blocks = ['<h2>What the node printed last</h2>']
     for number, process in enumerate(observation.processes, 1):
-        lines = [line for line in process.printed.splitlines() if line.strip()]
-        text = escape('\n'.join(line[:MAX_SHOWN_LINE_LENGTH] for line in lines[-MAX_SHOWN_LINES:]))
+        lines = [line[:MAX_SHOWN_LINE_LENGTH]
+                 for line in process.printed.splitlines() if line.strip()]
+        text = '\n'.join(lines[-MAX_SHOWN_LINES:]) or '(nothing)'
         start = f'Start {number} of {len(observation.processes)}'
         if process.ready is None:
             start += ', never ready'
-        blocks.append(f'<p>{start}</p><pre>{text or "(nothing)"}</pre>')
+        blocks.append(f'<p>{start}</p><pre>{escape(text)}</pre>')
     return blocks
 
 
@@ -157,12 +158,16 @@ def results(marks: Marks) -> Dict[str, Any]:
 
 
 def _test(number, verdict):
-    is_extra = verdict.criterion.extra
+    name = verdict.criterion.meaning
+    max_score = verdict.full_points
+    if verdict.criterion.extra:
+        name = 'Beyond the handout: ' + name
+        max_score = 0.0
     return {
-        'name': ('Beyond the handout: ' if is_extra else '') + verdict.criterion.meaning,
+        'name': name,
         'number': str(number),
         'score': verdict.points,
-        'max_score': 0.0 if is_extra else verdict.full_points,
+        'max_score': max_score,
         'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
         'output': verdict.sentence,
         'visibility': VISIBILITY,

@@ -70,11 +70,9 @@ def read_program(path: Path) -> ParsedProgram:
     nodes = syntax_nodes_of(data)
     if not nodes:
         return ParsedProgram(text, [], set(), runs_code_on_import=True)
-    nodes_in_try: Set[ast.AST] = set()
-    for node in nodes:
-        if isinstance(node, ast.Try):
-            for statement in node.body:
-                nodes_in_try.update(ast.walk(statement))
+    statements_in_try = [statement for node in nodes if isinstance(node, ast.Try)
+                         for statement in node.body]
+    nodes_in_try = {node for statement in statements_in_try for node in ast.walk(statement)}
     imports = []
     for node in nodes:
         may_fail = node in nodes_in_try
@@ -131,8 +129,8 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     the types of tb3_labs and of the submission.
     """
     programs = programs_of(node, package).values()
-    modules = [path for path in files_in(folder) if path.suffix == '.py']
-    own_modules = {path.stem for path in modules} | {path.parent.name for path in modules}
+    own_files = [path for path in files_in(folder) if path.suffix == '.py']
+    own_modules = {path.stem for path in own_files} | {path.parent.name for path in own_files}
     definitions = _definitions(node, folder)
     types = {path.stem + end for path in definitions for end in ('', 'Request', 'Response')}
     placeholders: Set[str] = set()
@@ -151,12 +149,11 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     used_names = {'*'}      # `from module import *` may define any name
     for program in programs:
         used_names |= program.used_names
-    used_imports = [item for item in missing_imports
-                    if used_names.intersection(item.defined_names)]
+    used_imports = [item for item in missing_imports if used_names.intersection(item.defined_names)]
     used_packages = {item.package for item in used_imports}
+    used = {item.module for item in used_imports}
     unused = {item.module for item in missing_imports if item.package not in used_packages}
-    return MissingModules(
-        sorted(placeholders), sorted(unused), sorted({item.module for item in used_imports}))
+    return MissingModules(sorted(placeholders), sorted(unused), sorted(used))
 
 
 def _is_available(item, own_modules, packages):

@@ -59,7 +59,7 @@ class PlatformName(NamedTuple):
     """The parts of a name that a learning platform gave to a file or a folder."""
 
     student: str
-    number: str         # the student's number on the platform; '' if missing
+    number: str         # the student's number on the platform; '' if there is none
     file: str           # the file's name on the student's computer; '' for a folder
     is_late: bool = False
 
