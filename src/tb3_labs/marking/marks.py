@@ -189,8 +189,7 @@ def marks_after_trial(marks_before: Marks, observation: Optional[Observation], l
     return marks
 
 
-def _broken_link(observation: Observation,
-                 verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
+def _broken_link(observation, verdicts):
     """Returns the first broken link in those parts of the lab in which points were lost, or None.
     Also returns None if the mistake is known: an exception, an unpublished topic, or a command that
     is not finite. `verdicts` are on the handout's criteria."""
@@ -210,7 +209,7 @@ def _broken_link(observation: Observation,
     return find_broken_link(run, lab_links.LINKS.get(observation.lab, ()), missed_parts)
 
 
-def _limited(sentences: Sequence[str]) -> List[str]:
+def _limited(sentences):
     """Returns the first sentences as printable text, since a sentence may quote a submission."""
     return [printable(text[:MAX_SENTENCE_LENGTH]) for text in sentences[:MAX_SENTENCES]]
 
@@ -231,12 +230,12 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     return {**graded, **extra}
 
 
-def _refuse_invalid_points(lab: str, section: Mapping[str, Any], names: Sequence[str]) -> None:
+def _refuse_invalid_points(lab, section, names):
     for name in [*section, *names]:
         if name not in names:
             raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
                              + ', '.join(names))
-        points: Any = section.get(name)     # None if the criterion is missing
+        points = section.get(name)      # None if the criterion is missing
         is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
         if not (is_number and 0 <= points <= MAX_POINTS):
             raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number from 0 '

@@ -81,10 +81,8 @@ def _files_to_copy(original_names):
     for upload, original_name in original_names.items():
         sources = {Path(original_name): upload}
         if upload.is_dir():
-            files_in_upload, refused = submitted_files(upload)
-            sources = {path.relative_to(upload): path for path in files_in_upload}
-            remarks += _omission_remarks('each is a link or a device',
-                                         [path.relative_to(upload) for path in refused])
+            sources, refused = submitted_files(upload)
+            remarks += _omission_remarks('each is a link or a device', refused)
         for path, source in sources.items():
             if path in files:
                 remarks.append(f'{printable(str(path))} was handed in again: '
@@ -93,25 +91,25 @@ def _files_to_copy(original_names):
     return files, remarks
 
 
-def submitted_files(folder: Path) -> Tuple[List[Path], List[Path]]:
-    """Returns (files to copy, refused files) below `folder`, without the IGNORED_PATHS.
+def submitted_files(folder: Path) -> Tuple[Dict[Path, Path], List[Path]]:
+    """Returns ({path in `folder`: file to copy}, refused paths in `folder`), without IGNORED_PATHS.
 
-    Links and devices are refused. A file with a second name (a hard link) is refused too, since it
-    may be another person's file. Raises ``OSError`` if a folder cannot be read.
+    Links and devices are refused. A file with a second name (a hard link) is refused too, since the
+    file may be another person's. Raises ``OSError`` if a folder cannot be read.
     """
-    files: List[Path] = []
+    files: Dict[Path, Path] = {}
     refused: List[Path] = []
     for root, folders, names in os.walk(str(folder), onerror=_raise):
+        parent = Path(root).relative_to(folder)
         # os.walk() does not enter the folders that are removed from this list
         folders[:] = sorted(name for name in folders if not IGNORED_PATHS.search(name))
-        refused += [Path(root, name) for name in folders if Path(root, name).is_symlink()]
-        names = sorted(name for name in names if not IGNORED_PATHS.search(name))
-        for path in [Path(root, name) for name in names]:
-            status = path.lstat()
+        refused += [parent / name for name in folders if Path(root, name).is_symlink()]
+        for name in sorted(name for name in names if not IGNORED_PATHS.search(name)):
+            status = Path(root, name).lstat()
             if stat.S_ISREG(status.st_mode) and status.st_nlink <= 1:
-                files.append(path)
+                files[parent / name] = Path(root, name)
             else:
-                refused.append(path)
+                refused.append(parent / name)
     return files, refused
 
 

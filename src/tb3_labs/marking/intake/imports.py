@@ -124,15 +124,15 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     """Returns the MissingModules of a node, and makes the missing packages of messages.
 
     `package` is the folder of the node's package. `folder` is the folder of the submission.
-    `packages` is {name: folder} of its packages. If a package of messages was not handed in, or was
-    handed in under another name, it is made in `folder` and added to `packages`. It gets copies of
-    the types of tb3_labs and of the submission.
+    `packages` is {name: folder} of the submission's packages. A package of messages that was not
+    handed in, or only under another name, is made in `folder` and added to `packages`. The package
+    gets copies of the types of tb3_labs and of the submission.
     """
     programs = programs_of(node, package).values()
     own_files = [path for path in files_in(folder) if path.suffix == '.py']
     own_modules = {path.stem for path in own_files} | {path.parent.name for path in own_files}
-    definitions = _definitions(node, folder)
-    types = {path.stem + end for path in definitions for end in ('', 'Request', 'Response')}
+    type_files = _type_files(node, folder)
+    types = {path.stem + end for path in type_files for end in ('', 'Request', 'Response')}
     placeholders: Set[str] = set()
     missing_imports: List[Import] = []
     for program in programs:
@@ -144,7 +144,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
             else:
                 missing_imports.append(item)
     for name in sorted(placeholders):
-        _copy_definitions(definitions, packages.setdefault(name, folder / PLACEHOLDERS / name))
+        _copy_types(type_files, packages.setdefault(name, folder / PLACEHOLDERS / name))
     missing_imports = [item for item in missing_imports if item.package not in placeholders]
     used_names = {'*'}      # `from module import *` may define any name
     for program in programs:
@@ -180,7 +180,7 @@ def _can_be_placeholder(item, program, types):
     return any(name in program.text for name in types)
 
 
-def _definitions(node, folder):
+def _type_files(node, folder):
     """Returns the message and service files of tb3_labs, then those of the submission, of which the
     nearest to the node is last."""
     of_course = definition_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
@@ -191,9 +191,9 @@ def _definitions(node, folder):
     return of_course + of_submission
 
 
-def _copy_definitions(definitions, package):
+def _copy_types(type_files, package):
     """Copy files into a package. Of files with the same name, the last is kept."""
-    for path in definitions:
+    for path in type_files:
         folder = package / path.suffix[1:]
         folder.mkdir(parents=True, exist_ok=True)
         shutil.copy(str(path), str(folder))
