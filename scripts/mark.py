@@ -4,9 +4,9 @@
 Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
 SUBMISSIONS is a folder from a learning platform, with a folder or a zip file for each student.
-mark.py writes marks.csv and overview.html into the folder MARKS. For each student, mark.py also
-writes a page and a results.json. A marked submission is tried again only after a change. The
-instructors' page on marking explains the details.
+mark.py writes marks.csv, overview.html, and each student's page and results.json into the folder
+MARKS. A marked submission is tried again only after a change. The instructors' page on marking
+explains the details.
 """
 import os
 import shlex
@@ -22,7 +22,7 @@ from tb3_labs.command_line import Parser, failure_text, printable
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.sandbox import (
     NO_SANDBOX_WARNING, OtherUser, Sandbox, protection_problem)
-from tb3_labs.marking.intake.submissions import check_names, submissions_in
+from tb3_labs.marking.intake.submissions import refuse_unknown_names, submissions_in
 from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, failure_sentence, locked
@@ -109,23 +109,24 @@ def mark_class(arguments, work):
 
 
 def _submissions(arguments):
-    marks = arguments.folder.resolve()
-    source = arguments.submissions.resolve()
-    if not source.is_dir():
+    marks_folder = arguments.folder.resolve()
+    folder = arguments.submissions.resolve()
+    if not folder.is_dir():
         raise ValueError(f'{arguments.submissions} is not a folder (a zip file of a class: unzip '
-                         f'{shlex.quote(source.name)} -d submissions)')
-    if source in (marks, *marks.parents):
+                         f'{shlex.quote(folder.name)} -d submissions)')
+    if folder in (marks_folder, *marks_folder.parents):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
                          'a folder beside them')
     submissions = submissions_in(arguments.submissions.absolute(), print_problem)
-    check_names(arguments.only, [submission.student for submission in submissions])
-    return [submission for submission in submissions
-            if not arguments.only or submission.student in arguments.only]
+    refuse_unknown_names(arguments.only, [submission.student for submission in submissions])
+    if not arguments.only:
+        return submissions
+    return [submission for submission in submissions if submission.student in arguments.only]
 
 
 def _choose_protection(arguments, work):
-    """Returns True if the programs of the submissions run in sandboxes. Raises ``ValueError`` if
-    sandboxes do not work on this computer, and the command line does not have --unprotected."""
+    """Returns True if sandboxes work on this computer. Else returns False if the command line
+    contains --unprotected, and otherwise raises ``ValueError``."""
     problem = protection_problem(Sandbox([]))
     if not problem:
         return True
@@ -151,8 +152,6 @@ def interrupt(*_):
     raise KeyboardInterrupt
 
 
-# -- the submissions, several at a time
-
 def print_line(line):
     sys.stdout.write(printable(line) + '\n')      # in one call, since several threads print
     sys.stdout.flush()
@@ -167,7 +166,8 @@ class ClassMarker:
 
     def __init__(self, runner, must_retry):
         """If `must_retry` is true, unchanged submissions are tried again, too."""
-        self._runner, self._must_retry = runner, must_retry
+        self._runner = runner
+        self._must_retry = must_retry
         self._has_failed = False        # True if a submission has no points
         self._lock = threading.Lock()
 
@@ -178,8 +178,8 @@ class ClassMarker:
         with ThreadPoolExecutor(jobs) as pool:
             try:
                 for number, submission in enumerate(submissions, 1):
-                    name = f'[{number}/{len(submissions)}] {submission.student}'
-                    tasks.append(pool.submit(self._mark, submission, name))
+                    label = f'[{number}/{len(submissions)}] {submission.student}'
+                    tasks.append(pool.submit(self._mark, submission, label))
                 while wait(tasks, POLL_PERIOD).not_done:
                     if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
                         raise KeyboardInterrupt
@@ -196,21 +196,21 @@ class ClassMarker:
                 self._has_failed = True
         return self._has_failed
 
-    def _mark(self, submission, name):
+    def _mark(self, submission, label):
         try:
-            self._try_out(submission, name)
+            self._try_out(submission, label)
         except MarkingInterrupted:
             pass
         except NotJudged as problem:
-            print_line(f'{name}: {NOT_JUDGED}')
-            self._write(marks_before_trial(submission, unjudged=str(problem)), '')
+            print_line(f'{label}: {NOT_JUDGED}')
+            self._write(marks_before_trial(submission, unjudged=str(problem)), digest='')
         except Exception as problem:    # an error with one submission must not end the marking
-            print_problem(f'{name}: {NOT_JUDGED}: {failure_sentence(problem)}')
-            self._write(marks_before_trial(submission, unjudged=failure_sentence(problem)), '')
+            print_problem(f'{label}: {NOT_JUDGED}: {failure_sentence(problem)}')
+            self._write(marks_before_trial(submission, failure_sentence(problem)), digest='')
 
-    def _try_out(self, submission, name, is_second=False):
-        """Try a submission that is new or has changed. If the machine delayed the robot, the
-        submission is tried a second time."""
+    def _try_out(self, submission, label, is_second=False):
+        """Try a submission if it is new or has changed. If the machine delayed the robot, try it
+        a second time."""
         begin = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             parsed = self._runner.read(submission, Path(work))
@@ -219,22 +219,23 @@ class ClassMarker:
                     old_marks = self._runner.folder.marks_if_unchanged(
                         submission.student, parsed.digest)
                 if old_marks is not None:
-                    print_line(f'{name}: {old_marks.points_text}, tried before, and not changed')
+                    print_line(f'{label}: {old_marks.points_text}, tried before, and not changed')
                     return
-                print_line(name + ' ...')
+                print_line(label + ' ...')
             trial_marks = self._runner.try_out(submission, parsed, Path(work))
         trial_marks.seconds = time.monotonic() - begin
         marks = self._write(trial_marks, parsed.digest)
         if marks.delay_sentence and not is_second:
-            print_line(f'{name}: {marks.delay_sentence} Tried again.')
-            self._try_out(submission, name, is_second=True)
+            print_line(f'{label}: {marks.delay_sentence} Tried again.')
+            self._try_out(submission, label, is_second=True)
         else:
-            print_line(f'{name}: {marks.points_text}, {marks.seconds:.0f} s')
+            print_line(f'{label}: {marks.points_text}, {marks.seconds:.0f} s')
 
     def _write(self, trial_marks, digest):
         with self._lock:
             marks = self._runner.folder.write(trial_marks, digest)
-            self._has_failed = self._has_failed or not marks.has_known_points
+            if not marks.has_known_points:
+                self._has_failed = True
         return marks
 
 

@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """Writes the catkin package with which a student begins a lab.
 
-The folder doc/skeletons/LAB has the package's files as templates. In a template the text @PACKAGE@
-stands for the package's name. The name of a template can end in `.in`, so that ROS's tools do not
-use the template as a package or a launch file. The `.in` is removed from the name of the file in
-the package.
+The folder doc/skeletons/LAB contains the package's files as templates. In a template the text
+@PACKAGE@ stands for the package's name. The ending `.in` hides a template from ROS's tools, for
+which the template would be a package or a launch file. The file in the package lacks this ending.
 """
 import sys
 from pathlib import Path
@@ -29,9 +28,9 @@ def package_files(templates, package):
     files = {}
     for path in sorted(templates.rglob('*')):
         name = path.relative_to(templates).as_posix()
+        if name.endswith(TEMPLATE_SUFFIX):
+            name = name[:-len(TEMPLATE_SUFFIX)]
         if path.is_file():
-            if name.endswith(TEMPLATE_SUFFIX):
-                name = name[:-len(TEMPLATE_SUFFIX)]
             files[name] = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
     return files
 

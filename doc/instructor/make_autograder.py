@@ -27,13 +27,14 @@ def make(path, options):
     path.write_bytes(subprocess.check_output(
         ['git', 'archive', '--format=zip', '--prefix=tb3_labs/', 'HEAD', '--',
          *(HERE / 'students.txt').read_text(encoding='utf-8').split()], cwd=str(ROOT)))
-    with zipfile.ZipFile(str(path), 'a') as file:
-        for name, text in (('options', '\n'.join(options) + '\n'), *(
-                (each.name, each.read_text(encoding='utf-8'))
-                for each in (HERE / 'gradescope').iterdir())):
+    texts = {file.name: file.read_text(encoding='utf-8')
+             for file in (HERE / 'gradescope').iterdir()}
+    texts['options'] = '\n'.join(options) + '\n'
+    with zipfile.ZipFile(str(path), 'a') as archive:
+        for name, text in texts.items():
             info = zipfile.ZipInfo(name)
             info.external_attr = 0o100755 << 16
-            file.writestr(info, text)
+            archive.writestr(info, text)
 
 
 if __name__ == '__main__':

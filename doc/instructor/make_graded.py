@@ -16,7 +16,7 @@ from tb3_labs.marking.marks import LABS, points_of
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 POINTS = ROOT / 'launch' / 'checks' / 'points.yaml'
 #: A table of a lab, or a list of a lab's extra criteria, with the comment before the table or list.
-#: If a sheet has no list for a lab, the table has the extra criteria.
+#: If a sheet has no list for a lab, the lab's table contains the extra criteria.
 MADE_PART = re.compile(r'(<!-- (\w+)( extras)?: make_graded\.py -->\n\n)((?:[|*].*\n)*)')
 HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
@@ -57,8 +57,9 @@ def with_tables(sheet):
 
 def main():
     """Write the tables into the sheets."""
-    for name in sorted({c.place.sheet for lab in LABS.values() for c in lab.criteria}):
-        path = ROOT / 'doc' / name
+    criteria = [criterion for lab in LABS.values() for criterion in lab.criteria]
+    for sheet in sorted({criterion.sheet_step.sheet for criterion in criteria}):
+        path = ROOT / 'doc' / sheet
         path.write_text(with_tables(path.read_text(encoding='utf-8')), encoding='utf-8')
 
 

@@ -11,7 +11,7 @@ from sandboxes import hand_in, skip_if_closed
 from tb3_labs.marking.intake import archives
 from tb3_labs.marking.intake.archives import NotJudged, SubmissionCopy, copy_submission, digest, submitted_files
 from tb3_labs.marking.intake.submissions import (
-    PlatformName, Submission, grouped_by_student, file_name, read_name, submissions_in)
+    PlatformName, Submission, grouped_by_student, file_name, platform_name_of, submissions_in)
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
@@ -28,12 +28,12 @@ NODE = 'lab2/scripts/turtlebot_controller.py'
     ('miller_2_3_lab2', True, ('miller_2_3_lab2', '', '')),
     ('late_miller', True, ('late_miller', '', ''))])
 def test_a_name_says_whose_it_is(name, is_folder, said):
-    assert read_name(name, is_folder) == PlatformName(*said)
+    assert platform_name_of(name, is_folder) == PlatformName(*said)
 
 
 def test_files_of_one_student_belong_together_and_namesakes_do_not():
     names = ['lee_1_11_a.py', 'lee_1_12_b.msg', 'lee_2_13_a.py', 'kim_3_14_a.zip', 'kim.zip', 'kim']
-    assert grouped_by_student({name: read_name(name, '.' not in name) for name in names}) == {
+    assert grouped_by_student({name: platform_name_of(name, '.' not in name) for name in names}) == {
         'lee (1)': ['lee_1_11_a.py', 'lee_1_12_b.msg'], 'lee (2)': ['lee_2_13_a.py'],
         'kim (3)': ['kim_3_14_a.zip'], 'kim (kim.zip)': ['kim.zip'], 'kim (kim)': ['kim']}
 
@@ -53,7 +53,7 @@ def test_every_name_becomes_a_different_one_that_files_and_lines_can_have():
         assert file_name(name) == name
     assert file_name(os.fsdecode(b'M\x80\xff')) == 'M\\x80\\xff'
     names = NASTY + ['M\\xfcller', 'M\\xfcller_', 'x' * 254, '..', 'Ann', 'Ann ']
-    found = grouped_by_student({name: read_name(name, True) for name in names})
+    found = grouped_by_student({name: platform_name_of(name, True) for name in names})
     assert sorted(name for name, in found.values()) == sorted(names)
 
 

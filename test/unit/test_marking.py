@@ -23,7 +23,7 @@ from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Ver
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
-from tb3_labs.marking.student_results import recording_for_timeline, student_page, timeline_of
+from tb3_labs.marking.student_results import student_page, timeline_of
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.observation import MAX_FINDINGS, NodeProcess, Observation, Stimulus
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
@@ -205,7 +205,7 @@ def test_a_criterion_that_is_not_met_leads_to_its_moment():
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)
-    lost = [event for event in timeline_of(recording_for_timeline(marks.observation), marks)['marks']
+    lost = [event for event in timeline_of(marks.observation, marks.verdicts)['marks']
             if event['kind'] == 'lost']
     assert lost and all(event['begin'] == pytest.approx(0.4, abs=0.01) for event in lost)
     assert '<a href="#t=0.4">Watch it</a>' in student_page(marks, 'IMU lab')
@@ -215,8 +215,7 @@ def test_a_criterion_that_is_not_met_leads_to_its_moment():
 
 def shown(seen):
     """The timeline of the marks of an Observation."""
-    seen = marks_of('', seen).observation
-    return timeline_of(recording_for_timeline(seen), Marks('', observation=seen))
+    return timeline_of(marks_of('', seen).observation, ())
 
 
 def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():

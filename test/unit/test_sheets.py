@@ -18,8 +18,19 @@ def read(sheet):
     return (ROOT / 'doc' / sheet).read_text(encoding='utf-8')
 
 
-@pytest.mark.parametrize('sheet', sorted({
-    criterion.sheet_step.sheet for lab in LABS.values() for criterion in lab.criteria}))
+SHEETS = sorted({criterion.sheet_step.sheet for lab in LABS.values() for criterion in lab.criteria})
+
+
+def test_the_command_writes_the_tables(tmp_path, monkeypatch):
+    (tmp_path / 'doc').mkdir()
+    for sheet in SHEETS:
+        (tmp_path / 'doc' / sheet).write_text(make_graded.MADE_PART.sub(r'\1', read(sheet)), encoding='utf-8')
+    monkeypatch.setattr(make_graded, 'ROOT', tmp_path)
+    make_graded.main()
+    assert [(tmp_path / 'doc' / sheet).read_text(encoding='utf-8') for sheet in SHEETS] == list(map(read, SHEETS))
+
+
+@pytest.mark.parametrize('sheet', SHEETS)
 def test_the_sheets_have_the_tables_of_the_code(sheet):
     assert make_graded.with_tables(read(sheet)) == read(sheet)
 

@@ -22,7 +22,7 @@ from tb3_labs.marking import marks_folder
 from tb3_labs.marking import marks as marks_module
 from tb3_labs.marking.intake.archives import digest
 from tb3_labs.marking.intake.sandbox import NO_SANDBOX_WARNING
-from tb3_labs.marking.intake.submissions import Submission, check_names, submissions_in
+from tb3_labs.marking.intake.submissions import Submission, refuse_unknown_names, submissions_in
 from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.marks import points_of
 from tb3_labs.marking.marks_csv import MarksTable
@@ -531,4 +531,4 @@ STUDENTS = 'Ann Miller', 'Bo Lee', 'Bo Leeds'
     (list(map(str, range(104))), 'Nobody', 'these are: 0, 1, .*, 98, 99 and 4 more')])
 def test_the_names_of_a_class_are_listed_for_an_unknown_student(students, name, words):
     with pytest.raises(ValueError, match=words):
-        check_names([name], students)
+        refuse_unknown_names([name], students)

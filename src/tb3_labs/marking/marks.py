@@ -1,13 +1,11 @@
 """The labs that can be marked, the points of their criteria, and the marks of a submission.
 
-An instructor may edit the table of the points, which contains a section for each lab. Within a
-lab, the section `extra` contains the points of the criteria beyond the handout:
+An instructor may edit the table of the points, which contains a section for each lab. The section
+`extra` of a lab contains the points of the criteria beyond the handout:
 
     turn:
       left: 3
       extra: {within_1_deg: 0}
-
-The marks depend on the submission, the recorded trial, the points, and a person's decision.
 """
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -46,8 +44,8 @@ class Lab(NamedTuple):
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def read_parts(self, text: str) -> List[str]:
-        """Returns the parts in `text`, such as 'turns,mouse'. Raises ``ValueError`` if the lab does
-        not have one of these parts."""
+        """Returns the parts in `text`, such as 'turns,mouse'. Raises ``ValueError`` if one of these
+        is not a part of the lab."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         unknown = sorted(set(parts) - set(self.parts))
         if unknown:
@@ -75,7 +73,7 @@ class Marks:
     findings: List[str] = field(default_factory=list)     # sentences only for the instructor
     unjudged: str = ''               # a sentence on why it was not judged; '' if it was judged
     seconds: float = 0.0             # the duration [s] of the trial
-    #: Pages leave out these first parts of paths, which only the marking machine has.
+    #: Pages leave out these first parts of paths, which mean nothing on another machine.
     path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
     observation: Optional[Observation] = None       # None if there was no trial
@@ -106,7 +104,7 @@ class Marks:
     @property
     def mistake_sentence(self) -> str:
         """A sentence on the first broken link, with line numbers; '' if no link is broken."""
-        if not (self.first_broken_link and self.observation):
+        if self.first_broken_link is None or self.observation is None:
             return ''
         _, broken_link = self.first_broken_link
         return sentence(broken_link, self.observation.assigned)
@@ -114,14 +112,14 @@ class Marks:
     @property
     def hint(self) -> str:
         """A sentence on the mistake, and the place in a lab sheet; '' if no link is broken."""
-        if not self.first_broken_link:
+        if self.first_broken_link is None:
             return ''
         link, _ = self.first_broken_link
         return f'{self.mistake_sentence} See {link.place}.'
 
     @property
     def sentences(self) -> List[str]:
-        """The remarks. Before them comes the reason if the submission was not judged."""
+        """The remarks. If the submission was not judged, the reason comes first."""
         return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
@@ -162,7 +160,7 @@ def marks_after_trial(marks_before: Marks, observation: Optional[Observation], l
     """Returns the Marks of a submission with verdicts and points.
 
     `observation` is None if there was no trial. `criterion_points` is a dict {name of a criterion:
-    points}. `parts` has the tried parts of the lab; [] means all parts.
+    points}. `parts` are the tried parts of the lab; [] means all parts.
     """
     marks = replace(marks_before, observation=observation, findings=list(marks_before.findings))
     observation = observation or Observation(lab, marks.node)
@@ -191,14 +189,13 @@ def marks_after_trial(marks_before: Marks, observation: Optional[Observation], l
     return marks
 
 
-def _broken_link(observation: Observation,
-                 verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
+def _broken_link(observation, verdicts):
     """Returns the first broken link in those parts of the lab in which points were lost, or None.
-    Returns None, too, if the observation already shows an exception, an unpublished topic, or a
-    command that is not finite. `verdicts` are on the handout's criteria."""
-    is_mistake_known = (observation.clause_on_silent_topics or observation.not_finite
-                        or tracebacks_before_the_end(observation))
-    if observation.recording is NO_RECORDING or is_mistake_known:
+    Also returns None if the mistake is known: an exception, an unpublished topic, or a command that
+    is not finite. `verdicts` are on the handout's criteria."""
+    if observation.recording is NO_RECORDING or tracebacks_before_the_end(observation):
+        return None
+    if observation.clause_on_silent_topics or observation.not_finite:
         return None
     missed_parts = {verdict.criterion.part for verdict in verdicts
                     if verdict.outcome is not Outcome.MET}
@@ -212,35 +209,37 @@ def _broken_link(observation: Observation,
     return find_broken_link(run, lab_links.LINKS.get(observation.lab, ()), missed_parts)
 
 
-def _limited(sentences: Sequence[str]) -> List[str]:
+def _limited(sentences):
     """Returns the first sentences as printable text, since a sentence may quote a submission."""
     return [printable(text[:MAX_SENTENCE_LENGTH]) for text in sentences[:MAX_SENTENCES]]
 
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
     """Returns {name of a criterion: points}. `table` is the content of a file of points. Raises
-    ``ValueError`` if a section or a criterion is missing or unknown, or if points are negative, NaN
-    or above MAX_POINTS."""
+    ``ValueError`` if a section or a criterion is missing or unknown, or if points are not a number
+    from 0 to MAX_POINTS."""
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     graded = dict(table[lab])
     extra = graded.pop(EXTRA_SECTION, {})
     if not isinstance(extra, dict):
         raise ValueError(f'{lab}: "{EXTRA_SECTION}" is a section of its own')
-    criterion_points: Dict[str, float] = {}
-    for section, is_extra in ((graded, False), (extra, True)):
-        names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra is is_extra]
-        for name in [*section, *names]:
-            if name not in names:
-                raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
-                                 + ', '.join(names))
-            points: Any = section.get(name)
-            is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
-            if not (is_number and 0 <= points <= MAX_POINTS):
-                raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number from 0 '
-                                 f'to {MAX_POINTS}')
-            criterion_points[name] = points
-    return criterion_points
+    criteria = LABS[lab].criteria
+    _refuse_invalid_points(lab, graded, [each.name for each in criteria if not each.extra])
+    _refuse_invalid_points(lab, extra, [each.name for each in criteria if each.extra])
+    return {**graded, **extra}
+
+
+def _refuse_invalid_points(lab, section, names):
+    for name in [*section, *names]:
+        if name not in names:
+            raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
+                             + ', '.join(names))
+        points = section.get(name)      # None if the criterion is missing
+        is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
+        if not (is_number and 0 <= points <= MAX_POINTS):
+            raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number from 0 '
+                             f'to {MAX_POINTS}')
 
 
 def read_points(path: Optional[Path]) -> Any:

@@ -4,9 +4,9 @@ The table has the columns `student`, `points`, `of` (full marks), a column for e
 `node`, `remarks`, `id` (the student's number on the learning platform), `late`, `decided`,
 `reason`, and columns that a person added.
 
-A criterion beyond the handout has a column whose name begins with 'extra_'. If a criterion is worth
-no points, the column has 'yes' or 'no'. If a submission was not judged, the criteria's cells are
-empty. A text from a submission is never written as a formula.
+The column of a criterion beyond the handout has a name that begins with 'extra_'. If such a
+criterion is worth no points, its cells contain 'yes' or 'no'. If a submission was not judged, the
+criteria's cells are empty. A text from a submission is never written as a formula.
 
 A person may write points into the column `decided`, and a sentence into `reason`.
 """
@@ -37,20 +37,19 @@ class MarksTable:
         """`text` is the text of marks.csv; '' in the first run. Raises ``ValueError`` if the text
         is not a table of marks, or if a person's points are invalid."""
         text = text.lstrip('\ufeff') or ','.join(FIRST_COLUMNS)
-        heading = text.partition('\n')[0]
-        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
+        first_line = text.partition('\n')[0]
+        delimiter = max(',;\t', key=first_line.count)    # a spreadsheet may write another delimiter
         reader = csv.DictReader(io.StringIO(text, newline=''), restval='', delimiter=delimiter)
         try:
             self._rows = list(reader)
         except csv.Error as problem:
             raise ValueError(str(problem)) from None
-        self._heads = list(reader.fieldnames or ())
-        if not set(FIRST_COLUMNS) <= set(self._heads):
+        self._columns = list(reader.fieldnames or ())
+        if not set(FIRST_COLUMNS) <= set(self._columns):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
-        are_headings_unique = len(set(self._heads)) == len(self._heads)
         # DictReader stores the cells that have no heading under the key None
         has_extra_cells = any(None in row for row in self._rows)
-        if has_extra_cells or not are_headings_unique:
+        if has_extra_cells or len(set(self._columns)) < len(self._columns):
             raise ValueError('each column needs a heading of its own in the first row')
         #: A person's decisions: {student: (points or None, reason)}.
         self.decisions: Dict[str, Tuple[Optional[float], str]] = {}
@@ -64,22 +63,25 @@ class MarksTable:
         """Returns [] if no points have changed, else [a sentence for the instructor]. Criteria may
         have changed, or a person may have typed over the marker's points."""
         old_points = {row[STUDENT]: row[POINTS] for row in self._rows}
-        changed = []
+        changes = []
         for marks in all_marks:
-            old, new = old_points.get(safe_cell(marks.student), ''), cells_of(marks)[POINTS]
-            if old and _number(old) != _number(new):
-                changed.append(f'{marks.student} ({old}, now {new or NOT_JUDGED})')
-        if not changed:
+            cells = cells_of(marks)
+            old = old_points.get(cells[STUDENT])
+            new = cells[POINTS] or NOT_JUDGED
+            if old and _number_in(old) != _number_in(new):
+                changes.append(f'{marks.student} ({old}, now {new})')
+        if not changes:
             return []
-        return [f"With other points than before: {', '.join(changed)}. A person's points belong "
+        return [f"With other points than before: {', '.join(changes)}. A person's points belong "
                 f'into the column "{DECIDED}".']
 
     def renewed_text(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added are kept.
         Rows without new marks are kept too, even if several rows have the same name."""
-        heads = list(cells_of(all_marks[0]))
-        heads += [head for head in self._heads if head not in heads]
-        old_rows, new_rows = list(self._rows), []
+        columns = list(cells_of(all_marks[0]))
+        columns += [column for column in self._columns if column not in columns]
+        new_rows = []
+        old_rows = list(self._rows)
         for marks in all_marks:
             new_row = cells_of(marks)
             rows_of_student = [row for row in old_rows if row[STUDENT] == new_row[STUDENT]]
@@ -88,7 +90,7 @@ class MarksTable:
                 new_row = {**rows_of_student[0], **new_row}
             new_rows.append(new_row)
         out = io.StringIO(newline='')
-        writer = csv.DictWriter(out, heads, lineterminator='\n')
+        writer = csv.DictWriter(out, columns, lineterminator='\n')
         writer.writeheader()
         writer.writerows(new_rows + old_rows)
         return out.getvalue()
@@ -115,7 +117,8 @@ def cells_of(marks: Marks) -> Dict[str, str]:
     return cells
 
 
-def _number(cell: str) -> float:
+def _number_in(cell: str) -> float:
+    """Returns the number in a cell; NaN if the cell contains another text."""
     try:
         return float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:
@@ -125,14 +128,12 @@ def _number(cell: str) -> float:
 def _decided_points(cell: str, student: str) -> Optional[float]:
     if not cell:
         return None
-    points = _number(cell)
+    points = _number_in(cell)
     if not 0.0 <= points < math.inf:
         raise ValueError(f'{student}: {DECIDED} = {cell[:40]!r} is not valid: a number of at least '
                          '0, or nothing')
     return points
 
-
-# -- the page of all students
 
 LANDSCAPE_STYLE = '''
 @page { size: A4 landscape; }
@@ -142,7 +143,7 @@ th, td { padding: 1px 2px; text-align: center; }
 td.words { min-width: 24em; overflow-wrap: anywhere; }'''
 
 
-def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
+def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str]) -> str:
     """Returns the page of all students as HTML. `lab` is the title of the lab. `notes` are
     sentences only for the instructor."""
     rows = []
@@ -154,7 +155,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
         if not marks.unjudged:
             cells.update({verdict.criterion.label: symbol(verdict) for verdict in marks.verdicts})
         rows.append(list(cells.values()))
-    parts = ['<h2>Only for the instructor</h2>'] if notes else []
-    parts += [f'<p>{escape(note)}</p>' for note in notes]
-    heads = list(cells_of(all_marks[0]))
-    return document(f'{lab}: overview', [*parts, table(heads, rows, (REMARKS,))], LANDSCAPE_STYLE)
+    blocks = ['<h2>Only for the instructor</h2>'] if notes else []
+    blocks += [f'<p>{escape(note)}</p>' for note in notes]
+    blocks.append(table(list(cells_of(all_marks[0])), rows, text_columns=(REMARKS,)))
+    return document(f'{lab}: overview', blocks, LANDSCAPE_STYLE)

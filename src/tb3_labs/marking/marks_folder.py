@@ -30,7 +30,7 @@ from tb3_labs.report.page.document import safe_cell
 
 TABLE_FILE = 'marks.csv'
 RECORD_SUFFIX = '.marks.json'
-#: The fields of Marks that a record keeps, since the bag of the trial does not have them.
+#: The fields of Marks that a record keeps, since the bag of the trial does not contain them.
 RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
                    'seconds', 'path_prefixes')
 PACKAGE_FOLDER = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
@@ -51,18 +51,19 @@ class MarksFolder:
 
     def __init__(self, path: Path, lab: str, parts: Sequence[str],
                  criterion_points: Mapping[str, float], options: Options) -> None:
-        """Make the folder `path` if it is missing. Raises ``ValueError`` if the folder has marks of
-        another lab or of other parts, or a table that cannot be read."""
+        """Make the folder `path` if it is missing. Raises ``ValueError`` if the folder contains
+        marks of another lab or of other parts, or a table that cannot be read."""
         self._path = output_folder(path)
         self.logs = output_folder(self._path / 'logs')
         self.lab, self.parts, self.options = lab, parts, options
         self._criterion_points = criterion_points
         files = b''.join(path.read_bytes() for path in trial_files(lab))
-        self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
-                     'version': hashlib.sha256(files).hexdigest()}
+        self._trial_settings = {
+            'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
+            'version': hashlib.sha256(files).hexdigest()}
         #: {student: the content of STUDENT.marks.json}
         self._records: Dict[str, Dict[str, Any]] = {}
-        #: {student: Marks}, if this run has written the student's page
+        #: {student: Marks without the observation}, if this run has written the student's page
         self._new_marks: Dict[str, Marks] = {}
         for file in sorted(self.logs.glob('*' + RECORD_SUFFIX)):
             self._read_record(file)
@@ -72,13 +73,13 @@ class MarksFolder:
         """Returns the path of the bag of a student's trial."""
         return self.logs / (student + '.bag')
 
-    def _digest(self, student: str) -> str:
+    def _bag_digest(self, student: str) -> str:
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
-    def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:
-        """Returns a student's Marks if the trial can be kept. Returns None if the digest
-        `submission`, a setting, or a file of the trial has changed since the trial."""
+    def marks_if_unchanged(self, student: str, digest: str) -> Optional[Marks]:
+        """Returns a student's Marks if the trial can be kept. Returns None if the submission's
+        `digest`, a setting, or a file of the trial has changed since the trial."""
         record = self._records.get(student)
         if record is None:
             return None
@@ -86,18 +87,24 @@ class MarksFolder:
         recorded_name = record['key']['options'].get('name', '')
         if '/' in recorded_name and not self.options.name:      # a person chose this student's node
             options['name'] = recorded_name
-        if record['key'] != dict(self._key, submission=submission, options=options):
+        if record['key'] != dict(self._trial_settings, submission=digest, options=options):
             return None
-        marks = self._new_marks.get(student) or self._write_page(record)
+        marks = self._marks_of(student)
         return None if marks.unjudged else marks    # the bag is gone, or cannot be read
 
-    def write(self, trial_marks: Marks, submission: str) -> Marks:
+    def _marks_of(self, student):
+        if student in self._new_marks:
+            return self._new_marks[student]
+        return self._write_page(self._records[student])
+
+    def write(self, trial_marks: Marks, digest: str) -> Marks:
         """Write a student's record, page and results after the trial. Returns the Marks with
-        points. `submission` is the digest of the submission."""
-        record = self._records[trial_marks.student] = {
-            'key': dict(self._key, submission=submission),
+        points. `digest` is the submission's digest."""
+        record: Dict[str, Any] = {
+            'key': dict(self._trial_settings, submission=digest),
             'handed_in': {name: getattr(trial_marks, name) for name in RECORDED_FIELDS},
-            'bag': self._digest(trial_marks.student)}
+            'bag': self._bag_digest(trial_marks.student)}
+        self._records[trial_marks.student] = record
         marks = self._write_page(record)
         if marks.delay_sentence:
             record['key']['submission'] = ''    # the next run tries the submission again
@@ -109,8 +116,7 @@ class MarksFolder:
         instructor), or (None, []) if there are no marks."""
         if not self._records:
             return None, []
-        all_marks = [self._new_marks.get(student) or self._write_page(record)
-                     for student, record in sorted(self._records.items())]
+        all_marks = [self._marks_of(student) for student in sorted(self._records)]
         notes = [] if self.options.sandbox else [NO_SANDBOX_WARNING]
         notes += self._table.change_sentences(all_marks)
         write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
@@ -129,7 +135,7 @@ class MarksFolder:
             is_complete = set(record['handed_in']) == set(RECORDED_FIELDS)
         except (ValueError, KeyError, TypeError):
             return      # without a record the submission is tried again
-        if [lab, parts] != [self.lab, sorted(self.parts)]:
+        if lab != self.lab or parts != sorted(self.parts):
             raise ValueError(f"{self._path} has marks of {lab}, {', '.join(parts) or 'all parts'}: "
                              'choose another folder for these')
         if is_complete:
@@ -137,8 +143,10 @@ class MarksFolder:
 
     def _read_table(self):
         path = self._path / TABLE_FILE
+        if not path.exists():
+            return MarksTable()
         try:
-            return MarksTable(path.read_text(encoding='utf-8') if path.exists() else '')
+            return MarksTable(path.read_text(encoding='utf-8'))
         except ValueError as problem:
             why = str(problem)
             if isinstance(problem, UnicodeDecodeError):
@@ -148,11 +156,11 @@ class MarksFolder:
 
     def _write_page(self, record):
         trial_marks = Marks(**record['handed_in'])
-        observation = None
         bag = self.bag(trial_marks.student)
+        observation = None
         if not trial_marks.unjudged:
             try:
-                if record.get('bag') != self._digest(trial_marks.student):
+                if record.get('bag') != self._bag_digest(trial_marks.student):
                     raise ValueError(f'it is not in {bag} any more')
                 observation = read_trial(bag, trial_marks.path_prefixes)
             except ValueError as problem:
@@ -160,8 +168,8 @@ class MarksFolder:
         try:
             marks, page = self._marks_and_page(trial_marks, observation)
         except Exception as problem:    # an error with one student must not end the run
-            marks, page = self._marks_and_page(
-                replace(trial_marks, unjudged=failure_sentence(problem)), None)
+            trial_marks = replace(trial_marks, unjudged=failure_sentence(problem))
+            marks, page = self._marks_and_page(trial_marks, None)
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
         write_output(folder / 'results.json', json.dumps(results(marks), indent=1))
@@ -184,8 +192,8 @@ def failure_sentence(problem: Exception) -> str:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """During a ``with`` block, no other run of mark.py can use the folder. Raises ``ValueError`` if
-    another run already uses the folder."""
+    """Lock the folder `path` for other runs of mark.py during a ``with`` block. Raises
+    ``ValueError`` if another run already uses the folder."""
     with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'a') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -198,11 +206,12 @@ def locked(path: Path) -> Iterator[None]:
 def trial_files(lab: str) -> List[Path]:
     """Returns the files that influence the node in a trial of a lab. Criteria, points and sentences
     do not influence a trial, since each run makes verdicts from the bag."""
-    marking, share = Path(__file__).resolve().parent, PACKAGE_FOLDER
+    marking = Path(__file__).resolve().parent
+    installed_robot = PACKAGE_FOLDER.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT
     paths = {*marking.glob('trial/*.py'), *marking.glob('labs/ros_*.py'),
              marking / 'labs/stimuli.py', marking.parent / 'handout.py',
-             *marking.parent.glob('simulation/*.py'), share / 'scripts' / ROBOT_SCRIPT,
-             share.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT,     # of an installed package
-             share / 'launch/fake_robot.launch', share / f'launch/checks/check_{lab}.test'}
+             *marking.parent.glob('simulation/*.py'), PACKAGE_FOLDER / 'scripts' / ROBOT_SCRIPT,
+             installed_robot, PACKAGE_FOLDER / 'launch/fake_robot.launch',
+             PACKAGE_FOLDER / f'launch/checks/check_{lab}.test'}
     paths -= {marking / 'trial/from_bag.py', marking / 'trial/remarks.py'}      # only read a bag
     return sorted(path for path in paths if path.is_file())

@@ -10,7 +10,7 @@ Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.
 import math
 from dataclasses import replace
 from html import escape
-from typing import Any, Dict
+from typing import Any, Dict, Sequence
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import Outcome, Verdict
@@ -40,20 +40,20 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 
 def student_page(marks: Marks, lab: str) -> str:
     """Returns a student's page as HTML. `lab` is the title of the lab."""
-    parts = _points_and_remarks(marks)
+    blocks = _points_and_remarks(marks)
     observation = marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
-        parts.append(_verdict_table(marks.graded_verdicts, has_timeline))
+        blocks.append(_verdict_table(marks.graded_verdicts, has_timeline))
         if marks.extra_verdicts:
-            parts.append('<h2>Beyond the handout</h2>')
-            parts.append(_verdict_table(marks.extra_verdicts, has_timeline))
+            blocks += ['<h2>Beyond the handout</h2>',
+                       _verdict_table(marks.extra_verdicts, has_timeline)]
     if observation is not None:
         if has_timeline:
-            parts += [section(timeline_of(recording_for_timeline(observation), marks)),
-                      hints_section(marks.first_broken_link, marks.mistake_sentence)]
-        parts += _last_lines(observation)
-    return document(f'{lab}: {marks.student}', parts, PAGE_STYLE)
+            blocks += [section(timeline_of(observation, marks.verdicts)),
+                       hints_section(marks.first_broken_link, marks.mistake_sentence)]
+        blocks += _last_lines(observation)
+    return document(f'{lab}: {marks.student}', blocks, PAGE_STYLE)
 
 
 def _points_and_remarks(marks):
@@ -68,9 +68,8 @@ def _points_and_remarks(marks):
             *(f'<p>{escape(sentence, quote=False)}</p>' for sentence in sentences)]
 
 
-def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
-    """Returns the timeline of a recording, with the stimuli and the missed criteria."""
-    observation = marks.observation or Observation('', '')
+def timeline_of(observation: Observation, verdicts: Sequence[Verdict]) -> Dict[str, Any]:
+    """Returns the timeline of a trial, with the stimuli and the missed criteria."""
     events = []
     for stimulus in observation.stimuli:
         kind = 'drive' if GOAL_POSE in stimulus.facts else 'hand'
@@ -80,29 +79,27 @@ def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
     events += [timeline_event('start', process.begin, 'the node is started')
                for process in observation.processes]
     events += [timeline_event('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
-               for verdict in marks.verdicts
+               for verdict in verdicts
                if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
-    return timeline(recording, MODELS[DEFAULT_MODEL], events)
+    return timeline(_recording_for_timeline(observation), MODELS[DEFAULT_MODEL], events)
 
 
-def recording_for_timeline(observation: Observation) -> RunData:
-    """Returns the recording of a trial for the timeline. The poses in the frame ``local`` are
-    computed from the true poses. Each drive begins with a reset."""
+def _recording_for_timeline(observation: Observation) -> RunData:
+    """Returns the recording of a trial, with poses in the frame ``local`` that are computed from
+    the true poses. Each drive begins with a reset."""
     recording = observation.recording
     true_poses = recording.ground_truth
     drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
-    frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
     ends = [drive.begin for drive in drives[1:]] + [math.inf]
-    resets = [(drive.begin, frame @ true_poses.pose_at(drive.begin))
-              for drive, frame in zip(drives, frames)]
-    local_pose = true_poses
-    if drives:
-        local_pose = Poses.joined([true_poses.between(drive.begin, end).seen_from(frame)
-                                   for drive, end, frame in zip(drives, ends, frames)])
-    return replace(
-        recording, name=observation.node, local_pose=local_pose,
-        resets=samples_from_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
-        frames=Poses.none())
+    local_poses, resets = [], []
+    for drive, end in zip(drives, ends):
+        frame = Pose2(*drive.facts[LOCAL_T_WORLD])
+        local_poses.append(true_poses.between(drive.begin, end).seen_from(frame))
+        first_pose = frame @ true_poses.pose_at(drive.begin)
+        resets.append([drive.begin, first_pose.x, first_pose.y, first_pose.yaw])
+    local_pose = Poses.joined(local_poses) if drives else true_poses
+    return replace(recording, name=observation.node, local_pose=local_pose,
+                   resets=samples_from_rows(Poses, resets), frames=Poses.none())
 
 
 def _verdict_table(verdicts, has_timeline):
@@ -113,45 +110,45 @@ def _verdict_table(verdicts, has_timeline):
             sentence = Markup(f'{escape(sentence)} <a href="#t={verdict.moment:.1f}">Watch it</a>')
         points = f'{verdict.points:g} / {verdict.full_points:g}' if verdict.full_points else ''
         rows.append([verdict.criterion.meaning, symbol(verdict), points, sentence])
-    heads = ['what is asked', '', 'points', SEEN_HEADING]
-    return table(heads, rows, text_columns=(SEEN_HEADING,), is_plain=True)
+    titles = ['what is asked', '', 'points', SEEN_HEADING]
+    return table(titles, rows, text_columns=(SEEN_HEADING,), is_plain=True)
 
 
 def symbol(verdict: Verdict) -> Markup:
     """Returns a coloured sign for the outcome of a verdict."""
     outcome = verdict.outcome
     if verdict.criterion.extra and outcome is Outcome.MISSED:
-        outcome = Outcome.NOT_OFFERED       # a missed criterion beyond the handout is no mistake
+        outcome = Outcome.NOT_OFFERED       # the handout does not require this criterion
     return Markup(f'<span class="verdict" style="background: {COLOURS[outcome]}" '
                   f'title="{verdict.outcome.value}">{SYMBOLS[outcome]}</span>')
 
 
 def _last_lines(observation):
-    parts = ['<h2>What the node printed last</h2>']
+    blocks = ['<h2>What the node printed last</h2>']
     for number, process in enumerate(observation.processes, 1):
-        lines = [line for line in process.printed.splitlines() if line.strip()]
-        text = escape('\n'.join(line[:MAX_SHOWN_LINE_LENGTH] for line in lines[-MAX_SHOWN_LINES:]))
+        lines = [line[:MAX_SHOWN_LINE_LENGTH]
+                 for line in process.printed.splitlines() if line.strip()]
+        text = '\n'.join(lines[-MAX_SHOWN_LINES:]) or '(nothing)'
         start = f'Start {number} of {len(observation.processes)}'
         if process.ready is None:
             start += ', never ready'
-        parts.append(f'<p>{start}</p><pre>{text or "(nothing)"}</pre>')
-    return parts
+        blocks.append(f'<p>{start}</p><pre>{escape(text)}</pre>')
+    return blocks
 
-
-# -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the content of results.json, with a test for each criterion. The field `output`
+    """Returns the content of results.json for Gradescope, with a test for each criterion. `output`
     contains the page without the criteria and the timeline."""
-    parts = [*_points_and_remarks(marks),
-             hints_section(marks.first_broken_link, marks.mistake_sentence, has_timeline=False)]
+    blocks = [*_points_and_remarks(marks),
+              hints_section(marks.first_broken_link, marks.mistake_sentence, has_timeline=False)]
     if marks.observation is not None:
-        parts += _last_lines(marks.observation)
+        blocks += _last_lines(marks.observation)
+    score = round(float(marks.points), 2) if marks.has_known_points else 0.0
     verdicts = marks.graded_verdicts + marks.extra_verdicts if marks.has_known_points else []
     return {
-        'score': round(float(marks.points), 2) if marks.has_known_points else 0.0,
+        'score': score,
         'execution_time': int(round(marks.seconds)),
-        'output': '\n'.join(parts),
+        'output': '\n'.join(blocks),
         'output_format': 'html',
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
@@ -161,12 +158,16 @@ def results(marks: Marks) -> Dict[str, Any]:
 
 
 def _test(number, verdict):
-    is_extra = verdict.criterion.extra
+    name = verdict.criterion.meaning
+    max_score = verdict.full_points
+    if verdict.criterion.extra:
+        name = 'Beyond the handout: ' + name
+        max_score = 0.0
     return {
-        'name': ('Beyond the handout: ' if is_extra else '') + verdict.criterion.meaning,
+        'name': name,
         'number': str(number),
         'score': verdict.points,
-        'max_score': 0.0 if is_extra else verdict.full_points,
+        'max_score': max_score,
         'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
         'output': verdict.sentence,
         'visibility': VISIBILITY,

@@ -36,7 +36,7 @@ INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
 PYTHON_FOLDER = 'lib/python3/dist-packages'
-#: {environment variable: subfolder}. The variable lists this subfolder of each install prefix.
+#: {environment variable: subfolder}. Each variable lists this subfolder of every install prefix.
 PREFIX_FOLDERS = {CMAKE_PREFIX_PATH: '', PYTHONPATH: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
@@ -59,9 +59,10 @@ class TrialRunner:
     """Records the trials of a class. Several threads may use one TrialRunner at the same time."""
 
     def __init__(self, folder: MarksFolder, interrupted: threading.Event) -> None:
-        """`folder` gets the bags and the logs. When the event `interrupted` is set, each trial
-        ends, and :meth:`try_out` raises MarkingInterrupted."""
-        self.folder, self.interrupted = folder, interrupted
+        """The bags and the logs are written into `folder`. When the event `interrupted` is set,
+        each trial ends, and :meth:`try_out` raises MarkingInterrupted."""
+        self.folder = folder
+        self.interrupted = interrupted
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
         """Copy a submission into the existing folder `work`, and read the copy."""
@@ -85,7 +86,8 @@ class TrialRunner:
         return marks
 
     def _record_trial(self, marks, parsed, work, identity):
-        workspace, bag = work / 'ws', work / 'trial.bag'
+        workspace = work / 'ws'
+        bag = work / 'trial.bag'
         marks.path_prefixes = [f'{workspace}/{COPY_FOLDER}/{parsed.package_folder}/',
                                f'{workspace}/{COPY_FOLDER}/', f'{workspace}/']
         protection = Protection()
@@ -99,8 +101,8 @@ class TrialRunner:
         if self.folder.lab == GAMEPAD:
             marks.remarks.append(pad_text(self.folder.options.pad))
         protection.hand_over(workspace)
-        # The node's environment is in a file. If the check itself had the node's environment, the
-        # check would import modules of the submission.
+        # The node's environment is written into a file. In the node's environment the check itself
+        # would import modules of the submission.
         environment.update(node_start.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
         write_output(log, '')       # if the log is a link, a new file replaces the link
@@ -149,7 +151,7 @@ class TrialRunner:
 
 def import_error(processes: Sequence[NodeProcess]) -> str:
     """Returns the text of the ImportError that ended the node's first process; '' if the node was
-    ready, or ended otherwise. The student's machine may have the missing module."""
+    ready, or ended otherwise. The missing module may be installed on the student's machine."""
     if not processes or processes[0].ready is not None:
         return ''
     last_line = processes[0].printed.rstrip().split('\n')[-1]
@@ -163,8 +165,6 @@ def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
                  unjudged=unjudged)
 
 
-# -- the end of all processes
-
 def kill_processes(identity: str) -> None:
     """Kill all processes that have `identity` in their environment.
 
@@ -176,31 +176,31 @@ def kill_processes(identity: str) -> None:
     empty_searches = 0
     # one search may miss a process that is starting a program and has no environment yet
     while empty_searches < 2:
-        stopped: Set[int] = set()
+        stopped_pids: Set[int] = set()
         finds_more = True
         while finds_more:
-            finds_more = _stop_more(variable, stopped)
-        empty_searches = 0 if stopped else empty_searches + 1
-        for pid in stopped:
+            finds_more = _stop_more(variable, stopped_pids)
+        empty_searches = 0 if stopped_pids else empty_searches + 1
+        for pid in stopped_pids:
             with suppress(ProcessLookupError):      # it has ended already
                 if _has_in_environment(pid, variable):     # the number may belong to a new process
                     os.kill(pid, signal.SIGKILL)
 
 
-def _stop_more(variable, stopped):
+def _stop_more(variable, stopped_pids):
     """Stop the processes that have `variable` in their environment, and their process groups. Add
-    the processes to `stopped`. Returns False if the search found no further process."""
-    old_count = len(stopped)
+    the processes to `stopped_pids`. Returns False if the search found no further process."""
+    old_count = len(stopped_pids)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first
-        if pid not in stopped and _has_in_environment(pid, variable):
+        if pid not in stopped_pids and _has_in_environment(pid, variable):
             with suppress(ProcessLookupError):      # it has ended already
                 group = os.getpgid(pid)
                 os.kill(pid, signal.SIGSTOP)
                 if group != os.getpgrp():
                     os.killpg(group, signal.SIGSTOP)
-            stopped.add(pid)
-    return len(stopped) > old_count
+            stopped_pids.add(pid)
+    return len(stopped_pids) > old_count
 
 
 def _has_in_environment(pid, variable):
@@ -209,8 +209,6 @@ def _has_in_environment(pid, variable):
     except OSError:
         return False
 
-
-# -- the environment
 
 def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, str]:
     """Returns the environment of a separate ROS, which writes only into the folder `work`."""
@@ -228,8 +226,8 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
 
 
 def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
-    """Returns an environment with two install prefixes, which are the new folder `prefix` and the
-    prefix of ROS. The folder `prefix` gets links to the files of this package.
+    """Make the folder `prefix` with links to the files of this package. Returns an environment with
+    two install prefixes: `prefix`, and the prefix of ROS.
 
     `caller` is the environment of the instructor's terminal. The instructor's workspaces are left
     out, since their nodes and messages must not replace a submission's nodes and messages.
@@ -243,8 +241,8 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     site = Path(sys.prefix).parent / 'devel' / PYTHON_FOLDER / 'sitecustomize.py'
     if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
-    ros_prefix = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')][-1:]
-    roots = [str(prefix), *ros_prefix]
+    ros_prefixes = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')]
+    roots = [str(prefix), *ros_prefixes[-1:]]
     variables = {name: value for name, value in caller.items()
                  if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():

@@ -1,7 +1,7 @@
 """Copies strangers' folders and zip files, within limits.
 
-A hostile zip file may fill the disk, or write outside of the folder into which it is unpacked.
-Therefore a process with limits runs this code; see submissions.py.
+A hostile zip file may fill the disk, or write outside of its folder. Therefore a process with
+limits runs this code; see submissions.py.
 """
 import hashlib
 import os
@@ -28,8 +28,7 @@ IGNORED_PATHS = re.compile(
     r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
     r'build|devel|install|logs|\.?venv|[^/]*\.bag)(/|$)', re.IGNORECASE)
 #: A damaged zip file, or a zip file with a password, raises one of these errors.
-ZIP_ERRORS = (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
-              zlib.error, OSError)
+ZIP_ERRORS = zipfile.BadZipFile, EOFError, RuntimeError, ValueError, zlib.error, OSError
 
 
 class NotJudged(Exception):
@@ -71,7 +70,8 @@ def copy_submission(original_names: Dict[Path, str], folder: Path) -> List[str]:
             copy.unpack(source, path.with_name(path.stem + UNPACKED_SUFFIX))
             continue
         with open(str(source), 'rb') as opened:
-            copy.add(opened, path, source.stat().st_size, os.access(str(source), os.X_OK))
+            copy.add(opened, path, size=source.stat().st_size,
+                     is_executable=os.access(str(source), os.X_OK))
     return remarks + copy.remarks()
 
 
@@ -81,10 +81,8 @@ def _files_to_copy(original_names):
     for upload, original_name in original_names.items():
         sources = {Path(original_name): upload}
         if upload.is_dir():
-            accepted, refused = submitted_files(upload)
-            sources = {path.relative_to(upload): path for path in accepted}
-            remarks += _omission_remarks('each is a link or a device',
-                                         [path.relative_to(upload) for path in refused])
+            sources, refused = submitted_files(upload)
+            remarks += _omission_remarks('each is a link or a device', refused)
         for path, source in sources.items():
             if path in files:
                 remarks.append(f'{printable(str(path))} was handed in again: '
@@ -93,24 +91,25 @@ def _files_to_copy(original_names):
     return files, remarks
 
 
-def submitted_files(folder: Path) -> Tuple[List[Path], List[Path]]:
-    """Returns (files to copy, refused files) below `folder`, without the IGNORED_PATHS.
+def submitted_files(folder: Path) -> Tuple[Dict[Path, Path], List[Path]]:
+    """Returns ({path in `folder`: file to copy}, refused paths in `folder`), without IGNORED_PATHS.
 
-    Links and devices are refused. A file with a second name (a hard link) is refused too, since it
-    may be another person's file. Raises ``OSError`` if a folder cannot be read.
+    Links and devices are refused. A file with a second name (a hard link) is refused too, since the
+    file may be another person's. Raises ``OSError`` if a folder cannot be read.
     """
-    files: List[Path] = []
+    files: Dict[Path, Path] = {}
     refused: List[Path] = []
     for root, folders, names in os.walk(str(folder), onerror=_raise):
+        parent = Path(root).relative_to(folder)
         # os.walk() does not enter the folders that are removed from this list
         folders[:] = sorted(name for name in folders if not IGNORED_PATHS.search(name))
-        refused += [Path(root, name) for name in folders if Path(root, name).is_symlink()]
-        for path in [Path(root, name) for name in sorted(names) if not IGNORED_PATHS.search(name)]:
-            status = path.lstat()
+        refused += [parent / name for name in folders if Path(root, name).is_symlink()]
+        for name in sorted(name for name in names if not IGNORED_PATHS.search(name)):
+            status = Path(root, name).lstat()
             if stat.S_ISREG(status.st_mode) and status.st_nlink <= 1:
-                files.append(path)
+                files[parent / name] = Path(root, name)
             else:
-                refused.append(path)
+                refused.append(parent / name)
     return files, refused
 
 
@@ -129,7 +128,7 @@ class SubmissionCopy:
         self._links: List[PurePath] = []
 
     def add(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
-        """Write a file of `size` [bytes] to `path` in the copy. An older file there is replaced. A
+        """Write a file of `size` [bytes] to `path` in the copy, where an older file is replaced. A
         file with more than MAX_COPIED_BYTES is left out."""
         if size > MAX_COPIED_BYTES:
             self._large_files.append(path)
@@ -170,7 +169,8 @@ class SubmissionCopy:
             self._links.append(folder / path)
             return
         with archive.open(entry) as source:
-            self.add(source, folder / path, entry.file_size, bool(mode & stat.S_IXUSR))
+            self.add(source, folder / path, size=entry.file_size,
+                     is_executable=bool(mode & stat.S_IXUSR))
 
     def remarks(self) -> List[str]:
         """Returns remarks on the files that were left out."""
@@ -180,24 +180,25 @@ class SubmissionCopy:
 
 
 def _safe_path(name):
-    """Returns the path of a zip file's entry in the unpacked folder. Raises ``NotJudged`` if the
-    path leads out of the unpacked folder."""
+    """Returns the path of a zip file's entry in the unpacked folder. Raises ``NotJudged`` if `name`
+    leads out of this folder."""
     parts = [part for part in name.split('/') if part not in ('', '.')]
     # the first entry of some services' zip files is the folder /
     is_absolute = name.startswith('/') and bool(parts)
-    has_drive = re.match('[A-Za-z]:/', name) is not None
-    if is_absolute or has_drive or '..' in parts:
+    if is_absolute or '..' in parts or re.match('[A-Za-z]:/', name):
         raise NotJudged(f'The zip file was not unpacked: its path {name[:80]!r} leads out of it.')
     return '/'.join(parts)
 
 
 def shortened(names: Sequence[str], max_names: int = 6) -> str:
     """Returns a text with the first `max_names` names, and the number of further names."""
-    more = f' and {len(names) - max_names} more' if len(names) > max_names else ''
-    return ', '.join(names[:max_names]) + more
+    text = ', '.join(names[:max_names])
+    if len(names) > max_names:
+        text += f' and {len(names) - max_names} more'
+    return text
 
 
 def _omission_remarks(why, paths):
     """Returns a list with one remark on the paths that are left out; [] if there are no paths."""
     shown = [printable(path[:MAX_SHOWN_PATH_LENGTH]) for path in sorted(map(str, paths))]
-    return [f'Left out, because {why}: {shortened(shown, 3)}.'] if shown else []
+    return [f'Left out, because {why}: {shortened(shown, max_names=3)}.'] if shown else []

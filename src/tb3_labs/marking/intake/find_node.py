@@ -1,11 +1,9 @@
 """Finds the node of a lab among the files of a submission.
 
-A repository of a whole course may have several files with the same name. The choice depends on a
-file's package, on signs of the node in the file, and on the file's name. A file in a folder of old
-files is chosen only if no other file can be the node. If the chosen file only defines a class, the
-file that starts the class is the node.
-
-This module only reads the files.
+The repository of a whole course may contain several files with the same name. The choice depends on
+a file's package, on signs of the node in the file, and on the file's name. A file in a folder of
+old files is chosen only if no other file can be the node. If the chosen file only defines a class,
+the file that starts the class is the node.
 """
 import os
 import re
@@ -22,10 +20,8 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-COMPARED_FIELDS = 4     # two candidates are alike if their first fields are equal
-#: The values of `package_rank` are these places of a package's usual name, the best first.
+#: The values of `package_rank`: the places of a package's usual name, the best first.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
-#: The instructor reads this text if no file can be the node.
 UNPACKING_RULES = 'Only zip files are unpacked, and none in others. Folders such as build, ' \
     'devel, install, logs and venv are left out.'
 
@@ -38,8 +34,8 @@ class ChosenNode(NamedTuple):
     findings: List[str]     # for the instructor, if another file may be the node
 
 
-class _Candidate(NamedTuple):
-    """A program. Candidates for the node are compared as tuples, and the smallest is chosen."""
+class _Program(NamedTuple):
+    """A program of the submission. Of the programs that can be the node, the smallest is chosen."""
 
     is_old: bool            # is the file in a folder of old or copied files?
     package_rank: int       # see _package_rank
@@ -49,8 +45,14 @@ class _Candidate(NamedTuple):
     folder_rank: int        # index of the file's folder in NODE_FOLDERS; see _rank
     depth: int
     path: str
+    has_usual_name: bool    # is the file's name a usual name?
     found_signs: Tuple[bool, ...]       # see _signs
     text: str
+
+    @property
+    def rank(self) -> Tuple[bool, int, int, int]:
+        """Programs with equal ranks are alike: only their places differ."""
+        return self.is_old, self.package_rank, self.missing_signs, self.name_rank
 
 
 def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_file: str = ''
@@ -64,33 +66,30 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
 
     Raises ``NotJudged`` if no file can be the node.
     """
-    usual_packages = (chosen_package,) if chosen_package else lab.packages
-    usual_files = (os.path.basename(chosen_file),) if chosen_file else lab.files
+    if chosen_package:
+        lab = lab._replace(packages=(chosen_package,))
+    if chosen_file:
+        lab = lab._replace(files=(os.path.basename(chosen_file),))
     files = files_in(folder)
     program_files = [file for file in files if _is_program(file)]
-    programs = sorted(_candidate(lab, file, folder, usual_packages=usual_packages,
-                                 usual_files=usual_files) for file in program_files)
+    programs = sorted(_program(lab, file, folder) for file in program_files)
     candidates = [program for program in programs
-                  if _can_be_the_node(program, usual_files, chosen_file)]
-    if chosen_package:
-        candidates = [program for program in candidates if program.package_rank == SAME_NAME]
-    if '/' in chosen_file:
-        path = os.path.normpath(chosen_file)
-        candidates = [program for program in candidates if program.path == path]
+                  if _can_be_the_node(program, chosen_package, chosen_file)]
     if not candidates:
-        missing = chosen_file if chosen_file else ' or '.join(usual_files)
+        missing = chosen_file if chosen_file else ' or '.join(lab.files)
         if chosen_package:
             missing += f' in a package {chosen_package}'
-        listed = dict.fromkeys([*program_files, *files])    # the programs first
-        listing = shortened([str(file.relative_to(folder)) for file in listed]) or 'nothing'
+        listed_files = dict.fromkeys([*program_files, *files])    # the programs first
+        listing = shortened([str(file.relative_to(folder)) for file in listed_files]) or 'nothing'
         raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in '
                         f'(--type chooses a file): {listing}. {UNPACKING_RULES}')
-    starter = None if chosen_file else _starting_program(candidates[0], programs, folder)
+    best = candidates[0]
+    starter = None if chosen_file else _starting_program(best, programs, folder)
+    candidates = [program for program in candidates if program is not starter]
+    remarks, findings = _remarks_and_findings(candidates, lab)
     if starter is None:
-        return ChosenNode(candidates[0].path, *_remarks_and_findings(candidates, usual_files))
-    candidates = [program for program in candidates if program.path != starter.path]
-    _, findings = _remarks_and_findings(candidates, usual_files)
-    remark = f'Judged was {starter.path}, which starts {candidates[0].path}.'
+        return ChosenNode(best.path, remarks, findings)
+    remark = f'Judged was {starter.path}, which starts {best.path}.'
     return ChosenNode(starter.path, [remark], findings)
 
 
@@ -103,39 +102,40 @@ def _starting_program(module, programs, folder):
     package = node_package(path, folder)
     for program in programs:
         script = folder / program.path
-        may_start_module = package in script.parents and (module.is_old or not program.is_old)
-        if may_start_module and read_program(script).runs_code_on_import:
-            if path in programs_of(script, package):
-                return program
+        if package not in script.parents or (program.is_old and not module.is_old):
+            continue
+        if read_program(script).runs_code_on_import and path in programs_of(script, package):
+            return program
     return None
 
 
-def _remarks_and_findings(candidates, usual_files):
+def _remarks_and_findings(candidates, lab):
     best, *others = candidates
+    if not others and best.has_usual_name:
+        return [], []
     if not others:
-        if best.name_rank < len(usual_files):
-            return [], []
-        return [f"There is no {' or '.join(usual_files)}; judged was {best.path}."], []
-    remark = '{} files can be the node; judged was {}. The others: {}.'.format(
-        len(candidates), best.path, shortened([other.path for other in others]))
-    doubtful = [other.path for other in others if _is_doubtful(best, other, usual_files)]
-    if not doubtful:
+        return [f"There is no {' or '.join(lab.files)}; judged was {best.path}."], []
+    remark = (f'{len(candidates)} files can be the node; judged was {best.path}. The others: '
+              f'{shortened([other.path for other in others])}.')
+    doubtful_paths = [other.path for other in others if _is_doubtful(best, other)]
+    if not doubtful_paths:
         return [remark], []
-    path = doubtful[0] if '/' in doubtful[0] else './' + doubtful[0]
+    path = doubtful_paths[0] if '/' in doubtful_paths[0] else './' + doubtful_paths[0]
     return [remark], [f'{remark} --type {shlex.quote(path)} chooses another one, with --only and '
                       "the student's name."]
 
 
-def _is_doubtful(best, other, usual_files):
+def _is_doubtful(best, other):
+    """Is it doubtful that `best`, which was chosen, is the node, and `other` is not?"""
     if other.text == best.text:
         return False
-    is_alike = other[:COMPARED_FIELDS] == best[:COMPARED_FIELDS]
-    only_other_has_usual_name = other.name_rank < len(usual_files) == best.name_rank
-    in_same_place = (other.is_old, other.package_rank) == (best.is_old, best.package_rank)
-    has_better_name = only_other_has_usual_name and in_same_place
-    has_better_package = other.package_rank <= PART_OF_NAME < best.package_rank
-    is_elsewhere = other.is_outside_zip != best.is_outside_zip
-    return is_alike or has_better_name or has_better_package or is_elsewhere
+    if other.rank == best.rank or other.is_outside_zip != best.is_outside_zip:
+        return True
+    if other.package_rank <= PART_OF_NAME < best.package_rank:
+        return True
+    if other.is_old != best.is_old or other.package_rank != best.package_rank:
+        return False
+    return other.has_usual_name and not best.has_usual_name
 
 
 def _is_program(path):
@@ -148,28 +148,32 @@ def _is_program(path):
 
 @lru_cache(maxsize=None)        # the same package has many files
 def _package_names(package, folder):
-    """Returns (the names in package.xml and of the package's folder, the depth of this folder)."""
+    """Returns ([name in the package.xml, name of the package's folder], depth of this folder)."""
     if package is None:
         return [], 0
     folders = package.relative_to(folder).parts
     return [package_name(package), *folders[-1:]], len(folders)
 
 
-def _candidate(lab, file, folder, usual_packages, usual_files):
-    path = str(file.relative_to(folder))
+def _program(lab, file, folder):
+    path = file.relative_to(folder)
+    lower_path = Path(str(path).lower())
+    folders = lower_path.parent.parts
     text = file.read_bytes().decode(errors='replace')
-    *folders, name = path.lower().split('/')
     package_names, package_depth = _package_names(package_folder(file, folder), folder)
-    own_names, outer_names = package_names + folders[package_depth:], folders[:package_depth]
+    own_names = [*package_names, *folders[package_depth:]]
+    outer_names = folders[:package_depth]
+    usual_files = [usual.lower() for usual in lab.files]
     found_signs = _signs(lab, text)
-    return _Candidate(
-        is_old=is_old_or_copy(path),
-        package_rank=min(_package_rank(usual, own_names, outer_names) for usual in usual_packages),
+    return _Program(
+        is_old=is_old_or_copy(str(path)),
+        package_rank=min(_package_rank(usual, own_names, outer_names) for usual in lab.packages),
         missing_signs=found_signs.count(False),
-        name_rank=_rank(name, [usual.lower() for usual in usual_files]),
-        is_outside_zip=UNPACKED_SUFFIX + '/' not in path,
-        folder_rank=_rank(''.join(folders[-1:]), NODE_FOLDERS),
-        depth=len(folders), path=path, found_signs=found_signs, text=text)
+        name_rank=_rank(lower_path.name, usual_files),
+        is_outside_zip=UNPACKED_SUFFIX + '/' not in str(path),
+        folder_rank=_rank(lower_path.parent.name, NODE_FOLDERS),
+        depth=len(folders), path=str(path), has_usual_name=lower_path.name in usual_files,
+        found_signs=found_signs, text=text)
 
 
 def _rank(name, usual_names):
@@ -179,15 +183,17 @@ def _rank(name, usual_names):
 def _package_rank(usual, own_names, outer_names):
     """Returns SAME_NAME if the package has the name `usual`, PART_OF_NAME if its name contains
     `usual`, OUTER_FOLDER if the name of an outer folder contains `usual`, and else NOWHERE."""
-    own_names = list(map(_normalized, own_names))
-    if _normalized(usual) in own_names:
+    usual = _normalized(usual)
+    own_names = [_normalized(name) for name in own_names]
+    if usual in own_names:
         return SAME_NAME
-    # my_lab2 and Lab2-main have the name lab2, but lab20 does not
-    has_name = re.compile(re.escape(_normalized(usual)) + r'(?!\d)').search
-    if any(map(has_name, own_names)):
+    # my_lab2 and Lab2-main contain lab2, but lab20 does not
+    pattern = re.compile(re.escape(usual) + r'(?!\d)')
+    if any(pattern.search(name) for name in own_names):
         return PART_OF_NAME
-    is_outside = any(map(has_name, map(_normalized, outer_names)))
-    return OUTER_FOLDER if is_outside else NOWHERE
+    if any(pattern.search(_normalized(name)) for name in outer_names):
+        return OUTER_FOLDER
+    return NOWHERE
 
 
 def _normalized(name):
@@ -204,19 +210,23 @@ def _signs(lab, text):
                 rf'^[ \t]*class\s+{lab.class_name}\b',
                 r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name)]
     for sign in lab.other_signs:
-        is_call = sign.endswith('(')
-        patterns.append(RESET_CALL.format(sign[:-1]) if is_call else topic.format(sign))
+        if sign.endswith('('):
+            patterns.append(RESET_CALL.format(sign[:-1]))
+        else:
+            patterns.append(topic.format(sign))
     return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in patterns)
 
 
-def _can_be_the_node(candidate, usual_files, chosen_file):
-    if candidate.name_rank < len(usual_files):
-        return True
-    if chosen_file:
+def _can_be_the_node(program, chosen_package, chosen_file):
+    if chosen_package and program.package_rank != SAME_NAME:
         return False
-    listens, has_class, has_node_name, *_ = candidate.found_signs
+    if '/' in chosen_file and program.path != os.path.normpath(chosen_file):
+        return False
+    if program.has_usual_name or chosen_file:
+        return program.has_usual_name
+    listens, has_class, has_node_name, *_ = program.found_signs
+    if [listens, has_class, has_node_name].count(True) >= 2:
+        return True
     # a node of another lab may listen to the same topic
-    file = os.path.basename(candidate.path)
-    has_name_of_a_lab = any(file in lab.files for lab in LAB_NODES.values())
-    has_two_signs = [listens, has_class, has_node_name].count(True) >= 2
-    return has_two_signs or (listens and not has_name_of_a_lab)
+    file = os.path.basename(program.path)
+    return listens and not any(file in lab.files for lab in LAB_NODES.values())

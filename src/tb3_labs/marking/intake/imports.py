@@ -1,7 +1,6 @@
 """Finds the missing modules that a node, or another module of its submission, imports.
 
-This module only reads the programs of the submission. In the trial, Python itself reports a missing
-module that was overlooked.
+In the trial, Python itself reports a missing module that was overlooked.
 """
 import ast
 import shutil
@@ -70,12 +69,10 @@ def read_program(path: Path) -> ParsedProgram:
     text = data.decode(errors='replace')
     nodes = syntax_nodes_of(data)
     if not nodes:
-        return ParsedProgram(text, [], set(), True)
-    nodes_in_try: Set[ast.AST] = set()
-    for node in nodes:
-        if isinstance(node, ast.Try):
-            for statement in node.body:
-                nodes_in_try.update(ast.walk(statement))
+        return ParsedProgram(text, [], set(), runs_code_on_import=True)
+    statements_in_try = [statement for node in nodes if isinstance(node, ast.Try)
+                         for statement in node.body]
+    nodes_in_try = {node for statement in statements_in_try for node in ast.walk(statement)}
     imports = []
     for node in nodes:
         may_fail = node in nodes_in_try
@@ -84,17 +81,19 @@ def read_program(path: Path) -> ParsedProgram:
                 defined_name = alias.asname or alias.name.split('.')[0]
                 imports.append(Import(alias.name, (), (defined_name,), may_fail))
         elif isinstance(node, ast.ImportFrom):
-            imports.append(Import(
-                '.' * node.level + (node.module or ''), tuple(alias.name for alias in node.names),
-                tuple(alias.asname or alias.name for alias in node.names), may_fail))
+            module = '.' * node.level + (node.module or '')
+            names = tuple(alias.name for alias in node.names)
+            defined_names = tuple(alias.asname or alias.name for alias in node.names)
+            imports.append(Import(module, names, defined_names, may_fail))
     used_names = {node.id for node in nodes if isinstance(node, ast.Name)}
-    return ParsedProgram(text, list(dict.fromkeys(imports)), used_names, _runs_code(nodes[0]))
+    return ParsedProgram(text, list(dict.fromkeys(imports)), used_names,
+                         runs_code_on_import=_runs_code(nodes[0]))
 
 
 def _runs_code(tree):
     for statement in tree.body:
         if isinstance(statement, EXECUTED_STATEMENTS):
-            calls = [part for part in ast.walk(statement) if isinstance(part, ast.Call)]
+            calls = [node for node in ast.walk(statement) if isinstance(node, ast.Call)]
             if any(getattr(call.func, 'attr', '') not in PATH_METHODS for call in calls):
                 return True
     return False
@@ -111,28 +110,29 @@ def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
     programs: Dict[Path, ParsedProgram] = {}
     files = [node]
     for file in files:      # the loop adds files to this list
-        if file not in programs:
-            programs[file] = read_program(file)
-            for item in programs[file].imports:
-                for name in (*item.module.split('.'), *item.names):
-                    files += modules.get(name, [])
+        if file in programs:
+            continue
+        programs[file] = read_program(file)
+        for item in programs[file].imports:
+            for name in (*item.module.split('.'), *item.names):
+                files += modules.get(name, [])
     return programs
 
 
 def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Path]
                  ) -> MissingModules:
-    """Returns the MissingModules of a node. `package` is the folder of the node's package. `folder`
-    is the folder of the submission. `packages` is {name: folder} of the submission's packages.
+    """Returns the MissingModules of a node, and makes the missing packages of messages.
 
-    A node may import types from a package that was not handed in, or that was handed in under
-    another name. This function makes the missing package in `folder`, and adds the package to
-    `packages`. The new package gets copies of the submission's types and of the types of tb3_labs.
+    `package` is the folder of the node's package. `folder` is the folder of the submission.
+    `packages` is {name: folder} of the submission's packages. A package of messages that was not
+    handed in, or only under another name, is made in `folder` and added to `packages`. The package
+    gets copies of the types of tb3_labs and of the submission.
     """
     programs = programs_of(node, package).values()
-    modules = [path for path in files_in(folder) if path.suffix == '.py']
-    own_modules = {path.stem for path in modules} | {path.parent.name for path in modules}
-    definitions = _definitions(node, folder)
-    types = {path.stem + end for path in definitions for end in ('', 'Request', 'Response')}
+    own_files = [path for path in files_in(folder) if path.suffix == '.py']
+    own_modules = {path.stem for path in own_files} | {path.parent.name for path in own_files}
+    type_files = _type_files(node, folder)
+    types = {path.stem + end for path in type_files for end in ('', 'Request', 'Response')}
     placeholders: Set[str] = set()
     missing_imports: List[Import] = []
     for program in programs:
@@ -144,27 +144,29 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
             else:
                 missing_imports.append(item)
     for name in sorted(placeholders):
-        _copy_definitions(definitions, packages.setdefault(name, folder / PLACEHOLDERS / name))
+        _copy_types(type_files, packages.setdefault(name, folder / PLACEHOLDERS / name))
     missing_imports = [item for item in missing_imports if item.package not in placeholders]
-    # `from module import *` may define any name
-    used_names = {'*'}.union(*(program.used_names for program in programs))
-    used_imports = [item for item in missing_imports
-                    if used_names.intersection(item.defined_names)]
+    used_names = {'*'}      # `from module import *` may define any name
+    for program in programs:
+        used_names |= program.used_names
+    used_imports = [item for item in missing_imports if used_names.intersection(item.defined_names)]
     used_packages = {item.package for item in used_imports}
+    used = {item.module for item in used_imports}
     unused = {item.module for item in missing_imports if item.package not in used_packages}
-    return MissingModules(
-        sorted(placeholders), sorted(unused), sorted({item.module for item in used_imports}))
+    return MissingModules(sorted(placeholders), sorted(unused), sorted(used))
 
 
 def _is_available(item, own_modules, packages):
     name = item.package
-    begins_with_dot = not name
-    has_types = name in packages and definition_files(packages[name])
-    is_own_module = name in own_modules and not item.imports_types
-    if begins_with_dot or has_types or is_own_module:
+    if not name:        # its module begins with a dot
         return True
-    is_installed = name in sys.builtin_module_names or PathFinder.find_spec(name) is not None
-    return is_installed and name not in SCREEN_MODULES
+    if name in packages and definition_files(packages[name]):
+        return True
+    if name in own_modules and not item.imports_types:
+        return True
+    if name in SCREEN_MODULES:
+        return False
+    return name in sys.builtin_module_names or PathFinder.find_spec(name) is not None
 
 
 def _can_be_placeholder(item, program, types):
@@ -178,9 +180,9 @@ def _can_be_placeholder(item, program, types):
     return any(name in program.text for name in types)
 
 
-def _definitions(node, folder):
-    """Returns the message and service files of tb3_labs, and after them the submission's files. The
-    file nearest to the node is last."""
+def _type_files(node, folder):
+    """Returns the message and service files of tb3_labs, then those of the submission, of which the
+    nearest to the node is last."""
     of_course = definition_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
     of_submission = [path for path in definition_files_below(folder)
                      if is_valid_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
@@ -189,9 +191,9 @@ def _definitions(node, folder):
     return of_course + of_submission
 
 
-def _copy_definitions(definitions, package):
-    """Copy files into a package. If files have the same name, the last of them is kept."""
-    for path in definitions:
+def _copy_types(type_files, package):
+    """Copy files into a package. Of files with the same name, the last is kept."""
+    for path in type_files:
         folder = package / path.suffix[1:]
         folder.mkdir(parents=True, exist_ok=True)
         shutil.copy(str(path), str(folder))

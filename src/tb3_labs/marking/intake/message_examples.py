@@ -1,13 +1,12 @@
 """Makes modules of messages and services, and an example of each type. This program runs in a
 sandbox, since genpy pastes a submission's names into code, and Noetic's genmsg evaluates constants.
 
-The program reads a JSON object with two entries. The entry `search` is a dict {package of the
-system: [folder of its messages]}. The entry `definitions` is a list of [package, 'msg' or 'srv',
-name, text].
+The program reads a JSON object. Its `search` is {package of the system: [folder of its messages]}.
+Its `definitions` is a list of [package, 'msg' or 'srv', name, text].
 
-The program prints a JSON object with four entries. The entry `modules` is a list of [package, 'msg'
-or 'srv', name of the file, text]. The entry `problems` is a dict {file: the reason why the file
-cannot be built}. The entries `msg` and `srv` are dicts {type: example}; see `example_of`.
+The program prints a JSON object. Its `modules` is a list of [package, 'msg' or 'srv', name of the
+file, text]. Its `problems` is {file: the reason why the file cannot be built}. Its `msg` and `srv`
+are {type: example}; see `example_of`.
 """
 import importlib
 import io
@@ -25,13 +24,13 @@ from genpy.generator import MsgGenerator, SrvGenerator
 
 MAX_EXAMPLE_BYTES = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: {type of a field that the check fills in: format of the module struct}. In a header the check
+#: {type of a field that the check fills in: format of the module struct}. Of a header the check
 #: fills in only the stamp.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
 
-def describe(search, definitions):
+def make_modules(search, definitions):
     """Make the modules in the current folder. Returns the object that the program prints."""
     result = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
     for package, kind, name, text in definitions:
@@ -40,7 +39,8 @@ def describe(search, definitions):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding='utf-8')
     for package, kind, name, _ in definitions:
-        file, target = f'{package}/{kind}/{name}.{kind}', Path('out', package, kind)
+        file = f'{package}/{kind}/{name}.{kind}'
+        target = Path('out', package, kind)
         try:
             GENERATORS[kind]().generate(genmsg.MsgContext.create_default(), f'{package}/{name}',
                                         f'in/{file}', str(target), search)
@@ -58,16 +58,16 @@ def describe(search, definitions):
             module = importlib.import_module(f'{package}.{kind}._{name}')
             result[kind][f'{package}/{name}'] = example_of(getattr(module, name))
         except Exception:   # the type was not built, or its example is too large
-            continue
+            pass
     return result
 
 
 def example_of(type_class):
     """Returns an example of a message type or a service type, with the type's checksum.
 
-    A message's example has the bytes of a new message, and [name, type, first byte] of each field.
-    The first byte is None if the type is not in FIELD_FORMATS. A service's example has the bytes of
-    a request with the pose (0, 0, 0), and the bytes of a response that reports success.
+    A message's example contains the bytes of a new message, and [name, type, first byte] of each
+    field; see `_first_byte`. A service's example contains the bytes of a request with the pose
+    (0, 0, 0), and the bytes of a response that reports success.
     """
     if not hasattr(type_class, '_request_class'):
         data = _bytes_of(type_class())
@@ -92,8 +92,8 @@ def _bytes_of(message):
 
 
 def _first_byte(message, name, type_name, old_bytes):
-    """Returns the index of the first byte that changes if all bytes of the field become 1. Returns
-    None if the type is not in FIELD_FORMATS."""
+    """Returns the index of the field's first byte in a message; None if the type is not in
+    FIELD_FORMATS. Each byte of the field becomes 1 to find the first byte that changes."""
     if type_name not in FIELD_FORMATS:
         return None
     struct_format = FIELD_FORMATS[type_name]
@@ -120,4 +120,4 @@ def _turn_upright(message):
 if __name__ == '__main__':
     with tempfile.TemporaryDirectory() as here:
         os.chdir(here)
-        json.dump(describe(**json.load(sys.stdin)), sys.stdout)
+        json.dump(make_modules(**json.load(sys.stdin)), sys.stdout)

@@ -1,7 +1,4 @@
-"""Finds the packages of a submission, with their names, folders, messages and modules.
-
-This module only reads files, and does not run CMake.
-"""
+"""Finds the packages of a submission, with their names, folders, messages and modules."""
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -11,7 +8,7 @@ from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.student_nodes import NAME_PATTERN, is_valid_name
 
 MANIFEST = 'package.xml'
-MAX_MANIFEST_BYTES = 100000         # of a package.xml or a setup.py; the rest is not read
+MAX_MANIFEST_BYTES = 100000         # the rest of a package.xml or a setup.py is not read
 #: Folders of messages and services have these names, and the files have these endings.
 MESSAGES = 'msg'
 DEFINITION_KINDS = MESSAGES, 'srv'
@@ -40,35 +37,34 @@ def node_package(node: Path, folder: Path) -> Path:
 
 def package_name(package: Path) -> str:
     """Returns the name in the package.xml of a package; '' if there is no valid name."""
-    manifest = package / MANIFEST
-    if not manifest.is_file():
-        return ''
-    text = manifest.read_bytes()[:MAX_MANIFEST_BYTES].decode('utf-8-sig', errors='replace')
-    if '<!ENTITY' in text:      # an XML entity may expand to millions of entities
-        return ''
     try:
-        name = (ElementTree.fromstring(text).findtext('name') or '').strip()
-    except (ElementTree.ParseError, ValueError, LookupError, RecursionError):
+        manifest = (package / MANIFEST).read_bytes()[:MAX_MANIFEST_BYTES]
+        text = manifest.decode('utf-8-sig', errors='replace')
+        if '<!ENTITY' in text:      # an XML entity may expand to millions of entities
+            return ''
+        name = ElementTree.fromstring(text).findtext('name', '').strip()
+    except (OSError, ElementTree.ParseError, ValueError, LookupError, RecursionError):
         return ''
     return name if NAME_PATTERN.fullmatch(name.replace('-', '_')) else ''
 
 
 def is_old_or_copy(path: str) -> bool:
     """Does a part of the path begin with a dot, or contain a word such as old or copy?"""
-    return any(map(OLD_OR_COPY.search, Path(path).parts))
+    return any(OLD_OR_COPY.search(part) for part in Path(path).parts)
 
 
 def distance_key(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
     """Returns a key that sorts paths in `folder`, the nearest to `node` first. If paths are equally
     near, old or copied files come last."""
-    common = set(path.parents) & set(node.parents)
-    return -len(common), is_old_or_copy(str(path.relative_to(folder))), len(path.parts), str(path)
+    common_folders = set(path.parents) & set(node.parents)
+    is_old = is_old_or_copy(str(path.relative_to(folder)))
+    return -len(common_folders), is_old, len(path.parts), str(path)
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     """Returns {name: folder} of the packages below `folder` whose names a program can import.
 
-    A package has a package.xml, or at least message files. If packages have the same name, the one
+    A package contains a package.xml, or at least message files. Of packages with the same name, the
     nearest to `node` is returned. A package without a name gets the name of its folder.
     """
     folders = {path.parent for path in files_in(folder) if path.name == MANIFEST}
@@ -105,6 +101,6 @@ def module_folders(package: Path, name: str) -> List[Path]:
     text = setup.read_bytes()[:MAX_MANIFEST_BYTES].decode(errors='replace')
     names = {name, *re.findall(r'\w+', text)}
     folders = {path.parent for path in files_in(package) if path.suffix == '.py'} - {package}
-    return sorted((folder for folder in folders
-                   if folder.name in names or 'find_packages' in text),
-                  key=lambda folder: len(folder.parts), reverse=True)
+    if 'find_packages' not in text:
+        folders = {folder for folder in folders if folder.name in names}
+    return sorted(folders, key=lambda folder: len(folder.parts), reverse=True)

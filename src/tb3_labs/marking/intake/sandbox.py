@@ -1,11 +1,11 @@
 """Protects the instructor from a submission's node by limits, and by a sandbox of bubblewrap.
 
 The rostest, master, robot, check and node of a submission share a network that has only a loopback
-interface. All processes of a submission end together with mark.py. The node's sandbox has its own
-processes, its own /tmp and its own home folder. The node sees only the parts of the system that a
-node needs, and cannot write these parts. An ordinary user makes the sandbox with a user namespace.
-If root runs mark.py, the node runs as a user that owns nothing, since Linux does not limit the
-number of root's processes.
+interface. All processes of a submission end together with mark.py. The node has its own processes,
+its own /tmp and its own home folder. The node sees only the parts of the system that a node needs,
+and cannot write these parts. An ordinary user makes the sandbox with a user namespace. If root runs
+mark.py, the node runs as a user that owns nothing, since Linux does not limit the number of root's
+processes.
 """
 import os
 import platform
@@ -36,17 +36,17 @@ ETC_PATHS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.co
 #: A student's program sees only these parts of tb3_labs.
 SHARED_PATHS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
-#: Runs a command in a sandbox. The arguments are the number of a user, or '', and the command. The
-#: folder of log files is made, since rospy would make it, and fail to change its owner.
+#: Runs a command in a sandbox. The arguments are a user's id, or '', and the command. If
+#: rospy made the folder of log files, rospy would fail to change the folder's owner.
 ENTER_PROGRAM = f'''import errno, os, signal, sys
-user, *command = sys.argv[1:]
-if user:
+user_id, *command = sys.argv[1:]
+if user_id:
     for folder in {WRITABLE_FOLDERS}:
         os.chmod(folder, 0o1777)
     os.setgroups([])
-    number = int(user)
-    os.setresgid(number, number, number)
-    os.setresuid(number, number, number)
+    ids = [int(user_id)] * 3
+    os.setresgid(*ids)
+    os.setresuid(*ids)
 os.makedirs('{LOG_FOLDER}', exist_ok=True)
 os.environ.pop('{IDENTITY_VARIABLE}', None)
 # without this line Ctrl+C would be ignored here, since bubblewrap ignores it
@@ -59,7 +59,6 @@ except OSError as problem:
         why = 'its first line is not #!/usr/bin/env python3'
     sys.exit('rosrun cannot start it: ' + why)
 '''
-#: The instructor reads this text if the submissions are marked without sandboxes.
 NO_SANDBOX_WARNING = "No sandboxes: a submission's program can read and delete your files and " \
     'use the network; it can write no large file, and every process of it that can be found is ' \
     'killed.'
@@ -67,10 +66,7 @@ NO_SANDBOX_WARNING = "No sandboxes: a submission's program can read and delete y
 
 class Protection:
     """Adds limits to the commands (lists of words) that start a submission's check and programs.
-
-    This class has the weakest limits, for an ordinary user who cannot make sandboxes. A program
-    cannot write a large file. The check ends together with its parent process.
-    """
+    This class has the weakest limits, for an ordinary user who cannot make sandboxes."""
 
     is_sandbox = False
 
@@ -87,7 +83,7 @@ class Protection:
         return dict(base)
 
     def hand_over(self, folder: Path) -> None:
-        """Give `folder`, which must have only copies, to the user that runs the program."""
+        """Give `folder`, which must contain only copies, to the user that runs the program."""
 
 
 class OtherUser(Protection):
@@ -95,16 +91,16 @@ class OtherUser(Protection):
     user that owns nothing, so the program can neither write the marks nor kill mark.py."""
 
     def __init__(self) -> None:
-        self.user = random.choice(UNUSED_USER_IDS)
+        self.user_id = random.choice(UNUSED_USER_IDS)
 
     def check_command(self, words: List[str]) -> List[str]:
         # the program cannot read the check's files
         return ['sh', '-c', 'umask 077; exec "$@"', 'sh'] + super().check_command(words)
 
     def program_command(self, words: List[str]) -> List[str]:
-        become_user = ['setpriv', f'--reuid={self.user}', f'--regid={self.user}',
-                       '--clear-groups', '--no-new-privs', '--pdeathsig', 'KILL']
-        return become_user + LIMIT_COMMAND + [f'--nproc={MAX_THREADS_AND_PROCESSES}'] + words
+        user_command = ['setpriv', f'--reuid={self.user_id}', f'--regid={self.user_id}',
+                        '--clear-groups', '--no-new-privs', '--pdeathsig', 'KILL']
+        return user_command + LIMIT_COMMAND + [f'--nproc={MAX_THREADS_AND_PROCESSES}'] + words
 
     def program_environment(self, base: Mapping[str, str]) -> Dict[str, str]:
         home = base.get('TMPDIR', '/tmp') + '/ws'
@@ -112,7 +108,7 @@ class OtherUser(Protection):
                     ROS_LOG_DIR=home + '/.ros/log')
 
     def hand_over(self, folder: Path) -> None:
-        _change_owner(folder, self.user)
+        _change_owner(folder, self.user_id)
         folder.parent.chmod(0o711)
 
 
@@ -125,7 +121,7 @@ class Sandbox(Protection):
         """A program may read the `readable` folders, the system and the folders of ROS. The
         `readable` folders need not exist yet."""
         self._readable = [str(folder) for folder in readable]
-        self.user = random.choice(UNUSED_USER_IDS) if os.geteuid() == 0 else None
+        self.user_id = random.choice(UNUSED_USER_IDS) if os.geteuid() == 0 else None
 
     def check_command(self, words: List[str]) -> List[str]:
         return ['bwrap', '--die-with-parent', '--unshare-net', '--unshare-pid', '--dev-bind', '/',
@@ -133,28 +129,29 @@ class Sandbox(Protection):
 
     def program_command(self, words: List[str]) -> List[str]:
         options = ['--die-with-parent', '--unshare-pid', '--unshare-ipc', '--unshare-uts']
-        if self.user is None:
+        if self.user_id is None:
             options.append('--unshare-user')
         else:
             options += ['--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
         options += [*_mount_options(self._readable), '--chdir', SANDBOX_HOME]
         limit_command = LIMIT_COMMAND + ['--core=0']
-        if self.user is not None or _counts_processes_per_sandbox():
+        if self.user_id is not None or _counts_processes_per_sandbox():
             limit_command.append(f'--nproc={MAX_THREADS_AND_PROCESSES}')
-        enter_command = ['/usr/bin/python3', '-ISc', ENTER_PROGRAM, str(self.user or '')]
+        enter_command = ['/usr/bin/python3', '-ISc', ENTER_PROGRAM, str(self.user_id or '')]
         # Ctrl+C must end the program and not bubblewrap
         return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap', *options, '--',
                 *limit_command, *enter_command, *words]
 
     def program_environment(self, base: Mapping[str, str]) -> Dict[str, str]:
-        kept = {name: value for name, value in base.items() if name.startswith(INHERITED_PREFIXES)}
-        user = os.path.basename(SANDBOX_HOME)
-        return dict(kept, HOME=SANDBOX_HOME, USER=user, LOGNAME=user,
+        variables = {name: value for name, value in base.items()
+                     if name.startswith(INHERITED_PREFIXES)}
+        user_name = os.path.basename(SANDBOX_HOME)
+        return dict(variables, HOME=SANDBOX_HOME, USER=user_name, LOGNAME=user_name,
                     ROS_HOME=SANDBOX_HOME + '/.ros', ROS_LOG_DIR=LOG_FOLDER)
 
     def hand_over(self, folder: Path) -> None:
-        if self.user is not None:
-            _change_owner(folder, self.user)
+        if self.user_id is not None:
+            _change_owner(folder, self.user_id)
 
 
 def protection_problem(protection: Protection) -> str:
@@ -177,32 +174,28 @@ def protection_problem(protection: Protection) -> str:
     return f'{failure} ({lines[-1]})'
 
 
-def _change_owner(folder, user):
-    for path in [folder] + list(Path(folder).rglob('*')):
-        os.chown(str(path), user, user, follow_symlinks=False)
+def _change_owner(folder, user_id):
+    for path in [folder, *folder.rglob('*')]:
+        os.chown(str(path), user_id, user_id, follow_symlinks=False)
 
 
 def _counts_processes_per_sandbox():
-    version = tuple(int(number) for number in re.findall(r'\d+', platform.release())[:2])
-    return version >= (5, 14)       # this Linux began to count each user namespace separately
+    """Does Linux count the processes of each user namespace separately, as since Linux 5.14?"""
+    major, minor, *_ = re.findall(r'\d+', platform.release())
+    return (int(major), int(minor)) >= (5, 14)
 
-
-# -- the files and folders that a program sees
 
 def _mount_options(readable):
-    """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders.
-
-    A mount is one option as a tuple of words, such as ('--proc', '/proc'). A mount's last word is
-    the path in the sandbox.
-    """
-    hidden = _own_folders()
-    mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden]
-    shared_paths = [os.path.join(folder, name) for folder in hidden for name in SHARED_PATHS]
+    """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders. A
+    mount is a tuple such as ('--proc', '/proc'), which ends with the path in the sandbox."""
+    hidden_folders = _own_folders()
+    mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden_folders]
+    shared_paths = [f'{folder}/{name}' for folder in hidden_folders for name in SHARED_PATHS]
     mounts += [(READ_ONLY, os.path.realpath(path), path) for path in shared_paths
                if os.path.exists(path)]
     mounts += [(READ_ONLY_IF_EXISTS, folder, folder) for folder in readable]
     options = _with_parents(mounts)
-    for folder in [*hidden, '/dev', '/']:
+    for folder in [*hidden_folders, '/dev', '/']:
         options += ['--remount-ro', folder]
     return options
 
@@ -219,15 +212,14 @@ def _system_mounts():
     return mounts + [(EMPTY, folder) for folder in WRITABLE_FOLDERS]
 
 
-def _folders_in(*variables):
-    return [folder for name in variables
-            for folder in os.environ.get(name, '').split(':') if folder]
+def _folders_in(variable):
+    return list(filter(None, os.environ.get(variable, '').split(':')))
 
 
 def _ros_mounts():
     """Returns the mounts of the folders of Python and ROS that are not in /usr."""
-    folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + _folders_in(
-        PYTHONPATH, CMAKE_PREFIX_PATH, 'LD_LIBRARY_PATH')
+    folders = [sys.prefix, sys.base_prefix, '/opt/ros', *_folders_in(PYTHONPATH),
+               *_folders_in(CMAKE_PREFIX_PATH), *_folders_in('LD_LIBRARY_PATH')]
     return [(READ_ONLY, folder, folder) for folder in dict.fromkeys(map(os.path.abspath, folders))
             if os.path.isdir(folder) and not (folder + '/').startswith('/usr/')]
 
@@ -235,9 +227,8 @@ def _ros_mounts():
 def _own_folders():
     """Returns the folders of this package."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
-    folders += [os.path.join(folder, OWN_PACKAGE) for folder in _folders_in(PYTHONPATH)]
-    folders += [os.path.join(prefix, 'lib', OWN_PACKAGE)
-                for prefix in _folders_in(CMAKE_PREFIX_PATH)]
+    folders += [f'{folder}/{OWN_PACKAGE}' for folder in _folders_in(PYTHONPATH)]
+    folders += [f'{prefix}/lib/{OWN_PACKAGE}' for prefix in _folders_in(CMAKE_PREFIX_PATH)]
     return list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
 
 

@@ -4,7 +4,7 @@ each submission, this module copies the files, chooses the node, and finds the n
 Moodle gives a folder a name such as ``Ann Miller_12345_assignsubmission_file_``. If a file was
 handed in, Moodle adds the file's name at the end. Canvas writes ``millerann_12345_67890_lab2.zip``.
 If a student is late, Canvas adds ``_LATE`` to the student's name. If ``lab2.zip`` is handed in
-again, Canvas writes ``lab2-1.zip``. A file's name may have any bytes, so each name is checked.
+again, Canvas writes ``lab2-1.zip``. A name may contain any bytes. Therefore each name is checked.
 
 No handed-in file is changed or run. A separate process with limits reads a submission, since a
 stranger's file may use all memory, or take hours to read.
@@ -59,23 +59,24 @@ class PlatformName(NamedTuple):
     """The parts of a name that a learning platform gave to a file or a folder."""
 
     student: str
-    number: str         # the student's number on the platform; '' if missing
+    number: str         # the student's number on the platform; '' if there is none
     file: str           # the file's name on the student's computer; '' for a folder
     is_late: bool = False
 
 
-def read_name(name: str, is_folder: bool) -> PlatformName:
-    """Splits the name of a file or a folder into its parts."""
-    moodle, canvas = MOODLE_NAME.fullmatch(name), CANVAS_NAME.fullmatch(name)
+def platform_name_of(name: str, is_folder: bool) -> PlatformName:
+    """Returns the parts of the name of a file or a folder."""
+    moodle = MOODLE_NAME.fullmatch(name)
     if moodle:
         return PlatformName(moodle['student'].strip(), moodle['number'], moodle['file'])
     if is_folder:
-        return PlatformName(name, '', '')
+        return PlatformName(name, number='', file='')
+    canvas = CANVAS_NAME.fullmatch(name)
     if canvas:
         return PlatformName(canvas['student'].strip(), canvas['number'],
                             CANVAS_REPETITION.sub('', canvas['file']), bool(canvas['late']))
     student = name[:-len(ZIP_SUFFIX)] if is_zip(name) else name
-    return PlatformName(student, '', name)
+    return PlatformName(student, number='', file=name)
 
 
 def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
@@ -89,7 +90,8 @@ def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, parts in names.items():
         lone_file = '' if parts.number else name
-        groups.setdefault((file_name(parts.student), parts.number, lone_file), []).append(name)
+        group = file_name(parts.student), parts.number, lone_file
+        groups.setdefault(group, []).append(name)
     group_counts = Counter(student for student, _, _ in groups)
     students: Dict[str, List[str]] = {}
     for (student, number, lone_file), names_of_student in groups.items():
@@ -101,12 +103,12 @@ def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     return students
 
 
-def check_names(names: Iterable[str], students: Sequence[str]) -> None:
+def refuse_unknown_names(names: Iterable[str], students: Sequence[str]) -> None:
     """Raises ``ValueError`` if one of `names` is not a student's name."""
     for name in names:
         if name not in students:
             raise ValueError(f'no submission is called {name}; these are: '
-                             + shortened(students, 100))
+                             + shortened(students, max_names=100))
 
 
 class Submission(NamedTuple):
@@ -130,30 +132,34 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
         if refusal:
             print_line(f'left out, because it is {refusal}: {path}')
         else:
-            names[path.name] = read_name(path.name, path.is_dir())
+            names[path.name] = platform_name_of(path.name, path.is_dir())
     if not names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
     submissions = []
-    for student, own_names in sorted(grouped_by_student(names).items()):
+    for student, names_of_student in sorted(grouped_by_student(names).items()):
         files = {folder / name: names[name].file or name
-                 for name in sorted(own_names, key=_upload_key)}
-        is_late = any(names[name].is_late for name in own_names)
-        submissions.append(Submission(student, files, names[own_names[0]].number, is_late))
+                 for name in sorted(names_of_student, key=_upload_key)}
+        is_late = any(names[name].is_late for name in names_of_student)
+        submissions.append(Submission(student, files, names[names_of_student[0]].number, is_late))
     return submissions
 
 
 def _refusal(path):
     if path.is_symlink():       # a link may lead to another student's work
         return 'a link'
-    is_platform_file = bool(read_name(path.name, is_folder=False).number)
-    is_submitted_file = path.is_file() and (is_platform_file or is_zip(path.name))
-    return '' if path.is_dir() or is_submitted_file else 'neither a folder nor a zip file'
+    if path.is_dir():
+        return ''
+    is_platform_file = bool(platform_name_of(path.name, is_folder=False).number)
+    if path.is_file() and (is_platform_file or is_zip(path.name)):
+        return ''
+    return 'neither a folder nor a zip file'
 
 
 def _upload_key(name):
     """Returns a sort key with which Canvas's latest upload comes last."""
-    canvas, repetition = CANVAS_NAME.fullmatch(name), CANVAS_REPETITION.search(name)
-    repetition_number = int(repetition.group(1)) if repetition else 0
+    repetition = CANVAS_REPETITION.search(name)
+    repetition_number = int(repetition[1]) if repetition else 0
+    canvas = CANVAS_NAME.fullmatch(name)
     upload_number = int(canvas['upload']) if canvas else 0
     return repetition_number, upload_number, name
 
@@ -174,11 +180,9 @@ class ParsedSubmission(NamedTuple):
 def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen_package: str = '',
                     chosen_file: str = '') -> ParsedSubmission:
     """Make `folder`, copy a submission into it, and read the copy. If `chosen_package` or
-    `chosen_file` is given, the node must have this package or file name.
-
-    Raises ``NotJudged`` if no file can be the node, if the node uses a missing module, or if a
-    limit ends the reading process.
-    """
+    `chosen_file` is given, the node must have this package or file name. Raises ``NotJudged`` if no
+    file can be the node, if the node uses a missing module, or if a limit ends the process that
+    reads the copy."""
     files = {str(path): original_name for path, original_name in submission.files.items()}
     reader = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', READ_PROGRAM],
@@ -188,7 +192,7 @@ def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen
         start_new_session=True)     # Ctrl+C must not end this process
     if reader.returncode != 0:
         lines = [f'exit status {reader.returncode}', *reader.stderr.strip().splitlines()]
-        raise NotJudged(f'It cannot be read, or its reading takes too much memory or time '
+        raise NotJudged('It cannot be read, or its reading takes too much memory or time '
                         f'({lines[-1]}).')
     fields, refusal = json.loads(reader.stdout)
     if refusal is not None:
@@ -198,8 +202,8 @@ def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen
 
 def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any],
                          chosen_package: str, chosen_file: str) -> ParsedSubmission:
-    """Read a submission as `read_submission` does. `files` is {path: the file's name on the
-    student's computer}."""
+    """Read a submission in this process, without limits. `files` is {path: the file's name on the
+    student's computer}. See `read_submission`."""
     copy = Path(folder)
     remarks = copy_submission({Path(path): name for path, name in files.items()}, copy)
     path, node_remarks, findings = find_node(copy, NodeNames(*lab), chosen_package, chosen_file)

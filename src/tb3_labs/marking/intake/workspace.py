@@ -1,6 +1,5 @@
 """Turns the copy of a submission into a workspace in which its node can run.
 
-A node may arrive without its exec bit, with line endings of Windows, or with a byte order mark.
 This module repairs the node in the copy. An empty module replaces a missing module that the node
 imports but never uses. A remark names each repair.
 
@@ -50,12 +49,14 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
                       protection: Protection = Protection()) -> NodeStart:
     """Prepare the workspace of a submission in `workspace`/COPY_FOLDER. Returns the NodeStart.
 
-    The node's environment is `environment` with the folders of the workspace added. Remarks and
-    findings are added to `parsed`. `protection` limits the program that makes the messages.
+    The node's environment is `environment` with the folders of the workspace. Remarks and findings
+    are added to `parsed`. `protection` limits the program that makes the messages.
     """
+    copy = workspace / COPY_FOLDER
+    python_folder = workspace / 'python'
+    package = copy / parsed.package_folder
+    node = copy / parsed.node
     remarks = parsed.remarks
-    copy, python_folder = workspace / COPY_FOLDER, workspace / 'python'
-    package, node = copy / parsed.package_folder, copy / parsed.node
     # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
     own_names = [name for name in parsed.packages if name not in system_messages()]
     packages = {name: copy / parsed.packages[name] for name in own_names[-MAX_PACKAGES:]}
@@ -68,8 +69,9 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
         for name in module.split('.'):
             module_folder /= name
             module_folder.mkdir(exist_ok=True)
-            if not (module_folder / '__init__.py').exists():    # keep a module of the submission
-                (module_folder / '__init__.py').write_text(EMPTY_MODULE)
+            code = module_folder / '__init__.py'
+            if not code.exists():       # keep a module of the submission
+                code.write_text(EMPTY_MODULE)
     if parsed.unused_modules:
         remarks.append(f"{', '.join(parsed.unused_modules)}: imported, but not used, and the "
                        'marking machine cannot import it: left out.')
@@ -82,17 +84,21 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
 
 
 def _put_first(folders, environment, variable):
-    paths = [*map(str, folders), environment.get(variable)]
-    environment[variable] = ':'.join(filter(None, paths))
+    paths = [str(folder) for folder in folders]
+    if environment.get(variable):
+        paths.append(environment[variable])
+    environment[variable] = ':'.join(paths)
 
 
 def _shown_name(package, file):
     """Returns the text package/file for roslaunch and for the pages. An invalid package becomes
     'submission', and an invalid file becomes 'node.py'."""
-    stem = file[:-3] if file.endswith('.py') else file
     if package in ('', OWN_PACKAGE):
         package = 'submission'
-    return f'{package}/{file}' if NAME_PATTERN.fullmatch(stem) else package + '/node.py'
+    stem = file[:-3] if file.endswith('.py') else file
+    if not NAME_PATTERN.fullmatch(stem):
+        file = 'node.py'
+    return f'{package}/{file}'
 
 
 def _repair(node, remarks, findings):
@@ -125,9 +131,9 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
     """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
     or None if the packages define no type. `packages` is a dict {name: folder}.
 
-    Python looks for a package's modules and messages in one folder. Therefore, if a package has
-    modules, its messages are made in the folder of these modules. Problems of a package are added
-    to `remarks` if the code of `node` names the package.
+    Python looks for a package's modules and messages in one folder. Therefore the messages of a
+    package with modules are made in the folder of these modules. Problems of a package are added to
+    `remarks` if the code of `node` names the package.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in module_folders(package, name)}
@@ -146,8 +152,8 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
         remarks.append('The messages and services could not be built.')
         built = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
     for package_name, kind, name, text in built['modules']:
-        is_expected = package_name in packages and kind in DEFINITION_KINDS
-        if not is_expected or not MODULE_FILE_NAME.fullmatch(name):
+        is_known_folder = package_name in packages and kind in DEFINITION_KINDS
+        if not (is_known_folder and MODULE_FILE_NAME.fullmatch(name)):
             raise ValueError(f'a module is called {[package_name, kind, name]!r}')
         module_folder = folder / package_name / kind
         module_folder.mkdir(parents=True, exist_ok=True)
