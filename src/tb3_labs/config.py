@@ -32,13 +32,14 @@ class Config:
 def from_parameters(config_type: Type[ConfigType], given: Mapping[str, Any]) -> ConfigType:
     """Returns a `config_type` with the values `given`. Unknown parameters, and parameters with the
     value NOT_GIVEN, are ignored. Raises ``ValueError`` for the first invalid value."""
-    return config_type(**{item.name: given[item.name] for item in fields(config_type)
-                          if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
+    names = {item.name for item in fields(config_type)}
+    return config_type(**{name: value for name, value in given.items()
+                          if name in names and value != NOT_GIVEN})
 
 
 def spelling_hint(name: str, valid_names: Iterable[str]) -> str:
     """Returns a hint for a `name` that is not in `valid_names`."""
-    similar = difflib.get_close_matches(name, list(valid_names), 1)
+    similar = difflib.get_close_matches(name, list(valid_names), n=1)
     return f'is {similar[0]} meant?' if similar else 'known: ' + ', '.join(sorted(valid_names))
 
 

@@ -97,7 +97,7 @@ class GoalMachine:
 
     def _start_law(self, pose: Pose2, goal: Pose2) -> None:
         for stall in self._stalls.values():
-            stall.resume()
+            stall.accept_longer_way()
         self.has_begun = True
         self._law_is_started = True
         self.state = GoalState.ROTATE_TO_GOAL

@@ -207,11 +207,11 @@ class MoveToGoalCore:
         if machine.goal is None or machine.is_active:
             return
         if machine.failure:
-            self._requests.give_up()
+            self._requests.end_repetitions()
             outcome = GoalOutcome.CANCELED if machine.is_canceled else GoalOutcome.GIVEN_UP
-            self._requests.end(outcome, machine.failure)
+            self._requests.answer_client(outcome, machine.failure)
         else:
-            self._requests.end(GoalOutcome.REACHED, PRINTED_REACHED + '!')
+            self._requests.answer_client(GoalOutcome.REACHED, PRINTED_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
         if self._machine.goal is None:
@@ -270,7 +270,7 @@ class MoveToGoalCore:
         assert odometry is not None
         previous = odometry.previous_sample
         has_turned = previous is None or previous.pose.yaw != odometry.sample.pose.yaw
-        self.sensors.check_repetitions(has_turned, now)
+        self.sensors.update_repetitions(has_turned, now)
         frozen_text = self.sensors.frozen_text()
         if frozen_text:
             self._machine.give_up(frozen_text)
