@@ -1,9 +1,9 @@
 """Finds when a control law must give a command, and remembers the commands.
 
-In one step, a control law reads the latest samples and gives one command. The robot obeys one new
-command in each control period (turtlebot3.CONTROL_RATE), and so a law has one step in each control
-period. A `Pace` finds when the next step is due. A command reaches the robot after the *delay*, and
-the motors follow with a first-order *lag*.
+In one step, a control law reads the latest samples and gives one command. A law has one step in
+each control period (turtlebot3.CONTROL_RATE), since the robot obeys one new command in each period.
+A `Pace` finds when the next step is due. A command reaches the robot after the *delay*, and the
+motors follow with a first-order *lag*.
 
 Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
 """
@@ -15,7 +15,6 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
 #: Each step after the first is due earlier by this time [s], since a sample may be up to 5 ms late.
-#: Until a new command arrives, the robot obeys the previous command.
 STEP_LEAD_TIME = 0.0035
 IDLE_SAMPLE_PERIOD = 0.036    # [s]; a node that does not drive reads a sample in each period
 #: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
@@ -48,16 +47,16 @@ class Pace:
         return self._last_step_at is not None
 
     def is_due(self, now: float) -> bool:
-        clock_went_back = now < self._next_step_at - 2.0 * self._period
-        return now >= self._next_step_at or clock_went_back
+        has_clock_gone_back = now < self._next_step_at - 2.0 * self._period
+        return now >= self._next_step_at or has_clock_gone_back
 
     def idle_for(self, now: float) -> float:
         """Returns the time [s] until the next step, which needs a new sample."""
         return clamp(self._next_step_at - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
-        """Take a step. Returns the time [s] since the previous step, or one period if it is the
-        first step after a start or a pause."""
+        """Take a step. Returns the time [s] since the previous step; one period if this is the
+        first step after a restart."""
         last = self._last_step_at
         self._last_step_at = now
         if last is None:
@@ -72,7 +71,7 @@ class Pace:
             self._next_step_at + self._period, now + 0.5 * self._period, now + self._period)
 
     def restart(self) -> None:
-        """Treat the next step as the first, since the robot rests, or another node drives."""
+        """Let the next step be the first, since the robot rests, or another node drives."""
         self._last_step_at = None
 
 
@@ -135,8 +134,10 @@ class CommandHistory:
 
     def _command_at(self, time: float) -> _SentCommand:
         """Returns the command at `time` [s]; if `time` is too early, the oldest command."""
-        earlier = (sent for sent in reversed(self._sent) if sent.start <= time)
-        return next(earlier, self._sent[0])
+        for sent in reversed(self._sent):
+            if sent.start <= time:
+                return sent
+        return self._sent[0]
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
@@ -164,8 +165,8 @@ class Estimate:
         self._variance += deviation * deviation    # deviation ** 2 could raise OverflowError
 
     def add(self, sample: float, noise: float) -> None:
-        """Take in a sample with the standard deviation `noise`. The sample replaces the estimate if
-        it contradicts the estimate, or has no noise."""
+        """Improve the estimate by a sample with the standard deviation `noise`. A sample replaces
+        the estimate if the sample has no noise, is the first, or contradicts the estimate."""
         noise_variance = noise * noise
         max_difference = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + noise_variance)
         agrees = abs(sample - self.value) <= max_difference

@@ -1,4 +1,4 @@
-"""The control law of a drive to a goal, and its settings. The law gives the command in each state.
+"""The control law of a drive to a goal, and the settings of the law.
 
 Units: metres, radians, seconds. Poses are in the local frame.
 """
@@ -45,9 +45,9 @@ def sum_of_turns(start: float, line: float, end: float) -> float:
 class DriveLaw:
     """Drives as fast as the limits allow, and stops at the goal.
 
-    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. While the
-    robot drives, it steers towards a point on the line, a little ahead of the robot. The law has
-    one method for each driving state. `dt` is the time [s] since the previous step.
+    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. On the way the
+    robot steers towards a point on the line, a little ahead. Each driving state has one method of
+    the law. `dt` is the time [s] since the previous step.
     """
 
     period = PreciseTurn.period
@@ -100,18 +100,19 @@ class DriveLaw:
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line, until a command to stop would bring the robot to rest at the goal.
 
-        If a command is delayed, the robot may drive past the goal. A robot past the goal comes to
-        rest, and backs up straight if it is outside the tolerance.
+        If a command is delayed, the robot may drive past the goal. Then the robot comes to rest,
+        and backs up straight if it is outside the tolerance.
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
-        ahead, cross_track_error = -line_T_base.x, line_T_base.y    # left positive
+        remaining = -line_T_base.x
         direction = -1.0 if self._is_reversed else 1.0
         speed = direction * self._approach.step(
-            ahead, direction * motion.linear, max_speed=self._max_linear, dt=dt)
-        to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD_DISTANCE)
+            remaining, direction * motion.linear, max_speed=self._max_linear, dt=dt)
+        to_line = math.atan2(-line_T_base.y, self.LOOK_AHEAD_DISTANCE)
         self._precise_turn.aim(self._heading_along(wrap(self._line + to_line)))
+        turn = self._turn_step(motion, dt)
         has_arrived = self._is_at_goal or self._has_arrived(motion.linear)
-        return self._limited_step(speed, self._turn_step(motion, dt), ahead, has_arrived)
+        return self._limited_step(speed, turn, remaining, has_arrived)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading, until the robot rests inside the tolerance."""

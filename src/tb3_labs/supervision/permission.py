@@ -5,7 +5,8 @@ which a stop holds until a person releases the machine again.
 
 1. A *grant* is the first True of a sender, or the first True after a False of this sender. While a
    grant is valid, move_to_goal may drive the robot.
-2. If a sender renews its grants, a repeated True of this sender only renews its grant.
+2. If a sender renews its grants, a repeated True of this sender only renews its grant. The robot
+   may move only after the first renewal, so a sender that has died does not move the robot.
 3. A False of any sender ends the grants of all senders.
 4. A grant is suspended if the renewals stop for `RENEWAL_TIMEOUT`. A later renewal restores the
    grant. After `RESUME_TIME` without a renewal, a grant has expired.
@@ -19,8 +20,6 @@ which a stop holds until a person releases the machine again.
 8. A True that was sent more than `RESUME_TIME` ago is ignored. A True is also ignored if it was
    sent before another sender's False, before this node started, or before this node woke. Renewals
    that arrive faster than one in each `RENEWAL_PERIOD` show that the network has delayed the True.
-9. If a sender renews its grants, the robot may move only after the first renewal. So the delayed
-   True of a sender that has died does not move the robot.
 """
 import math
 from typing import Dict, Set
