@@ -1,6 +1,6 @@
 """Settings that describe and check themselves.
 
-A configuration is a frozen dataclass, which refuses an invalid value with one sentence. The folder
+A configuration is a frozen dataclass that refuses an invalid value with one sentence. The folder
 `ros` uses the fields to read, document and change ROS parameters.
 """
 import difflib
@@ -14,14 +14,14 @@ ConfigType = TypeVar('ConfigType', bound='Config')
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """Returns a dataclass field. A number needs `low` and `high`, which are valid values, too."""
+    """Returns a dataclass field. A number needs the least (`low`) and greatest valid value."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 
 
 @dataclass(frozen=True)
 class Config:
-    """The base of all configurations, which checks each field that :func:`setting` made."""
+    """The base of all configurations. It checks each field that :func:`setting` made."""
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -45,7 +45,8 @@ def spelling_hint(name: str, valid_names: Iterable[str]) -> str:
 
 def _checked(item: Field, value: Any) -> Any:
     """Returns `value` in the field's type. Raises ``ValueError`` if `value` is not valid."""
-    valid_type, rule = type(item.default), item.metadata
+    valid_type = type(item.default)
+    rule = item.metadata
     # Python treats a bool as an int, but "has_control: 2" and "rate: true" are mistakes.
     if valid_type is float and type(value) is int:
         value = float(value)

@@ -87,7 +87,7 @@ class CommandHistory:
     def __init__(self, period: float) -> None:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
-        self._sent = deque([_SentCommand(-COMMAND_MEMORY_TIME, 0.0, 0.0)])
+        self._sent_commands = deque([_SentCommand(-COMMAND_MEMORY_TIME, 0.0, 0.0)])
         self.now = 0.0             # time [s] since the start
         self.period_start = 0.0    # start [s] of the period that obeys a command that is sent now
         self.command = 0.0          # the latest command
@@ -105,20 +105,20 @@ class CommandHistory:
 
     def send(self, command: float) -> None:
         """Remember the command for the period that begins now."""
-        if len(self._sent) == 1:    # no command was sent yet
+        if len(self._sent_commands) == 1:    # no command was sent yet
             self.first_command = command
         if command != self.command:
             self._changed_at = self.now
         self.command = command
         travel = self.commanded_travel(self.period_start)
-        self._sent.append(_SentCommand(self.period_start, command, travel))
-        while self._sent[1].start < self.now - COMMAND_MEMORY_TIME:
-            self._sent.popleft()
+        self._sent_commands.append(_SentCommand(self.period_start, command, travel))
+        while self._sent_commands[1].start < self.now - COMMAND_MEMORY_TIME:
+            self._sent_commands.popleft()
 
     def commanded_travel(self, until: float) -> float:
         """Returns the travel commanded until the time `until` [s]."""
-        sent = self._command_at(until)
-        return sent.travel + sent.command * (until - sent.start)
+        latest = self._command_at(until)
+        return latest.travel + latest.command * (until - latest.start)
 
     def travel_under_way(self, delay: float) -> float:
         """Returns the travel of the commands that were sent less than `delay` [s] ago."""
@@ -130,14 +130,14 @@ class CommandHistory:
         return self._command_at(self.now - delay).command
 
     def sent_only_stops_since(self, time: float) -> bool:
-        return not any(sent.command for sent in self._sent if sent.start >= time)
+        return not any(sent.command for sent in self._sent_commands if sent.start >= time)
 
     def _command_at(self, time: float) -> _SentCommand:
         """Returns the command at `time` [s]; if `time` is too early, the oldest command."""
-        for sent in reversed(self._sent):
+        for sent in reversed(self._sent_commands):
             if sent.start <= time:
                 return sent
-        return self._sent[0]
+        return self._sent_commands[0]
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
@@ -156,7 +156,7 @@ class Estimate:
 
     @property
     def uncertainty(self) -> float:
-        """The likely bound of the error, which is `CONFIDENCE_FACTOR` standard deviations."""
+        """The likely bound of the error: `CONFIDENCE_FACTOR` standard deviations."""
         return CONFIDENCE_FACTOR * math.sqrt(self._variance)
 
     def shift(self, change: float, deviation: float = 0.0) -> None:

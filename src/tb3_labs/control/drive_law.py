@@ -93,9 +93,9 @@ class DriveLaw:
         """Turn until the robot's heading is nearly along the line."""
         if self._is_at_goal:
             return LawStep(Twist2(), remaining=0.0, is_finished=True)
-        turn = self._turn_step(motion, dt)
-        is_facing = abs(turn.remaining) < self.FACING_ANGLE
-        return self._limited_step(0.0, turn, turn.remaining, is_facing)
+        turn_step = self._turn_step(motion, dt)
+        is_facing = abs(turn_step.remaining) < self.FACING_ANGLE
+        return self._limited_step(0.0, turn_step, turn_step.remaining, is_finished=is_facing)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line, until a command to stop would bring the robot to rest at the goal.
@@ -110,17 +110,18 @@ class DriveLaw:
             remaining, direction * motion.linear, max_speed=self._max_linear, dt=dt)
         to_line = math.atan2(-line_T_base.y, self.LOOK_AHEAD_DISTANCE)
         self._precise_turn.aim(self._heading_along(wrap(self._line + to_line)))
-        turn = self._turn_step(motion, dt)
+        turn_step = self._turn_step(motion, dt)
         has_arrived = self._is_at_goal or self._has_arrived(motion.linear)
-        return self._limited_step(speed, turn, remaining, has_arrived)
+        return self._limited_step(speed, turn_step, remaining, is_finished=has_arrived)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading, until the robot rests inside the tolerance."""
         if not self._has_begun_final_turn:
             self._has_begun_final_turn = True
             self._begin_turn(motion.pose, goal.yaw)
-        turn = self._turn_step(motion, dt)
-        return self._limited_step(0.0, turn, turn.remaining, turn.is_finished)
+        turn_step = self._turn_step(motion, dt)
+        return self._limited_step(
+            0.0, turn_step, turn_step.remaining, is_finished=turn_step.is_finished)
 
     def shortfall_text(self, pose: Pose2, goal: Pose2) -> str:
         """Returns a text with the distance to the goal; '' if it is inside the tolerance."""
@@ -148,8 +149,8 @@ class DriveLaw:
         return self._precise_turn.step(
             measured_yaw, motion.angular, dt, age=motion.imu_age, noise=motion.yaw_noise)
 
-    def _limited_step(self, linear: float, turn: LawStep, remaining: float,
+    def _limited_step(self, linear: float, turn_step: LawStep, remaining: float,
                       is_finished: bool) -> LawStep:
-        command = saturate(Twist2(linear, turn.command.angular), self._max_linear,
+        command = saturate(Twist2(linear, turn_step.command.angular), self._max_linear,
                            self._max_angular, self._model)
         return LawStep(command, remaining, is_finished)

@@ -77,7 +77,7 @@ NO_LAG_SHARE = 0.98    # if a first sample shows a larger share of the steady sp
 
 
 class MotorResponse:
-    """Delay, lag and gain of one robot, which all of its approaches share."""
+    """Delay, lag and gain of one robot. All approaches of the robot share them."""
 
     def __init__(self, delay: float = INITIAL_DELAY, lag: float = INITIAL_LAG,
                  gain: float = 1.0) -> None:
@@ -134,7 +134,7 @@ class Identification:
         `measures_instant_speed`, see ApproachConfig."""
         self.estimate = copy(response)          # the estimate of this approach
         self._shared_response = response        # the response that all approaches share
-        self._linearization_point = copy(response)    # the equations give changes of this
+        self._linearization_point = copy(response)    # the equations give changes from this
         self._measures_instant_speed = measures_instant_speed
         self._can_identify = False    # did the robot rest at the start, and was no sample late?
         self._has_seen_start = False     # did a sample show that the robot speeds up?

@@ -146,13 +146,15 @@ class GyroMonitor:
         return self._sends_wheels and waited_for < AGREEMENT_TIME
 
     def _add_turn(self, previous: WheelSample, sample: WheelSample) -> None:
-        begin, end = previous.stamp, sample.stamp
-        left, right = sample.left - previous.left, sample.right - previous.right
-        rate_per_radian = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
+        left = sample.left - previous.left
+        right = sample.right - previous.right
+        seconds = sample.stamp - previous.stamp
+        rate_per_radian = self._model.wheel_radius / self._model.wheel_separation / seconds
         turns = self._comparison.turns
-        turns.append(_WheelTurn(begin, end, rate=(right - left) * rate_per_radian,
-                                rate_of_one_wheel=max(abs(left), abs(right)) * rate_per_radian))
-        while turns[0].end < end - WHEEL_MEMORY_TIME:
+        turns.append(_WheelTurn(
+            previous.stamp, sample.stamp, rate=(right - left) * rate_per_radian,
+            rate_of_one_wheel=max(abs(left), abs(right)) * rate_per_radian))
+        while turns[0].end < sample.stamp - WHEEL_MEMORY_TIME:
             turns.popleft()
 
     def _compare_with_wheels(self, reading: _GyroRate) -> None:

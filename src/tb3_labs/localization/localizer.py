@@ -135,9 +135,9 @@ class Localizer:
 
     def pop_ended_resets(self) -> List[Reset]:
         """Returns the resets that ended since the previous call, in order."""
-        ended = [reset for reset in self._resets if reset.is_over]
+        ended_resets = [reset for reset in self._resets if reset.is_over]
         self._resets = self.waiting_resets
-        return ended
+        return ended_resets
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
         """Declare that the robot is at `reset.requested_pose` at the time `now`. Resets are carried

@@ -6,7 +6,7 @@ There are three kinds of jumps:
    of turn in this message has a spike, and the displacement and the speed have opposite directions.
 2. A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
    During the silence the motors keep their speed. If the robot was moving before the silence, the
-   pose is lost. Otherwise the robot has not moved, and the IMU turned by its calibration.
+   pose is lost. Otherwise the robot has not moved, and a turn of the IMU is due to calibration.
 3. The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
    The robot is assumed to be at its previous place, with the turn that the IMU shows. If the IMU
    jumps as well, the pose is lost.
@@ -36,7 +36,7 @@ DISTANCE_SLACK = 0.05
 TURN_SLACK = 0.3
 MIN_SPIKE_RATE = 10.0    # [rad/s]
 MIN_RESET_DISTANCE = 0.001    # a step to zero is a reset only if it begins this far [m] from zero
-#: A moving robot sends its first place after a reset from up to this far [m] from zero.
+#: The first place after a reset may be this far [m] from zero, since the robot may move.
 NEAR_ZERO_DISTANCE = 0.03
 #: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1
@@ -93,7 +93,7 @@ class _OdometryMessage(NamedTuple):
 
 class JumpFinder:
     def __init__(self) -> None:
-        self._last_moved: Optional[_OdometryMessage] = None    # the latest message with a new pose
+        self._last_move: Optional[_OdometryMessage] = None    # the latest message with a new pose
         self._latest: Optional[_OdometryMessage] = None
 
     def find(self, timed: TimedSample, imu: ImuSample,
@@ -101,23 +101,23 @@ class JumpFinder:
         """Returns the jump of an odometry message, or None. `imu` is the latest ImuSample. The
         latest known command to move was sent at `commanded_at` [s, receiver's clock]."""
         latest = _OdometryMessage(timed.sample, timed.arrival, imu)
-        last_moved, previous = self._last_moved, self._latest
+        previous = self._latest
+        last_move = self._last_move
         self._latest = latest
-        if last_moved is None or previous is None:
-            self._last_moved = latest
+        if last_move is None or latest.sample.pose != last_move.sample.pose:
+            self._last_move = latest
+        if last_move is None or previous is None:
             return None
-        if latest.sample.pose != last_moved.sample.pose:
-            self._last_moved = latest
         if _is_reset(previous, latest):
             return _jump_of_reset(previous, latest, commanded_at)
-        old_pose, sample = last_moved.sample.pose, latest.sample
-        problem = _problem_of_displacement(old_pose, sample.pose, latest.longest_gap(last_moved))
+        old_pose, new_pose = last_move.sample.pose, latest.sample.pose
+        problem = _problem_of_displacement(old_pose, new_pose, latest.longest_gap(last_move))
         if problem:
-            return _jump_at_rest(problem, last_moved, latest)
-        if _is_backwards(old_pose, sample):    # reflect the new place through the old place
-            mirrored = Pose2(2.0 * old_pose.x - sample.pose.x, 2.0 * old_pose.y - sample.pose.y,
-                             sample.pose.yaw)
-            return Jump('', shift=_shift(mirrored, sample.pose))
+            return _jump_at_rest(problem, last_move, latest)
+        if _is_backwards(old_pose, latest.sample):    # reflect the new place through the old place
+            mirrored = Pose2(2.0 * old_pose.x - new_pose.x, 2.0 * old_pose.y - new_pose.y,
+                             new_pose.yaw)
+            return Jump('', shift=_shift(mirrored, new_pose))
         return None
 
 
@@ -163,8 +163,8 @@ def _jump_at_rest(problem: str, earlier: _OdometryMessage, later: _OdometryMessa
     imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
     if abs(imu_turn) > MAX_RESTING_TURN + STOPPING_TIME * abs(earlier.imu.yaw_rate):
         return Jump(problem, POSE_LOST)
-    here = earlier.sample.pose
-    turned_pose = Pose2(here.x, here.y, here.yaw + imu_turn)
+    old_pose = earlier.sample.pose
+    turned_pose = Pose2(old_pose.x, old_pose.y, old_pose.yaw + imu_turn)
     return Jump(problem, POSE_KEPT, _shift(turned_pose, later.sample.pose))
 
 

@@ -35,8 +35,8 @@ class Track:
         self._values: Deque[_TimedValue] = deque()
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value, which replaces an earlier value of the same `time`. `time` must not be
-        before :attr:`newest`."""
+        """Append a value, or replace the value of the same `time`. `time` must not be before
+        :attr:`newest`."""
         if time == self.newest:
             self._values.pop()
         self._values.append(_TimedValue(time, value))
@@ -128,15 +128,15 @@ class SampleBuffer:
         if yaw is not None or neighbours is None:
             return yaw
         start, end = neighbours
-        before = self._odometry.value_at(start.time)
-        here = self._odometry.value_at(time)
         gap = end.time - start.time
-        if gap > MAX_BRIDGED_GAP or before is None or here is None:
+        start_pose = self._odometry.value_at(start.time)
+        pose = self._odometry.value_at(time)
+        if gap > MAX_BRIDGED_GAP or start_pose is None or pose is None:
             return None
-        yaw = start.value + difference(here.yaw, before.yaw)
-        after = self._odometry.value_at(end.time)
-        if after is not None:    # the odometry at the end of the gap may not have arrived yet
-            drift = difference(end.value - start.value, difference(after.yaw, before.yaw))
+        yaw = start.value + difference(pose.yaw, start_pose.yaw)
+        end_pose = self._odometry.value_at(end.time)
+        if end_pose is not None:    # the odometry at the end of the gap may not have arrived yet
+            drift = difference(end.value - start.value, difference(end_pose.yaw, start_pose.yaw))
             yaw += drift * (time - start.time) / gap
         return wrap(yaw)
 

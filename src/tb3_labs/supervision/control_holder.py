@@ -20,7 +20,7 @@ class ControlHolder(Enum):
 class ControlEvent(Enum):
     """An event that may change the holder. After LOST the person has no stop button."""
 
-    # the pad's messages arrive, and either its sticks rest, or its hold button was pressed again
+    # the pad sends messages, and its sticks rest or its hold button was pressed again
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # the relinquish button was pressed
     REGAIN = 'regain'            # the regain button was pressed
@@ -71,9 +71,6 @@ class ControlMessages:
         self._sent_at = now
         missed_renewals = int(lateness / RENEWAL_PERIOD)
         self.waiting.extend([True] * (1 + missed_renewals))
-
-    def confirm_grant(self) -> None:
-        self.granted_at = -math.inf
 
     def stop(self, caused_at: float) -> None:
         """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""

@@ -21,8 +21,7 @@ class DeadMan:
         self._sleep = SleepMonitor()
 
     def begin(self, now: float) -> None:
-        """Call this when the first page opens. After that, call :meth:`driving_page_lost_for`
-        often."""
+        """Call this when the first page opens, and :meth:`driving_page_lost_for` often later."""
         self._sleep.start(now)
 
     def refuse_if_old(self, known_stops: Optional[int], now: float, lateness: float,

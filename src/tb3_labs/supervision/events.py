@@ -32,7 +32,7 @@ class Age(Enum):
 
     @property
     def is_doubtful(self) -> bool:
-        """Could the message be older than the connection to its sender?"""
+        """Could the message show an old act of a person?"""
         return self in (Age.REPEATED, Age.LATCHED, Age.OLD, Age.SAME_STAMP)
 
 

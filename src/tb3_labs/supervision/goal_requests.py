@@ -99,7 +99,7 @@ class GoalRequests:
     def __init__(self, sleep: SleepMonitor) -> None:
         # a cancel with any stamp ends the first goal, which comes from the node's parameters
         self.present_request = GoalRequest(None, stamp=EARLIEST_STAMP)
-        self._open_request: Optional[GoalRequest] = None    # its client waits for an answer
+        self._open_request: Optional[GoalRequest] = None    # the client waits for an answer
         self.answers: Queue[GoalAnswer] = Queue()
         self._sleep = sleep
         self._sender_goals = SenderRequests(sleep)

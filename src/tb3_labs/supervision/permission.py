@@ -14,9 +14,9 @@ which a stop holds until a person releases the machine again.
    were never fresh before, a grant ends after `ROBOT_START_TIMEOUT`.
 6. If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that arrives
    while the process wakes is ignored, since it may be older than a stop.
-7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, with
-   one exception: the parameter `has_control` gives a grant that is not ended by a False that was
-   latched before this node began to listen.
+7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed.
+   Exception: A False that was latched before this node began to listen does not end the grant of
+   the parameter `has_control`.
 8. A True that was sent more than `RESUME_TIME` ago is ignored. A True is also ignored if it was
    sent before another sender's False, before this node started, or before this node woke. Renewals
    that arrive faster than one in each `RENEWAL_PERIOD` show that the network has delayed the True.
@@ -137,8 +137,8 @@ class Permission:
 
     def _on_stop(self, message: 'Event[bool]') -> None:
         now = message.arrived_at
-        senders_gave_grants = self._grants.keys() - {STARTUP_SENDER}
-        if message.age is Age.OLD and not senders_gave_grants:
+        granting_senders = self._grants.keys() - {STARTUP_SENDER}
+        if message.age is Age.OLD and not granting_senders:
             return
         self._stopped_at = {sender: time for sender, time in self._stopped_at.items()
                             if now - time <= RESUME_TIME}

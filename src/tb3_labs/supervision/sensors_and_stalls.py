@@ -65,7 +65,7 @@ class Sensor(Freshness):
         self._changed_at = math.inf
 
     def adapt_to_clock(self, now: float) -> None:
-        """If the latest arrival is after `now`, the clock went back: replace it by `now`."""
+        """Move the latest arrival to `now` if the clock went back behind this arrival."""
         if self._received_at is not None:
             self._received_at = min(self._received_at, now)
 
@@ -135,14 +135,14 @@ class SensorMonitor:
             return ''
         # a sensor that is silent for half of its timeout is probably lost, too
         silent = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
-        shown_time = now if with_age else None
-        return ', '.join(sensor.silence_text(shown_time) for sensor in silent)
+        time_for_age = now if with_age else None
+        return ', '.join(sensor.silence_text(time_for_age) for sensor in silent)
 
     def frozen_text(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
-        frozen = [sensor.name for sensor in self._sensors if sensor.repeated_for > FROZEN_TIME]
         fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
-        return ' and '.join(f'{name} {fault}' for name in frozen)
+        return ' and '.join(f'{sensor.name} {fault}' for sensor in self._sensors
+                            if sensor.repeated_for > FROZEN_TIME)
 
     def are_fresh(self, now: float) -> bool:
         return all(sensor.is_fresh(now) for sensor in self._sensors)

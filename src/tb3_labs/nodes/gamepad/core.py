@@ -83,7 +83,7 @@ class GamepadCore:
         """Take in whether move_to_goal has control."""
         now = has_control.arrived_at
         if has_control.content:
-            self.messages.confirm_grant()
+            self.messages.granted_at = -math.inf    # move_to_goal has obeyed the last True
             self._change_holder(ControlEvent.GRANTED, now)
         elif now - self.messages.granted_at >= CROSSING_TIME:
             self._change_holder(ControlEvent.TAKEN, now)

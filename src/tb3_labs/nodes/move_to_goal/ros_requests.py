@@ -214,8 +214,8 @@ def to_requested_pose(header, pose):
     """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The name of the
     frame may begin with this node's namespace. Other frames raise ``ValueError``."""
     name = header.frame_id.lstrip('/')
-    is_in_odom = name in (ODOM_FRAME, frame_name(ODOM_FRAME))
-    if not is_in_odom and name not in LOCAL_FRAMES + (frame_name('local'),):
+    in_odom = name in (ODOM_FRAME, frame_name(ODOM_FRAME))
+    if not in_odom and name not in LOCAL_FRAMES + (frame_name('local'),):
         raise ValueError(f'frame {name[:40]!r} is not valid: local, odom, or map (or none), which '
                          'means local')
-    return RequestedPose(to_pose2(pose), is_in_odom)
+    return RequestedPose(to_pose2(pose), in_odom)
