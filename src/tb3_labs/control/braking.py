@@ -81,7 +81,7 @@ class Approach:
         self._reversals = 0          # many reversals show that the robot differs from its model
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.measures_instant_speed)
-        self._begin_history(math.nan, 0.0)    # the first step replaces these values
+        self._start_history(math.nan, 0.0)    # the first step replaces these values
 
     def move_goal(self, change: float) -> None:
         """Add `change`, which may be negative, to the remaining way."""
@@ -107,7 +107,7 @@ class Approach:
             self._advance(speed, dt)
         else:    # no motion was commanded yet
             dt = self._config.period
-            self._begin_history(remaining, speed)
+            self._start_history(remaining, speed)
         self._identification.update(
             self._history, self._start_remaining - remaining, speed, max_speed, age)
         self._motor_speed = self._next_motor_speed(speed, dt)
@@ -128,9 +128,9 @@ class Approach:
         self._history.send(clamp(command, latest_command - change, latest_command + change))
         return self._history.command
 
-    def _begin_history(self, remaining: float, speed: float) -> None:
+    def _start_history(self, remaining: float, speed: float) -> None:
         self._history = CommandHistory(self._config.period)
-        self._identification.begin(speed)
+        self._identification.start(speed)
         self._start_remaining = remaining
         self._motor_speed = speed
 

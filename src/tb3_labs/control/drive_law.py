@@ -85,9 +85,9 @@ class DriveLaw:
         turns = sum_of_turns(pose.yaw, self._line, goal.yaw)
         reverse_turns = sum_of_turns(pose.yaw, reversed_line, goal.yaw)
         self._is_reversed = self._config.allow_reverse and reverse_turns < turns
-        self._begin_turn(pose, self._heading_along(self._line))
+        self._start_turn(pose, self._heading_along(self._line))
         self._approach.start()
-        self._has_begun_final_turn = False
+        self._has_started_final_turn = False
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn until the robot's heading is nearly along the line."""
@@ -116,9 +116,9 @@ class DriveLaw:
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading, until the robot rests inside the tolerance."""
-        if not self._has_begun_final_turn:
-            self._has_begun_final_turn = True
-            self._begin_turn(motion.pose, goal.yaw)
+        if not self._has_started_final_turn:
+            self._has_started_final_turn = True
+            self._start_turn(motion.pose, goal.yaw)
         turn_step = self._turn_step(motion, dt)
         return self._limited_step(
             0.0, turn_step, turn_step.remaining, is_finished=turn_step.is_finished)
@@ -141,7 +141,7 @@ class DriveLaw:
     def _heading_along(self, direction: float) -> float:
         return wrap(direction + math.pi) if self._is_reversed else direction
 
-    def _begin_turn(self, pose: Pose2, goal_yaw: float) -> None:
+    def _start_turn(self, pose: Pose2, goal_yaw: float) -> None:
         self._precise_turn.start(pose.yaw, difference(goal_yaw, pose.yaw))
 
     def _turn_step(self, motion: Motion, dt: float) -> LawStep:

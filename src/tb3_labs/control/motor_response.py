@@ -143,7 +143,7 @@ class Identification:
         self._normal_matrix = np.diag(deviations ** -2.0)
         self._normal_vector = np.zeros(3)
 
-    def begin(self, speed: float) -> None:
+    def start(self, speed: float) -> None:
         """Start at the measured `speed`, just before the first command. If the robot moves already,
         nothing is identified, since an earlier command may cause this motion."""
         self._can_identify = abs(speed) <= ONSET_SPEED

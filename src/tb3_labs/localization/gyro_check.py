@@ -94,12 +94,12 @@ def _plausible_rates(turns: List[_WheelTurn]) -> Tuple[float, float]:
 class GyroMonitor:
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
-        self._contradiction = GYRO_CONTRADICTION.format(model.name, reset_topic)
+        self._contradiction_text = GYRO_CONTRADICTION.format(model.name, reset_topic)
         self.has_compared = False    # was any rate of the gyro compared with the wheels?
         self._sends_wheels = False
         self._rested_for = 0.0       # total time [s] of the comparisons at rest
         self._uncompared_for = 0.0   # time [s] for which the gyro was not compared
-        self._contradicts = False
+        self._has_contradiction = False
         self._comparison = _Comparison()
 
     def on_imu(self, timed: TimedSample, sends_wheels: bool = False) -> None:
@@ -137,7 +137,7 @@ class GyroMonitor:
 
     def problem_text(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""
-        return self._contradiction if self._contradicts else ''
+        return self._contradiction_text if self._has_contradiction else ''
 
     @property
     def awaits_comparison(self) -> bool:
@@ -166,26 +166,25 @@ class GyroMonitor:
         if self._uncompared_for < AGREEMENT_TIME:    # a wait that has ended stays ended
             self._uncompared_for = 0.0
         seconds = reading.end - reading.begin
-        wheels_rest = max(turn.rate_of_one_wheel for turn in turns) < MAX_REST_TURN_RATE
-        if wheels_rest:
+        wheels_are_at_rest = max(turn.rate_of_one_wheel for turn in turns) < MAX_REST_TURN_RATE
+        if wheels_are_at_rest:
             self._rested_for += seconds
         lowest_rate, highest_rate = _plausible_rates(turns)
         nearest_rate = clamp(reading.rate, lowest_rate, highest_rate)
-        is_slow = abs(reading.rate) < MAX_REST_TURN_RATE
-        shows_rest = is_slow and abs(reading.rate) < abs(nearest_rate)    # although the wheels turn
-        if shows_rest or reading.rate == nearest_rate:
-            self._add_agreement(seconds, wheels_rest)
+        shows_rest = abs(reading.rate) < min(MAX_REST_TURN_RATE, abs(nearest_rate))
+        if shows_rest or reading.rate == nearest_rate:    # slip explains a gyro that shows rest
+            self._add_agreement(seconds, wheels_are_at_rest)
         elif not reading.is_repeated:
             comparison.agreed_for = 0.0
             comparison.unexplained_turn += (reading.rate - nearest_rate) * seconds
             if abs(comparison.unexplained_turn) > MAX_UNEXPLAINED_TURN:
-                self._contradicts = True
+                self._has_contradiction = True
 
-    def _add_agreement(self, seconds: float, wheels_rest: bool) -> None:
-        if self._contradicts and not wheels_rest:    # a contradiction ends only at rest
+    def _add_agreement(self, seconds: float, wheels_are_at_rest: bool) -> None:
+        if self._has_contradiction and not wheels_are_at_rest:    # ends only at rest
             return
         comparison = self._comparison
         comparison.agreed_for += seconds
         if comparison.agreed_for >= AGREEMENT_TIME:
             comparison.unexplained_turn = 0.0
-            self._contradicts = False
+            self._has_contradiction = False

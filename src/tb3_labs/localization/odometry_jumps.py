@@ -151,9 +151,8 @@ def _jump_of_reset(earlier: _OdometryMessage, later: _OdometryMessage, commanded
     imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
     was_at_rest = earlier.shows_rest and commanded_at < earlier.arrival - COMMAND_TIMEOUT
     was_carried = abs(imu_turn) > MAX_RESTING_TURN
-    if was_carried or not was_at_rest:
-        return Jump(SET_TO_ZERO, POSE_LOST)
-    if later.longest_gap(earlier) >= LONGEST_COUNTED_SILENCE:
+    is_long = later.longest_gap(earlier) >= LONGEST_COUNTED_SILENCE
+    if was_carried or is_long or not was_at_rest:
         return Jump(SET_TO_ZERO, POSE_LOST)
     return Jump(SET_TO_ZERO, POSE_KEPT, _shift(earlier.sample.pose, later.sample.pose), imu_turn)
 

@@ -77,9 +77,9 @@ class Track:
 
 class SampleBuffer:
     def __init__(self) -> None:
-        self._forget(epoch=0)
+        self._start_epoch(epoch=0)
 
-    def _forget(self, epoch: int) -> None:
+    def _start_epoch(self, epoch: int) -> None:
         self._epoch = epoch    # epoch of the samples
         self._imu = Track(interpolate_angle)
         self._odometry = Track(interpolate)
@@ -142,4 +142,4 @@ class SampleBuffer:
 
     def _forget_other_epochs(self, epoch: int) -> None:
         if epoch != self._epoch:
-            self._forget(epoch)
+            self._start_epoch(epoch)

@@ -43,15 +43,15 @@ MAX_EVEN_RATE_CHANGE = 0.03
 class TimedSample(NamedTuple):
     """A sample and its times."""
 
-    sample: Any             # an ImuSample or OdometrySample
-    previous_sample: Any    # the previous sample of the same sensor, or None
-    arrival: float          # time of arrival [s, receiver's clock]
-    time: float             # time of measurement [s, sender's clock]; without stamps `arrival`
-    epoch: int              # epoch of the sender's clock
-    measured_at: float      # time of measurement [s, receiver's clock]; see SenderClock.measured_at
-    silence: float          # time [s] since this sensor's previous sample; infinite without one
-    silence_of_robot: float   # time [s] since the latest sample of any sensor; infinite without one
-    stamp_interval: float   # time [s] from the previous stamp; 0 for the first sample
+    sample: Any              # an ImuSample or OdometrySample
+    previous_sample: Any     # the previous sample of the same sensor, or None
+    arrival: float           # time of arrival [s, receiver's clock]
+    time: float              # time of measurement [s, sender's clock]; without stamps `arrival`
+    epoch: int               # epoch of the sender's clock
+    measured_at: float       # time of measurement [s, receiver's clock], by SenderClock.measured_at
+    silence: float           # time [s] since this sensor's previous sample; infinite without one
+    silence_of_robot: float  # time [s] since the latest sample of any sensor; infinite without one
+    stamp_interval: float    # time [s] from the previous stamp; 0 for the first sample
 
     def age(self, now: float) -> float:
         """Returns the time [s] since the measurement; 0 if the receiver's clock went back."""
@@ -85,7 +85,8 @@ class SampleTiming:
         previous = last.sample if last else None
         stamp_interval = sample.stamp - previous.stamp if previous else 0.0
         silence_of_robot = min(_silence(self.imu, now), _silence(self.odometry, now))
-        time = self.clock.time_of(source, sample.stamp, now, silence, silence_of_robot)
+        time = self.clock.time_of(
+            source, sample.stamp, now, silence=silence, silence_of_robot=silence_of_robot)
         return TimedSample(
             sample, previous, arrival=now, time=time, epoch=self.clock.epoch,
             measured_at=self.clock.measured_at(time, now), silence=silence,
@@ -112,7 +113,7 @@ class SenderClock:
         self.epoch = -1    # number of the epoch; the first epoch is 0
         self.uses_stamps = True    # are the stamps a clock?
         self._last_arrival = math.nan    # before the first sample
-        self._new_epoch()
+        self._start_epoch()
 
     def time_of(self, source: str, stamp: float, arrival: float, silence: float,
                 silence_of_robot: float) -> float:
@@ -127,9 +128,9 @@ class SenderClock:
         is_wrong_for_long = arrival - wrong_since > MAX_WRONG_TIME
         if self.uses_stamps and (stands_still or is_wrong_for_long):
             self.uses_stamps = False
-            self._new_epoch()
+            self._start_epoch()
         elif self._is_new_clock(stamp - last.stamp, arrival, silence, silence_of_robot):
-            self._new_epoch()
+            self._start_epoch()
             wrong_since = math.inf
         time = arrival
         if self.uses_stamps:
@@ -166,7 +167,7 @@ class SenderClock:
         # delayed messages arrive together, but their stamps differ as usual
         return interval < -MAX_CORRECTION or interval > silence + MIN_CLOCK_STEP
 
-    def _new_epoch(self) -> None:
+    def _start_epoch(self) -> None:
         self.epoch += 1
         self._least_delay = WindowMinimum()
         self._latest_stamps: DefaultDict[str, _Stamp] = defaultdict(_Stamp)    # by source

@@ -44,7 +44,7 @@ class Event(Generic[Content]):
     arrived_at: float    # time of arrival [s]
     sender: str = ''
     age: Age = Age.NEW
-    renews: bool = False    # does the sender announce that it will renew its permission?
+    renews: bool = False    # does the sender announce renewals of its permission?
     sent_at: float = 0.0    # time of sending [s, sender's clock]; 0 if unknown
 
 
@@ -64,7 +64,7 @@ class MessageAges:
     def __init__(self, earlier_senders: Iterable[str], now: float) -> None:
         """This node begins to listen at `now`. The `earlier_senders` existed before `now`."""
         self._earlier_senders = frozenset(earlier_senders)
-        self._begun_at = now
+        self._began_at = now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock) of each sender
 
@@ -91,7 +91,7 @@ class MessageAges:
         is_restarted = previous is not None and previous.process != connection.process
         if is_restarted and connection.renews:    # a renewing sender is silent until a person acts
             return Age.RESTARTED
-        came_at_once = previous is None and now - self._begun_at < CROSSING_TIME
+        came_at_once = previous is None and now - self._began_at < CROSSING_TIME
         if connection.latches and came_at_once:
             return Age.OLD    # a person cannot send a new message so soon
         if connection.latches and not connection.renews:
