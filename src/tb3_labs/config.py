@@ -14,7 +14,7 @@ ConfigType = TypeVar('ConfigType', bound='Config')
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """Returns a dataclass field. A number needs the least (`low`) and greatest valid value."""
+    """Returns a dataclass field. A number needs `low` and `high`. Both are valid values."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 

@@ -212,7 +212,7 @@ class Localizer:
 
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:
         try:
-            reset.declared_pose = reset.requested_pose.in_local(self.odom_T_local)
+            reset.declared_pose = reset.requested_pose.to_local(self.odom_T_local)
         except ValueError as problem:
             reset.problem = str(problem)
             return

@@ -48,7 +48,7 @@ class RequestedPose:
     pose: Pose2
     is_in_odom: bool = False
 
-    def in_local(self, odom_T_local: Optional[Pose2]) -> Pose2:
+    def to_local(self, odom_T_local: Optional[Pose2]) -> Pose2:
         """Returns this pose in ``local``. Raises ``ValueError`` if there is no local frame, or if
         the pose is too far away."""
         pose = self.pose
@@ -118,7 +118,7 @@ class GoalRequests:
         if sender_goal.is_ended:
             raise ValueError(STAYS_ENDED)
         assert request.goal is not None
-        return request.goal.in_local(odom_T_local)
+        return request.goal.to_local(odom_T_local)
 
     def repeats_present(self, sender_goal: SenderRequest) -> bool:
         return sender_goal.is_repeated and self._is_present(sender_goal)

@@ -41,7 +41,7 @@ class Sensor(Freshness):
         self.reading: Any = None    # content of the latest message, without the stamp
         self.repeated_for = 0.0    # time [s] of a repeated reading that should have changed
         self.longest_gap = 0.0     # longest time [s] between two messages since the last pause
-        self._changed_at = math.inf    # time [s] of the latest change, or infinite
+        self._changed_at = math.inf    # time [s] of the latest change; infinite before a change
 
     def on_message(self, now: float, reading: Any = None) -> float:
         silence = super().on_message(now)
@@ -79,7 +79,7 @@ class SensorMonitor:
         self.hold_reason = ''    # why the robot must stand; '' if the robot may move
         self.silent_for = 0.0    # length [s] of the latest silence since the motion was requested
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a motion awaits the sensors
-        self._silent_since = math.inf    # start [s] of the silence, or infinite
+        self._silent_since = math.inf    # start [s] of the silence; infinite before the next update
         self._were_ready = False         # were all sensors ready at the latest update?
 
     def request_motion(self) -> None:
