@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.mouse import to_mouse
-from tb3_labs.nodes.move_to_goal.ros_requests import to_requested_pose
+from tb3_labs.nodes.move_to_goal.ros_goals_and_resets import to_requested_pose
 from tb3_labs.ros.conversions import to_odometry_sample, to_pose2, to_pose_stamped, to_quaternion
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample

@@ -1,6 +1,6 @@
 """Where is the robot, and when was its pose measured?
 
-This folder computes poses in the local frame from samples of the IMU and the odometry. The request
-for a reset passes from `nodes/move_to_goal/ros_requests` through `nodes/move_to_goal/core` to
+This folder computes poses in the local frame from samples of the IMU and the odometry. A request
+for a reset passes from `ros_goals_and_resets` to `core`, both in `nodes/move_to_goal`, and then to
 `localizer`, which declares a new `local_frame`.
 """

@@ -17,7 +17,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
-from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, ResetServer
+from tb3_labs.nodes.move_to_goal.ros_goals_and_resets import GoalServer, ResetServer
 from tb3_labs.nodes.move_to_goal.status import MoveToGoalConfig
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros.clocks import ros_time, steady_time
