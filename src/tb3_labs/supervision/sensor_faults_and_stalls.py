@@ -116,12 +116,16 @@ class SensorMonitor:
 
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
         self.hold_reason = ''
-        gap = max(sensor.longest_gap for sensor in self._sensors)
-        if not is_late and gap <= SENSOR_TIMEOUT:
+        longest_gap = max(sensor.longest_gap for sensor in self._sensors)
+        if is_late:
+            self.status = SensorStatus.TIMED_OUT
+            self.silent_for = silent_for
+        elif longest_gap > SENSOR_TIMEOUT:
+            self.status = SensorStatus.RECOVERED
+            self.silent_for = longest_gap
+        else:
             self.status = SensorStatus.FRESH
             return
-        self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.RECOVERED
-        self.silent_for = silent_for if is_late else gap
         self.forget_silences()
 
     def forget_silences(self) -> None:
