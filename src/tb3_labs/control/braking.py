@@ -67,7 +67,6 @@ class Approach:
     """Turns or drives the robot until `remaining` is zero and the robot rests."""
 
     def __init__(self, config: ApproachConfig, response: MotorResponse) -> None:
-        """This approach improves the robot's delay, lag and gain in `response`."""
         self._config = config
         self._response = response
         self.start()
@@ -91,9 +90,8 @@ class Approach:
     def obeyed_only_stops(self, age: float) -> bool:
         """In the last `age` [s], did the robot obey only commands to stop?"""
         history = self._history
-        measured_at = history.now - age
         return history.sent_only_stops_since(
-            measured_at - self._identification.estimate.delay - 2.0 * self._config.period)
+            history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
     def step(self, remaining: float, speed: float, max_speed: float, dt: float,
              noise: float = 0.0, age: float = 0.0) -> float:

@@ -51,12 +51,10 @@ class _WheelTurn(NamedTuple):    # computed from two samples of the wheels
     rate_of_one_wheel: float    # rate [rad/s] at which the faster wheel alone would turn the robot
 
 
-class _GyroRate(NamedTuple):
-    """A rate of the gyro [rad/s], measured at `begin` and assumed until `end`."""
-
+class _GyroRate(NamedTuple):    # measured at `begin`, and assumed until `end`
     begin: float
     end: float
-    rate: float
+    rate: float          # [rad/s]
     is_repeated: bool
 
 

@@ -41,8 +41,6 @@ MAX_EVEN_RATE_CHANGE = 0.03
 
 
 class TimedSample(NamedTuple):
-    """A sample and its times."""
-
     sample: Any              # an ImuSample or OdometrySample
     previous_sample: Any     # the previous sample of the same sensor, or None
     arrival: float           # time of arrival [s, receiver's clock]

@@ -14,8 +14,6 @@ WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'    # as in turtlebot3_des
 
 
 class Twist2(NamedTuple):
-    """A velocity in the plane."""
-
     linear: float = 0.0     # forward speed [m/s]
     angular: float = 0.0    # rate of turn [rad/s], positive to the left
 

@@ -49,8 +49,6 @@ class Event(Generic[Content]):
 
 
 class SenderConnection(NamedTuple):
-    """The connection on which the messages of one sender arrive."""
-
     sender: str
     process: str = ''         # address of the process that has the sender's name now
     connected_at: float = -math.inf  # time [s] at which the connection was made
@@ -162,8 +160,6 @@ class Queue(List[Content]):
 
 
 class LogQueue(Queue[LogLine]):
-    """The lines of text that the node must log."""
-
     def add(self, text: str, warning: bool = False) -> None:
         self.append(LogLine(text, warning))
 

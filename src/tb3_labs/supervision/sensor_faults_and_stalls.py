@@ -34,8 +34,6 @@ class SensorStatus(Enum):
 
 
 class Sensor(Freshness):
-    """Remembers when the latest message of a sensor arrived, and the content of the message."""
-
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         self.reading: Any = None    # content of the latest message, without the stamp
