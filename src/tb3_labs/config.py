@@ -1,6 +1,6 @@
 """Settings that describe and check themselves.
 
-A configuration is a frozen dataclass, which refuses an invalid value with one sentence. The folder
+A configuration is a frozen dataclass that refuses an invalid value with one sentence. The folder
 `ros` uses the fields to read, document and change ROS parameters.
 """
 import difflib
@@ -14,14 +14,14 @@ ConfigType = TypeVar('ConfigType', bound='Config')
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """Returns a dataclass field. A number needs `low` and `high`, which are valid values, too."""
+    """Returns a dataclass field. A number needs `low` and `high`. Both are valid values."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 
 
 @dataclass(frozen=True)
 class Config:
-    """The base of all configurations, which checks each field that :func:`setting` made."""
+    """The base of all configurations. It checks each field that :func:`setting` made."""
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -32,19 +32,21 @@ class Config:
 def from_parameters(config_type: Type[ConfigType], given: Mapping[str, Any]) -> ConfigType:
     """Returns a `config_type` with the values `given`. Unknown parameters, and parameters with the
     value NOT_GIVEN, are ignored. Raises ``ValueError`` for the first invalid value."""
-    return config_type(**{item.name: given[item.name] for item in fields(config_type)
-                          if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
+    names = {item.name for item in fields(config_type)}
+    return config_type(**{name: value for name, value in given.items()
+                          if name in names and value != NOT_GIVEN})
 
 
 def spelling_hint(name: str, valid_names: Iterable[str]) -> str:
     """Returns a hint for a `name` that is not in `valid_names`."""
-    similar = difflib.get_close_matches(name, list(valid_names), 1)
+    similar = difflib.get_close_matches(name, list(valid_names), n=1)
     return f'is {similar[0]} meant?' if similar else 'known: ' + ', '.join(sorted(valid_names))
 
 
 def _checked(item: Field, value: Any) -> Any:
     """Returns `value` in the field's type. Raises ``ValueError`` if `value` is not valid."""
-    valid_type, rule = type(item.default), item.metadata
+    valid_type = type(item.default)
+    rule = item.metadata
     # Python treats a bool as an int, but "has_control: 2" and "rate: true" are mistakes.
     if valid_type is float and type(value) is int:
         value = float(value)

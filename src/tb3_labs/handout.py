@@ -1,7 +1,7 @@
 """The numbers, names and printed words of the two handouts.
 
-This module has no imports, so every other module may import it. The plain nodes in scripts/ and the
-skeletons repeat numbers of this module, which test_handout.py checks.
+This module imports nothing, so every module may import it. The plain nodes in scripts/ and the
+skeletons repeat numbers of this module. test_handout.py compares them.
 """
 # -- the IMU exercise and the IMU lab
 

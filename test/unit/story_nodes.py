@@ -98,7 +98,7 @@ class Ahead:
 class Still:
     """It replaces the localizer: the robot is at the origin, and a reset is carried out at once."""
 
-    has_resets = is_lost = False
+    waiting_resets, is_lost = (), False
     odom_T_local = None
     resets, jumps = (), Queue()
 
@@ -111,7 +111,7 @@ class Still:
         reset.declared_pose = reset.requested_pose.pose
         self.resets += (reset,)
 
-    def pop_resets(self):
+    def pop_ended_resets(self):
         resets, self.resets = self.resets, ()
         return resets
 

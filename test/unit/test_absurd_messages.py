@@ -77,11 +77,11 @@ def test_a_stamp_that_ros_could_not_send_again_is_refused(read, make):
     read(message)
 
 
-@pytest.mark.parametrize('frame, in_odom', [
+@pytest.mark.parametrize('frame, is_in_odom', [
     ('', False), ('local', False), ('/local', False), ('map', False), ('odom', True), ('/odom', True)])
-def test_the_frames_of_a_goal(frame, in_odom):
+def test_the_frames_of_a_goal(frame, is_in_odom):
     pose = to_pose_stamped(Pose2(1.0, 2.0, 0.5), '', 0.0).pose
-    assert to_requested_pose(Header(frame_id=frame), pose).in_odom is in_odom
+    assert to_requested_pose(Header(frame_id=frame), pose).is_in_odom is is_in_odom
 
 
 @pytest.mark.parametrize('frame', ['mars', 'base_link', 'local2', '\x1b[2J\x1b[31m', 'x' * 5000, '\u202e'])

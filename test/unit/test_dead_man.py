@@ -67,10 +67,10 @@ def test_after_a_stop_earlier_acts_of_a_person_are_rejected(dead_man):
         with pytest.raises(ValueError, match=reason):
             dead_man.hold(A, known, 100.1, 0.0, first)
     with pytest.raises(ValueError, match='stopped'):
-        dead_man.check(0, 100.1, 0.0, 1.0)
-    dead_man.check(1, 100.1, 1.0, 1.0)
+        dead_man.refuse_if_old(0, 100.1, 0.0, 1.0)
+    dead_man.refuse_if_old(1, 100.1, 1.0, 1.0)
     with pytest.raises(ValueError, match='this came 1.1 s late'):
-        dead_man.check(1, 100.1, 1.1, 1.0)
+        dead_man.refuse_if_old(1, 100.1, 1.1, 1.0)
     assert dead_man.hold(A, 1, 100.1, 0.0, True)
 
 
@@ -78,5 +78,5 @@ def test_after_a_stop_earlier_acts_of_a_person_are_rejected(dead_man):
 def test_a_page_that_is_silent_or_late_is_lost(dead_man, late):
     if late:
         assert not dead_man.hold(A, 0, 100.2, INPUT_TIMEOUT + 1e-9, False)    # as if it had not come
-    assert dead_man.lost_for(100.0 + INPUT_TIMEOUT) == 0.0
-    assert dead_man.lost_for(100.3) == pytest.approx(0.3)
+    assert dead_man.driving_page_lost_for(100.0 + INPUT_TIMEOUT) == 0.0
+    assert dead_man.driving_page_lost_for(100.3) == pytest.approx(0.3)

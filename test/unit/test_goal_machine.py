@@ -111,13 +111,13 @@ def test_an_interrupted_drive_begins_at_its_present_pose():
     law.left.update(rotate_to_goal=0.0, move_forward=0.0)
     machine.step(STANDING, 0.1)
     assert machine.state is GoalState.ROTATE_TO_FINAL
-    machine.interrupt()
+    machine.restart_law()
     law.left['rotate_to_goal'] = 1.0
     for _ in range(2):      # once for each interruption
         assert machine.step(STANDING, 0.1) is not None
         assert machine.state is GoalState.ROTATE_TO_GOAL
         assert (law.starts, machine.attempt) == (2, 1)
-    machine.interrupt()
+    machine.restart_law()
     machine.restart()       # a new drive
     machine.step(STANDING, 0.1)
     assert (law.starts, machine.attempt) == (3, 2)
@@ -130,6 +130,6 @@ def test_a_stalled_drive_is_given_up_in_spite_of_interruptions(motion, reason):
     while machine.step(motion, 0.033) is not None and driven < 10.0:
         driven += 0.033
         if round(driven / 0.033) % 10 == 0:    # every third of a second
-            machine.interrupt()
+            machine.restart_law()
     assert reason in machine.failure
     assert STALL_TIME <= driven <= STALL_TIME + 0.1

@@ -35,7 +35,7 @@ def feed(localizer, messages):
     for arrival, sample in messages:
         take = localizer.on_imu if isinstance(sample, ImuSample) else localizer.on_odometry
         take(sample, arrival)
-        resets += localizer.pop_resets()
+        resets += localizer.pop_ended_resets()
         stamped = localizer.pop_pose()
         if stamped is not None:
             poses.append(stamped)
@@ -135,12 +135,12 @@ def test_a_new_clock_or_board_ends_a_waiting_reset(
     robot, localizer = replace(RESTING, clock_ahead=1000.0), TimedPart.localizer()
     feed(localizer, robot.messages(0.0, 2.0))
     reset = localizer.reset(RequestedPose(Pose2()), 2.02)
-    assert localizer.has_resets and reset.problem == ''
+    assert localizer.waiting_resets and reset.problem == ''
     localizer.on_imu(robot.imu(2.01)._replace(**imu), 2.01)
     if odometry:
         localizer.on_odometry(robot.odometry(2.01)._replace(**odometry), 2.01)
         assert localizer.motion(2.01) is None
-    assert reset.problem.startswith(problem) and not reset.is_done and not localizer.has_resets
+    assert reset.problem.startswith(problem) and not reset.is_done and not localizer.waiting_resets
 
 
 def test_a_reset_before_the_first_message_waits():
@@ -156,7 +156,7 @@ def test_a_reset_may_be_the_first_frame():
         localizer.on_odometry(SPINNING.odometry(time), time)
         if not time:
             reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), 0.05)
-    assert localizer.pop_resets() == [reset]
+    assert localizer.pop_ended_resets() == [reset]
     assert reset.pose_before is None and reset.is_done
     assert_pose(localizer.pop_pose().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
 

@@ -25,7 +25,7 @@ def identified(delay, lag, command=1.0, begin_speed=0.0, prompt=True, seconds=1.
     """
     learned = learned or MotorResponse()
     identification, history = Identification(learned, prompt), CommandHistory(PERIOD)
-    identification.begin(begin_speed)
+    identification.start(begin_speed)
     for tick in range(round(seconds / PERIOD)):
         if tick:
             history.advance(PERIOD)
@@ -76,7 +76,7 @@ def test_gain_and_delay_are_identified_separately(
     (1e307, False)])
 def test_only_plausible_speeds_are_used(share, tells):
     history, identification = CommandHistory(PERIOD), Identification(MotorResponse(), True)
-    identification.begin(0.0)
+    identification.start(0.0)
     history.send(1.0)
     history.advance(0.1)
     identification.update(history, -0.001, share, 1.0)

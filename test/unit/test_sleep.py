@@ -166,7 +166,7 @@ class SleepingPage(SleepingCore):
         pass
 
     def look(self):
-        self.core.lost_for(self.now)
+        self.core.driving_page_lost_for(self.now)
 
     def ask(self, question, *details):
         try:
@@ -187,7 +187,7 @@ GIVES = [
     (SleepingGamepad, partial(SleepingGamepad.hold, relinquish=True)),
     (SleepingGamepad, partial(SleepingGamepad.hold, reset=True)), (SleepingGamepad, HANDS[1]),
     (SleepingPage, lambda page: page.ask(partial(page.core.hold, 'page'), 0.0, True)),
-    (SleepingPage, lambda page: page.ask(page.core.check, 0.0, 1.0))]    # a turn, a goal, a reset
+    (SleepingPage, lambda page: page.ask(page.core.refuse_if_old, 0.0, 1.0))]    # a turn, a goal, a reset
 #: (class, act that moves the robot, act that stops the robot).
 STOPS = [
     (SleepingMoveToGoal, SleepingMoveToGoal.goal, lambda core: core.core.on_ctrl_relinq(core.event(False))),

@@ -76,5 +76,5 @@ def test_a_sensor_that_repeats_a_reading_is_frozen(reading, must_change, frozen)
     imu = Sensor('imu')
     for k in range(MANY):
         imu.on_message(DT * k, reading(k))
-        imu.check_repetition(must_change, DT * k)
+        imu.update_repetition(must_change, DT * k)
     assert ('imu repeats one reading' in SensorMonitor(imu).frozen_text()) is frozen

@@ -1,4 +1,4 @@
-"""How does the robot move? This folder has the laws for turns, and for drives to a goal.
+"""How does the robot move? This folder contains the laws for turns, and for drives to a goal.
 
 A law, such as turning.PreciseTurn, computes the command from the robot's pose. `supervision`
 decides whether the robot may move. `braking` stops the robot at its goal in spite of delays.

@@ -1,8 +1,8 @@
 """An approach moves the robot to a goal, and stops the robot at the goal in spite of delays.
 
-If a controller looks only at the measured position, it brakes too late, and overshoots. An approach
-is a Smith predictor, which controls the *predicted remaining way*. A robot that is told to stop now
-would come to rest at this distance before the goal. The formula is
+A controller that looks only at the measured position brakes too late, and overshoots. An approach
+is a Smith predictor, which controls the *predicted remaining way*: the distance to the goal at
+which a robot that is told to stop now would come to rest. The formula is
 
     remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
 
@@ -33,19 +33,17 @@ class ApproachConfig:
 
     period: float          # time [s] for which the robot obeys each command
     acceleration: float    # greatest acceleration [1/s^2] of the command
-    #: Deceleration [1/s^2] of the braking profile, which is less than the acceleration, so that the
+    #: Deceleration [1/s^2] of the braking profile. It is less than the acceleration, so that the
     #: robot can follow the profile in spite of disturbances.
     deceleration: float
     gain: float         # [1/s]; near the goal, the speed is the gain times the remaining way
     min_speed: float    # of a motion, since a slower robot would take too long to arrive
-    #: The command is 0 if the predicted remaining way is shorter than this. Without this limit, the
-    #: robot would move to and fro about the goal at the lowest speed.
+    #: The command is 0 if the predicted remaining way is shorter than this. Without a dead band,
+    #: the robot would move to and fro about the goal at the lowest speed.
     dead_band: float
     nudge_dead_band: float = 0.0    # least `dead_band` of a nudge
-    #: The robot backs up only if it would stop farther than this beyond the goal.
-    max_overshoot: float = 0.0
-    #: A nudge lasts at least this time [s], so that a stop does not replace the nudge too early.
-    nudge_time: float = 0.0
+    max_overshoot: float = 0.0      # the robot backs up if it would stop farther beyond the goal
+    nudge_time: float = 0.0         # least time [s] of a nudge, before a stop may replace it
     #: Does the sensor measure the speed at one instant, as a gyro does? The odometry sends the mean
     #: speed of a control period, which is too high while the robot brakes.
     measures_instant_speed: bool = False
@@ -55,9 +53,9 @@ def braking_speed(distance: float, deceleration: float, gain: float) -> float:
     """Returns the fastest speed from which a robot can stop within `distance`, which is at least 0.
 
     Far from the goal, the speed follows the braking profile v = sqrt(2 a d), with the distance d
-    and the `deceleration` a [1/s^2]. At d = 0 the slope of this profile is infinite, and a motor
-    cannot follow it. Therefore the speed near the goal is the distance times the `gain` [1/s]. At
-    the distance `meeting_distance`, both formulas give the same speed and the same slope.
+    and the `deceleration` a [1/s^2]. A motor cannot follow the infinite slope of this profile at
+    d = 0. Therefore the speed near the goal is the distance times the `gain` [1/s]. At the distance
+    `meeting_distance`, both formulas give the same speed and the same slope.
     """
     meeting_distance = deceleration / gain ** 2
     if distance <= meeting_distance:
@@ -69,7 +67,6 @@ class Approach:
     """Turns or drives the robot until `remaining` is zero and the robot rests."""
 
     def __init__(self, config: ApproachConfig, response: MotorResponse) -> None:
-        """`response` has the robot's delay, lag and gain, and this approach improves them."""
         self._config = config
         self._response = response
         self.start()
@@ -79,11 +76,11 @@ class Approach:
         self._now = 0.0                  # time [s] since the start
         self._measured_at = -math.inf    # time [s] of the latest sample
         self.predicted_remaining = Estimate()    # [m or rad]
-        self._direction = 0.0        # sign of the latest motion; 0 before the first motion
-        self._reversals = 0
+        self._direction = 0.0        # latest command to move; 0 before the first motion
+        self._reversals = 0          # many reversals show that the robot differs from its model
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.measures_instant_speed)
-        self._begin_history(math.nan, 0.0)    # the first step replaces these values
+        self._start_history(math.nan, 0.0)    # the first step replaces these values
 
     def move_goal(self, change: float) -> None:
         """Add `change`, which may be negative, to the remaining way."""
@@ -108,7 +105,7 @@ class Approach:
             self._advance(speed, dt)
         else:    # no motion was commanded yet
             dt = self._config.period
-            self._begin_history(remaining, speed)
+            self._start_history(remaining, speed)
         self._identification.update(
             self._history, self._start_remaining - remaining, speed, max_speed, age)
         self._motor_speed = self._next_motor_speed(speed, dt)
@@ -120,16 +117,18 @@ class Approach:
             self._has_stopped = True
         command = self._profile_speed(max_speed)
         if command:
-            self._remember_direction(command)
+            if command * self._direction < 0.0:
+                self._reversals += 1
+            self._direction = command
         elif self._has_stopped and self._history.unchanged_for < self._config.nudge_time:
             command = latest_command
         change = self._config.acceleration * dt
         self._history.send(clamp(command, latest_command - change, latest_command + change))
         return self._history.command
 
-    def _begin_history(self, remaining: float, speed: float) -> None:
+    def _start_history(self, remaining: float, speed: float) -> None:
         self._history = CommandHistory(self._config.period)
-        self._identification.begin(speed)
+        self._identification.start(speed)
         self._start_remaining = remaining
         self._motor_speed = speed
 
@@ -169,9 +168,3 @@ class Approach:
         speed = braking_speed(abs(distance), config.deceleration, config.gain / gain_divisor)
         speed = clamp(speed, min(config.min_speed, max_speed), max_speed)
         return math.copysign(speed, distance)
-
-    def _remember_direction(self, velocity: float) -> None:
-        """Count reversals. Many reversals show that the robot differs from its model."""
-        if velocity * self._direction < 0.0:
-            self._reversals += 1
-        self._direction = velocity

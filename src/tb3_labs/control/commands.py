@@ -1,9 +1,9 @@
 """Finds when a control law must give a command, and remembers the commands.
 
-In one step, a control law reads the latest samples and gives one command. The robot obeys one new
-command in each control period (turtlebot3.CONTROL_RATE), and so a law has one step in each control
-period. A `Pace` finds when the next step is due. A command reaches the robot after the *delay*, and
-the motors follow with a first-order *lag*.
+In one step, a control law reads the latest samples and gives one command. A law has one step in
+each control period (turtlebot3.CONTROL_RATE), since the robot obeys one new command in each period.
+A `Pace` finds when the next step is due. A command reaches the robot after the *delay*, and the
+motors follow with a first-order *lag*.
 
 Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
 """
@@ -15,7 +15,6 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
 #: Each step after the first is due earlier by this time [s], since a sample may be up to 5 ms late.
-#: Until a new command arrives, the robot obeys the previous command.
 STEP_LEAD_TIME = 0.0035
 IDLE_SAMPLE_PERIOD = 0.036    # [s]; a node that does not drive reads a sample in each period
 #: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
@@ -48,16 +47,16 @@ class Pace:
         return self._last_step_at is not None
 
     def is_due(self, now: float) -> bool:
-        clock_went_back = now < self._next_step_at - 2.0 * self._period
-        return now >= self._next_step_at or clock_went_back
+        has_clock_gone_back = now < self._next_step_at - 2.0 * self._period
+        return now >= self._next_step_at or has_clock_gone_back
 
     def idle_for(self, now: float) -> float:
         """Returns the time [s] until the next step, which needs a new sample."""
         return clamp(self._next_step_at - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
-        """Take a step. Returns the time [s] since the previous step, or one period if it is the
-        first step after a start or a pause."""
+        """Take a step. Returns the time [s] since the previous step; one period if this is the
+        first step after a restart."""
         last = self._last_step_at
         self._last_step_at = now
         if last is None:
@@ -72,7 +71,7 @@ class Pace:
             self._next_step_at + self._period, now + 0.5 * self._period, now + self._period)
 
     def restart(self) -> None:
-        """Treat the next step as the first, since the robot rests, or another node drives."""
+        """Let the next step be the first, since the robot rests, or another node drives."""
         self._last_step_at = None
 
 
@@ -88,7 +87,7 @@ class CommandHistory:
     def __init__(self, period: float) -> None:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
-        self._sent = deque([_SentCommand(-COMMAND_MEMORY_TIME, 0.0, 0.0)])
+        self._sent_commands = deque([_SentCommand(-COMMAND_MEMORY_TIME, 0.0, 0.0)])
         self.now = 0.0             # time [s] since the start
         self.period_start = 0.0    # start [s] of the period that obeys a command that is sent now
         self.command = 0.0          # the latest command
@@ -106,20 +105,20 @@ class CommandHistory:
 
     def send(self, command: float) -> None:
         """Remember the command for the period that begins now."""
-        if len(self._sent) == 1:    # no command was sent yet
+        if len(self._sent_commands) == 1:    # no command was sent yet
             self.first_command = command
         if command != self.command:
             self._changed_at = self.now
         self.command = command
         travel = self.commanded_travel(self.period_start)
-        self._sent.append(_SentCommand(self.period_start, command, travel))
-        while self._sent[1].start < self.now - COMMAND_MEMORY_TIME:
-            self._sent.popleft()
+        self._sent_commands.append(_SentCommand(self.period_start, command, travel))
+        while self._sent_commands[1].start < self.now - COMMAND_MEMORY_TIME:
+            self._sent_commands.popleft()
 
     def commanded_travel(self, until: float) -> float:
         """Returns the travel commanded until the time `until` [s]."""
-        sent = self._command_at(until)
-        return sent.travel + sent.command * (until - sent.start)
+        latest = self._command_at(until)
+        return latest.travel + latest.command * (until - latest.start)
 
     def travel_under_way(self, delay: float) -> float:
         """Returns the travel of the commands that were sent less than `delay` [s] ago."""
@@ -131,12 +130,14 @@ class CommandHistory:
         return self._command_at(self.now - delay).command
 
     def sent_only_stops_since(self, time: float) -> bool:
-        return not any(sent.command for sent in self._sent if sent.start >= time)
+        return not any(sent.command for sent in self._sent_commands if sent.start >= time)
 
     def _command_at(self, time: float) -> _SentCommand:
         """Returns the command at `time` [s]; if `time` is too early, the oldest command."""
-        earlier = (sent for sent in reversed(self._sent) if sent.start <= time)
-        return next(earlier, self._sent[0])
+        for sent in reversed(self._sent_commands):
+            if sent.start <= time:
+                return sent
+        return self._sent_commands[0]
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
@@ -155,7 +156,7 @@ class Estimate:
 
     @property
     def uncertainty(self) -> float:
-        """The likely bound of the error, which is `CONFIDENCE_FACTOR` standard deviations."""
+        """The likely bound of the error: `CONFIDENCE_FACTOR` standard deviations."""
         return CONFIDENCE_FACTOR * math.sqrt(self._variance)
 
     def shift(self, change: float, deviation: float = 0.0) -> None:
@@ -164,8 +165,8 @@ class Estimate:
         self._variance += deviation * deviation    # deviation ** 2 could raise OverflowError
 
     def add(self, sample: float, noise: float) -> None:
-        """Take in a sample with the standard deviation `noise`. The sample replaces the estimate if
-        it contradicts the estimate, or has no noise."""
+        """Improve the estimate by a sample with the standard deviation `noise`. A sample replaces
+        the estimate if the sample has no noise, is the first, or contradicts the estimate."""
         noise_variance = noise * noise
         max_difference = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + noise_variance)
         agrees = abs(sample - self.value) <= max_difference

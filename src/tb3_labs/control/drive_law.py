@@ -1,4 +1,4 @@
-"""The control law of a drive to a goal, and its settings. The law gives the command in each state.
+"""The control law of a drive to a goal, and the settings of the law.
 
 Units: metres, radians, seconds. Poses are in the local frame.
 """
@@ -45,9 +45,9 @@ def sum_of_turns(start: float, line: float, end: float) -> float:
 class DriveLaw:
     """Drives as fast as the limits allow, and stops at the goal.
 
-    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. While the
-    robot drives, it steers towards a point on the line, a little ahead of the robot. The law has
-    one method for each driving state. `dt` is the time [s] since the previous step.
+    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. On the way the
+    robot steers towards a point on the line, a little ahead. Each driving state has one method of
+    the law. `dt` is the time [s] since the previous step.
     """
 
     period = PreciseTurn.period
@@ -85,41 +85,43 @@ class DriveLaw:
         turns = sum_of_turns(pose.yaw, self._line, goal.yaw)
         reverse_turns = sum_of_turns(pose.yaw, reversed_line, goal.yaw)
         self._is_reversed = self._config.allow_reverse and reverse_turns < turns
-        self._begin_turn(pose, self._heading_along(self._line))
+        self._start_turn(pose, self._heading_along(self._line))
         self._approach.start()
-        self._has_begun_final_turn = False
+        self._has_started_final_turn = False
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn until the robot's heading is nearly along the line."""
         if self._is_at_goal:
             return LawStep(Twist2(), remaining=0.0, is_finished=True)
-        turn = self._turn_step(motion, dt)
-        is_facing = abs(turn.remaining) < self.FACING_ANGLE
-        return self._limited_step(0.0, turn, turn.remaining, is_facing)
+        turn_step = self._turn_step(motion, dt)
+        is_facing = abs(turn_step.remaining) < self.FACING_ANGLE
+        return self._limited_step(0.0, turn_step, turn_step.remaining, is_finished=is_facing)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line, until a command to stop would bring the robot to rest at the goal.
 
-        If a command is delayed, the robot may drive past the goal. A robot past the goal comes to
-        rest, and backs up straight if it is outside the tolerance.
+        If a command is delayed, the robot may drive past the goal. Then the robot comes to rest,
+        and backs up straight if it is outside the tolerance.
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
-        ahead, cross_track_error = -line_T_base.x, line_T_base.y    # left positive
+        remaining = -line_T_base.x
         direction = -1.0 if self._is_reversed else 1.0
         speed = direction * self._approach.step(
-            ahead, direction * motion.linear, max_speed=self._max_linear, dt=dt)
-        to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD_DISTANCE)
+            remaining, direction * motion.linear, max_speed=self._max_linear, dt=dt)
+        to_line = math.atan2(-line_T_base.y, self.LOOK_AHEAD_DISTANCE)
         self._precise_turn.aim(self._heading_along(wrap(self._line + to_line)))
+        turn_step = self._turn_step(motion, dt)
         has_arrived = self._is_at_goal or self._has_arrived(motion.linear)
-        return self._limited_step(speed, self._turn_step(motion, dt), ahead, has_arrived)
+        return self._limited_step(speed, turn_step, remaining, is_finished=has_arrived)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading, until the robot rests inside the tolerance."""
-        if not self._has_begun_final_turn:
-            self._has_begun_final_turn = True
-            self._begin_turn(motion.pose, goal.yaw)
-        turn = self._turn_step(motion, dt)
-        return self._limited_step(0.0, turn, turn.remaining, turn.is_finished)
+        if not self._has_started_final_turn:
+            self._has_started_final_turn = True
+            self._start_turn(motion.pose, goal.yaw)
+        turn_step = self._turn_step(motion, dt)
+        return self._limited_step(
+            0.0, turn_step, turn_step.remaining, is_finished=turn_step.is_finished)
 
     def shortfall_text(self, pose: Pose2, goal: Pose2) -> str:
         """Returns a text with the distance to the goal; '' if it is inside the tolerance."""
@@ -139,7 +141,7 @@ class DriveLaw:
     def _heading_along(self, direction: float) -> float:
         return wrap(direction + math.pi) if self._is_reversed else direction
 
-    def _begin_turn(self, pose: Pose2, goal_yaw: float) -> None:
+    def _start_turn(self, pose: Pose2, goal_yaw: float) -> None:
         self._precise_turn.start(pose.yaw, difference(goal_yaw, pose.yaw))
 
     def _turn_step(self, motion: Motion, dt: float) -> LawStep:
@@ -147,8 +149,8 @@ class DriveLaw:
         return self._precise_turn.step(
             measured_yaw, motion.angular, dt, age=motion.imu_age, noise=motion.yaw_noise)
 
-    def _limited_step(self, linear: float, turn: LawStep, remaining: float,
+    def _limited_step(self, linear: float, turn_step: LawStep, remaining: float,
                       is_finished: bool) -> LawStep:
-        command = saturate(Twist2(linear, turn.command.angular), self._max_linear,
+        command = saturate(Twist2(linear, turn_step.command.angular), self._max_linear,
                            self._max_angular, self._model)
         return LawStep(command, remaining, is_finished)

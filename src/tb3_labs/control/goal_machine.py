@@ -3,10 +3,9 @@
 The law, :mod:`tb3_labs.control.drive_law`, gives the command in each driving state, and decides
 when a state is finished. This module chooses the next state. A drive is given up if the robot gets
 no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows the
-robot at the goal.
+robot at the goal. After GOAL_REACHED or a failure the command is None.
 
-Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure the
-command is None.
+Units: metres, radians, seconds. Poses are in the local frame.
 """
 from collections import defaultdict
 from typing import Dict, Optional
@@ -24,8 +23,6 @@ MAX_RETRIES = 2    # of a drive that ends outside its tolerance, as after a stal
 
 
 class GoalMachine:
-    """Drives one robot to one goal at a time."""
-
     def __init__(self, law: DriveLaw) -> None:
         self.law = law
         self.goal: Optional[Pose2] = None
@@ -33,7 +30,7 @@ class GoalMachine:
         self.failure = ''         # the reason why the drive was given up, or ''
         self.has_begun = False    # was a motion to this goal commanded?
         self.is_canceled = False  # did a person or program cancel the drive?
-        self.attempt = 0          # number of drives so far; a goal or a restart begins a drive
+        self.attempt = 0          # number of drives so far
         self._retries_left = 0
         self._law_is_started = False
         self._stalls: Dict[GoalState, StallMonitor] = defaultdict(StallMonitor)
@@ -56,10 +53,10 @@ class GoalMachine:
             self.has_begun = False
             self.attempt += 1
             self._retries_left = MAX_RETRIES
-            self._begin()
+            self._restart_states()
 
-    def interrupt(self) -> None:
-        """The robot was stopped. Let the next step drive to the goal from the new pose."""
+    def restart_law(self) -> None:
+        """Let the next step drive to the goal from a new pose, since the robot was stopped."""
         self._law_is_started = False
 
     def give_up(self, reason: str) -> None:
@@ -97,7 +94,7 @@ class GoalMachine:
 
     def _start_law(self, pose: Pose2, goal: Pose2) -> None:
         for stall in self._stalls.values():
-            stall.resume()
+            stall.accept_longer_way()
         self.has_begun = True
         self._law_is_started = True
         self.state = GoalState.ROTATE_TO_GOAL
@@ -111,7 +108,7 @@ class GoalMachine:
         return self.law.rotate_to_final(motion, goal, dt)
 
     def _has_settled(self, motion: Motion) -> bool:
-        """Do IMU and odometry show that the robot has settled? The law checks only the IMU."""
+        """Do IMU and odometry show that the robot has settled? The law uses only the IMU."""
         rest_began_at = self._settling.rest_began_at
         if rest_began_at is None or not self._settling.has_settled:
             return False
@@ -128,11 +125,11 @@ class GoalMachine:
                 self.state = GoalState.GOAL_REACHED
             elif self._retries_left:
                 self._retries_left -= 1
-                self._begin()
+                self._restart_states()
             else:
                 self.failure = shortfall
 
-    def _begin(self) -> None:
+    def _restart_states(self) -> None:
         self._stalls.clear()
         self._settling = Settling()
         self._law_is_started = False

@@ -21,9 +21,9 @@ the speed v = gain u (1 - exp(-(t - delay) / lag)). It follows that
     lag = motion_time / (-log(1 - speed_share) - speed_share)
     delay = t - motion_time - lag speed_share
 
-The measured delay is the time that a command takes to the robot, plus the time that a sample takes
-back. The stamp of a delayed sample looks fresh, since the robot sets its clock over the same slow
-network. The *sample delay* is the measured delay minus `COMMAND_TIME`.
+The measured delay is the time that a command takes to reach the robot, plus the time that a sample
+takes to come back. The stamp of a delayed sample looks fresh, since the robot sets its clock over
+the same slow network. The *sample delay* is the measured delay minus `COMMAND_TIME`.
 
 Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
 Source: the step response of a first-order system with dead time, as in Astrom and Hagglund,
@@ -41,13 +41,13 @@ from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.timeouts import MAX_SAMPLE_AGE
 
 INITIAL_LAG = 0.05    # [s], of the motors before the first measurement
+FIRMWARE_WAIT = 0.5 / CONTROL_RATE    # [s], from a command's arrival to the next control period
 #: The delay [s] before the first measurement. A step of the node and a quiet network take 25 ms.
-#: The wait for the firmware takes half a control period.
-INITIAL_DELAY = 0.5 / CONTROL_RATE + 0.025
+INITIAL_DELAY = FIRMWARE_WAIT + 0.025
 #: Time [s] until a real robot's motors begin to follow a command. The network takes 8 ms (firmware
-#: 1.2.6, on a fast and on a slow host). The wait for the firmware takes half a control period.
-COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-COMMAND_SPREAD = 0.025    # [s], by which a command's delay varies, even if samples are not delayed
+#: 1.2.6, on a fast and on a slow host).
+COMMAND_TIME = FIRMWARE_WAIT + 0.008
+COMMAND_SPREAD = 0.025    # a command's delay varies by this [s], even if samples are not delayed
 MIN_SAMPLE_DELAY = 0.0135    # [s], measured on a fast host
 MAX_SAMPLE_DELAY = 0.15      # [s]
 MAX_DELAY = 0.4     # [s]
@@ -65,10 +65,10 @@ MIN_LEARNING_WEIGHT = 0.01    # least weight of a measured delay in the mean del
 #: command did not change for this time [s].
 MAX_STEADY_DEVIATION = 0.08
 MIN_STEADY_TIME = 0.12
-#: A sample is evaluated only if the command is at least this share of the fastest speed.
+#: A sample is used only if the command is at least this share of the fastest speed.
 MIN_COMMAND_SHARE = 0.5
-LEARNING_TIME = 1.5    # [s]; later samples of an approach are not evaluated
-ONSET_SPEED = 0.03     # [rad/s or m/s]; a robot that is faster has begun to move
+LEARNING_TIME = 1.5    # [s]; later samples of an approach are not used
+ONSET_SPEED = 0.03     # [rad/s or m/s]; a faster robot has begun to move
 SPEEDING_UP_SHARES = 0.1, 1.5    # bounds of the speed of such a robot, as shares of the command
 #: A first command that is slower than this [rad/s] does not show delay and lag well. Without this
 #: limit, a turn by 0.2 degrees with a noisy gyro takes up to 3.5 s in place of 0.75 s.
@@ -77,7 +77,7 @@ NO_LAG_SHARE = 0.98    # if a first sample shows a larger share of the steady sp
 
 
 class MotorResponse:
-    """Delay, lag and gain of one robot, which all of its approaches share."""
+    """Delay, lag and gain of one robot. All approaches of the robot share them."""
 
     def __init__(self, delay: float = INITIAL_DELAY, lag: float = INITIAL_LAG,
                  gain: float = 1.0) -> None:
@@ -96,7 +96,7 @@ class MotorResponse:
         return min(excess, MAX_SAMPLE_DELAY)
 
     def learn(self, measured: 'MotorResponse') -> None:
-        """Take in one measurement of delay, lag and gain."""
+        """Learn from one measurement of delay, lag and gain."""
         self._count += 1
         weight = max(MIN_LEARNING_WEIGHT, 1.0 / self._count)
         self._mean_delay += weight * (measured.delay - self._mean_delay)
@@ -134,23 +134,23 @@ class Identification:
         `measures_instant_speed`, see ApproachConfig."""
         self.estimate = copy(response)          # the estimate of this approach
         self._shared_response = response        # the response that all approaches share
-        self._linearized_at = copy(response)    # the equations give changes of these values
+        self._linearization_point = copy(response)    # the equations give changes from this
         self._measures_instant_speed = measures_instant_speed
-        self._can_identify = False    # did it rest at the start, and was no sample late since?
+        self._can_identify = False    # did the robot rest at the start, and was no sample late?
         self._has_seen_start = False     # did a sample show that the robot speeds up?
         lag_deviation = INITIAL_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
         deviations = np.array([INITIAL_GAIN_DEVIATION, INITIAL_DELAY_DEVIATION, lag_deviation])
         self._normal_matrix = np.diag(deviations ** -2.0)
         self._normal_vector = np.zeros(3)
 
-    def begin(self, speed: float) -> None:
+    def start(self, speed: float) -> None:
         """Start at the measured `speed`, just before the first command. If the robot moves already,
         nothing is identified, since an earlier command may cause this motion."""
         self._can_identify = abs(speed) <= ONSET_SPEED
 
     def update(self, history: CommandHistory, travel: float, speed: float,
                max_speed: float, age: float = 0.0) -> None:
-        """Take in the travel since the start and the `speed`, which were measured `age` [s] ago."""
+        """Learn from the `travel` since the start and the `speed`, measured `age` [s] ago."""
         if age > MAX_SAMPLE_AGE:
             self._can_identify = False    # a slow network may delay commands, too
         if not self._can_identify:
@@ -161,28 +161,33 @@ class Identification:
         command = history.command
         if abs(command) < MIN_COMMAND_SHARE * max_speed or history.now > LEARNING_TIME:
             return
-        is_steady = (history.unchanged_for > MIN_STEADY_TIME
-                     and abs(speed - command) < MAX_STEADY_DEVIATION * abs(command))
-        min_share, max_share = SPEEDING_UP_SHARES
-        has_arrived = history.unchanged_for > self.estimate.delay + age    # the latest command
-        speeds_up = self._has_seen_start and has_arrived and min_share < speed / command < max_share
-        if is_steady or speeds_up:
+        is_near_command = abs(speed - command) < MAX_STEADY_DEVIATION * abs(command)
+        is_steady = is_near_command and history.unchanged_for > MIN_STEADY_TIME
+        if is_steady or self._speeds_up(history, speed, age):
             self._solve(history, travel, speed, max_speed, age)
         if is_steady:
             self._shared_response.learn(self.estimate)
 
+    def _speeds_up(self, history: CommandHistory, speed: float, age: float) -> bool:
+        command_has_arrived = history.unchanged_for > self.estimate.delay + age
+        if not self._has_seen_start or not command_has_arrived:
+            return False
+        min_share, max_share = SPEEDING_UP_SHARES
+        return min_share < speed / history.command < max_share
+
     def _identify_at_start(self, history: CommandHistory, travel: float, speed: float,
                            age: float) -> None:
         self._has_seen_start = True
-        steady_speed = history.first_command * self._linearized_at.gain
+        start = self._linearization_point
+        steady_speed = history.first_command * start.gain
         observed = identify_at_start(history.now - age, steady_speed, travel, speed)
         if observed is not None:
-            self._linearized_at.delay, self._linearized_at.lag = observed
-            self.estimate = copy(self._linearized_at)
+            start.delay, start.lag = observed
+            self.estimate = copy(start)
 
     def _solve(self, history: CommandHistory, travel: float, speed: float, max_speed: float,
                age: float) -> None:
-        start = self._linearized_at
+        start = self._linearization_point
         travel_under_way = history.command * (start.delay + age)
         obeyed_travel = history.commanded_travel(history.now) - travel_under_way
         row = np.array([obeyed_travel, -start.gain * history.command, -speed])
@@ -191,7 +196,7 @@ class Identification:
         self._normal_matrix += weight * np.outer(row, row)
         self._normal_vector += weight * residual * row
         changes = np.linalg.solve(self._normal_matrix, self._normal_vector)
-        gain_change, delay_change, lag_change = map(float, changes)
+        gain_change, delay_change, lag_change = changes.tolist()
         # if the lag is clipped, the delay changes, so that the sum of both stays the same
         delay_plus_lag = start.delay + delay_change + start.lag + lag_change
         estimate = self.estimate

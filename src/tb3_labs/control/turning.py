@@ -27,7 +27,7 @@ class Settling:
         self._measured_at = 0.0    # time [s] of the latest sample
 
     def update(self, is_resting: bool, measured_at: float) -> None:
-        """Take in the latest sample. `is_resting`: does this sample show a robot at rest?"""
+        """Use the latest sample. `is_resting`: does this sample show a robot at rest?"""
         if not is_resting:
             self.rest_began_at = None
         elif self.rest_began_at is None or measured_at < self.rest_began_at:
@@ -58,8 +58,7 @@ class PreciseTurn:
 
     def __init__(self, max_rate: float, acceleration: float, tolerance: float,
                  response: MotorResponse) -> None:
-        """`response` has the known delay and lag of the robot. The limits are `max_rate` [rad/s],
-        `acceleration` [rad/s^2] and `tolerance` [rad]."""
+        """The limits are `max_rate` [rad/s], `acceleration` [rad/s^2] and `tolerance` [rad]."""
         self._max_rate = max_rate
         self._tolerance = tolerance
         self._approach = Approach(ApproachConfig(
@@ -95,7 +94,7 @@ class PreciseTurn:
         command = self._approach.step(self.remaining, rate, max_speed=self._max_rate, dt=dt,
                                       noise=noise, age=age)
         is_resting = is_at_rest(0.0, rate) and self._approach.obeyed_only_stops(age)
-        self._settling.update(is_resting, self._time - age)
+        self._settling.update(is_resting, measured_at=self._time - age)
         if is_resting:
             self.remaining = self._approach.predicted_remaining.value
         return LawStep(Twist2(0.0, command), self.remaining,

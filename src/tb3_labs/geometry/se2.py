@@ -1,6 +1,6 @@
 """Poses in the plane, which transform points as in the handout.
 
-The pose ``A_T_B`` has the place and the heading of frame B in frame A. A pose transforms the point
+The pose ``A_T_B`` is the place and the heading of frame B in frame A. The pose transforms the point
 p_B in frame B to the point p_A in frame A. The inverse pose transforms p_A back to p_B:
 
     p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)
@@ -21,7 +21,7 @@ from tb3_labs.geometry.angles import interpolate_angle, wrap
 
 
 def rotation_matrix(theta: float) -> np.ndarray:
-    """Returns R(theta), shape (2, 2), which turns a point by `theta` counter-clockwise."""
+    """Returns R(theta), the (2, 2) matrix that turns a point by `theta` counter-clockwise."""
     cos, sin = math.cos(theta), math.sin(theta)
     return np.array([[cos, -sin],
                      [sin, cos]])
@@ -40,7 +40,7 @@ class Pose2:
         return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def inverse(self) -> 'Pose2':
-        """Returns the inverse pose, which is the parent frame seen from this pose."""
+        """Returns the pose of the parent frame in the frame of this pose."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
 

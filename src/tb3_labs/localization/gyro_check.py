@@ -9,13 +9,12 @@ differences are added up. If a person carries the robot, the gyro contradicts th
 Only stamps are compared, so delays of the network do not matter. Cases:
 
 1. Without stamps, or without samples of the wheels, a contradiction is not found.
-2. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. A motion waits
-   again after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its
-   gyro. If the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.
-3. While the robot moves, an error of the gyro is found only if slip and uneven wheels cannot
-   explain the error. If an error makes a turn look slower, the error looks like slip, and is found
-   only when the wheels rest. The gyro of a real robot does not become wrong during a motion, since
-   the board is silent for 2.6 s during a calibration.
+2. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`, and again after
+   each silence of more than timeouts.RESUME_TIME, since the board may have calibrated its gyro. If
+   the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.
+3. While the robot moves, an error that makes a turn look slower looks like slip, and is found only
+   when the wheels rest. The gyro of a real robot does not become wrong during a motion, since the
+   board is silent for 2.6 s during a calibration.
 
 Units: seconds, radians. Sources: the firmware, whose gyro lags by 13 to 105 ms; a recorded drive of
 a Burger, with at most 0.5 deg of unexplained turns.
@@ -33,13 +32,13 @@ from tb3_labs.supervision.timeouts import (
 MAX_GYRO_LAG = 0.13     # [s]; the gyro may show a turn up to this much later than the wheels
 MAX_GYRO_LEAD = 0.04    # [s]; the gyro may show a turn up to this much earlier
 MAX_SLIP_SHARE = 0.45   # share of the wheels' turn, as on a carpet
-MAX_UNEVEN_SHARE = 0.1  # share of _WheelTurn.rate_of_one_wheel, by which wheels may be uneven
+MAX_UNEVEN_SHARE = 0.1  # wheels may be uneven by this share of _WheelTurn.rate_of_one_wheel
 MAX_GYRO_DRIFT = 0.02   # [rad/s], of a healthy gyro
 MAX_UNEXPLAINED_TURN = 0.015    # [rad]; after a larger turn, the gyro contradicts the wheels
 #: A contradiction is over when the wheels have rested, and the gyro has agreed, for this time [s].
 AGREEMENT_TIME = 1.0
 WHEEL_MEMORY_TIME = 0.6    # [s]
-#: The text for the user, to which the robot's model and its reset topic are added.
+#: The text for the user. The braces stand for the robot's model and its reset topic.
 GYRO_CONTRADICTION = (
     'the gyro contradicts the wheels (calibrated while the robot moved? carried? not a {}?): let '
     'it rest, then `rostopic pub -1 {} std_msgs/Empty`')
@@ -52,17 +51,15 @@ class _WheelTurn(NamedTuple):    # computed from two samples of the wheels
     rate_of_one_wheel: float    # rate [rad/s] at which the faster wheel alone would turn the robot
 
 
-class _GyroRate(NamedTuple):
-    """A rate of the gyro [rad/s], measured at `begin` and assumed until `end`."""
-
+class _GyroRate(NamedTuple):    # measured at `begin`, and assumed until `end`
     begin: float
     end: float
-    rate: float
+    rate: float          # [rad/s]
     is_repeated: bool
 
 
 class _Comparison:
-    """The comparison of gyro and wheels since the last silence, or since a change of the clock."""
+    """The comparison of gyro and wheels since the latest silence or change of the clock."""
 
     def __init__(self) -> None:
         self.wheels: Optional[WheelSample] = None    # the latest sample
@@ -73,7 +70,8 @@ class _Comparison:
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
         """Returns the turns of the wheels that `reading` may show; None if a turn is unknown."""
-        begin, end = reading.begin - MAX_GYRO_LAG, reading.end + MAX_GYRO_LEAD
+        begin = reading.begin - MAX_GYRO_LAG
+        end = reading.end + MAX_GYRO_LEAD
         turns = [turn for turn in self.turns if turn.end > begin and turn.begin < end]
         if not turns or turns[0].begin > begin:    # `turns` is sorted by time
             return None
@@ -92,27 +90,27 @@ def _plausible_rates(turns: List[_WheelTurn]) -> Tuple[float, float]:
 
 
 class GyroMonitor:
-    """Compares the gyro of one robot with its wheels."""
-
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
-        self._contradiction = GYRO_CONTRADICTION.format(model.name, reset_topic)
+        self._contradiction_text = GYRO_CONTRADICTION.format(model.name, reset_topic)
         self.has_compared = False    # was any rate of the gyro compared with the wheels?
         self._sends_wheels = False
         self._rested_for = 0.0       # total time [s] of the comparisons at rest
         self._uncompared_for = 0.0   # time [s] for which the gyro was not compared
-        self._contradicts = False
+        self._has_contradiction = False
         self._comparison = _Comparison()
 
     def on_imu(self, timed: TimedSample, sends_wheels: bool = False) -> None:
-        """Take in a sample of the IMU. `sends_wheels`: does the robot send `joint_states`?"""
+        """Use a sample of the IMU. `sends_wheels`: does the robot send `joint_states`?"""
         if sends_wheels:
             self._sends_wheels = True
         if timed.silence > RESUME_TIME:
-            self._rested_for = self._uncompared_for = 0.0
+            self._rested_for = 0.0
+            self._uncompared_for = 0.0
         elif self._uncompared_for < AGREEMENT_TIME:
             self._uncompared_for += timed.silence
-        sample, previous = timed.sample, timed.previous_sample
+        sample = timed.sample
+        previous = timed.previous_sample
         if timed.stamp_interval < -MAX_CORRECTION:
             self._comparison = _Comparison()
         readings = self._comparison.readings
@@ -137,7 +135,7 @@ class GyroMonitor:
 
     def problem_text(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""
-        return self._contradiction if self._contradicts else ''
+        return self._contradiction_text if self._has_contradiction else ''
 
     @property
     def awaits_comparison(self) -> bool:
@@ -146,13 +144,15 @@ class GyroMonitor:
         return self._sends_wheels and waited_for < AGREEMENT_TIME
 
     def _add_turn(self, previous: WheelSample, sample: WheelSample) -> None:
-        begin, end = previous.stamp, sample.stamp
-        left, right = sample.left - previous.left, sample.right - previous.right
-        rate_per_radian = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
+        left = sample.left - previous.left
+        right = sample.right - previous.right
+        seconds = sample.stamp - previous.stamp
+        rate_per_radian = self._model.wheel_radius / self._model.wheel_separation / seconds
         turns = self._comparison.turns
-        turns.append(_WheelTurn(begin, end, rate=(right - left) * rate_per_radian,
-                                rate_of_one_wheel=max(abs(left), abs(right)) * rate_per_radian))
-        while turns[0].end < end - WHEEL_MEMORY_TIME:
+        turns.append(_WheelTurn(
+            previous.stamp, sample.stamp, rate=(right - left) * rate_per_radian,
+            rate_of_one_wheel=max(abs(left), abs(right)) * rate_per_radian))
+        while turns[0].end < sample.stamp - WHEEL_MEMORY_TIME:
             turns.popleft()
 
     def _compare_with_wheels(self, reading: _GyroRate) -> None:
@@ -161,31 +161,28 @@ class GyroMonitor:
         if turns is None:
             return
         self.has_compared = True
-        wait_has_ended = self._uncompared_for >= AGREEMENT_TIME
-        if not wait_has_ended:
+        if self._uncompared_for < AGREEMENT_TIME:    # a wait that has ended stays ended
             self._uncompared_for = 0.0
         seconds = reading.end - reading.begin
-        wheels_rest = max(turn.rate_of_one_wheel for turn in turns) < MAX_REST_TURN_RATE
-        if wheels_rest:
+        wheels_are_at_rest = max(turn.rate_of_one_wheel for turn in turns) < MAX_REST_TURN_RATE
+        if wheels_are_at_rest:
             self._rested_for += seconds
         lowest_rate, highest_rate = _plausible_rates(turns)
         nearest_rate = clamp(reading.rate, lowest_rate, highest_rate)
-        is_slow = abs(reading.rate) < MAX_REST_TURN_RATE
-        shows_rest = is_slow and abs(reading.rate) < abs(nearest_rate)    # although the wheels turn
-        if shows_rest or reading.rate == nearest_rate:
-            self._agree(seconds, wheels_rest)
+        shows_rest = abs(reading.rate) < min(MAX_REST_TURN_RATE, abs(nearest_rate))
+        if shows_rest or reading.rate == nearest_rate:    # slip explains a gyro that shows rest
+            self._add_agreement(seconds, wheels_are_at_rest)
         elif not reading.is_repeated:
             comparison.agreed_for = 0.0
             comparison.unexplained_turn += (reading.rate - nearest_rate) * seconds
             if abs(comparison.unexplained_turn) > MAX_UNEXPLAINED_TURN:
-                self._contradicts = True
+                self._has_contradiction = True
 
-    def _agree(self, seconds: float, wheels_rest: bool) -> None:
-        """Add up the time of agreement. A contradiction ends only while the wheels rest."""
-        comparison = self._comparison
-        if self._contradicts and not wheels_rest:
+    def _add_agreement(self, seconds: float, wheels_are_at_rest: bool) -> None:
+        if self._has_contradiction and not wheels_are_at_rest:    # ends only at rest
             return
+        comparison = self._comparison
         comparison.agreed_for += seconds
         if comparison.agreed_for >= AGREEMENT_TIME:
             comparison.unexplained_turn = 0.0
-            self._contradicts = False
+            self._has_contradiction = False

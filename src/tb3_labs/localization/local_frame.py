@@ -5,12 +5,12 @@ The place p_A in frame A is the place ``p_B = R(theta)^-1 (p_A - t)`` in frame B
 
 A reset uses the odometry's pose and the IMU's yaw at one instant.
 
-1. The place comes from the odometry, and so theta comes from the *odometry's* yaw. A theta from the
-   IMU's yaw would turn every displacement by a constant angle.
+1. The odometry computes the place with its own yaw, so theta must come from this yaw, too. A theta
+   from the IMU's yaw would turn every displacement by a constant angle.
 2. The heading comes from the IMU, relative to the IMU's yaw at the reset.
 
-Units: metres, radians. Source: the Transformation lab's handout. In this file, a declared pose need
-not be zero, and the IMU's yaw may differ from the odometry's yaw.
+Units: metres, radians. Source: the Transformation lab's handout. Here a reset may declare any pose,
+and the IMU's yaw may differ from the odometry's yaw.
 """
 from dataclasses import dataclass
 

@@ -1,12 +1,12 @@
 """Computes the robot's pose in a local frame, which a reset may declare again at any moment.
 
-Samples of IMU and odometry arrive in any order, at different rates. A `StampedPose` has the place
-and the stamp of an odometry message, and the IMU's yaw interpolated to this stamp. A *reset* waits
-until both sensors have sent samples after the request. The samples of both sensors are interpolated
-to the moment of the request. A reset corrects any error of the old frame.
+Samples of IMU and odometry arrive in any order, at different rates. A `StampedPose` consists of the
+place and the stamp of an odometry message, and of the IMU's yaw interpolated to this stamp. A
+*reset* waits for samples after the request, and interpolates the samples of both sensors to the
+moment of the request. A reset corrects any error of the old frame.
 
-A jump of the odometry shifts ``local`` in ``odom``, or the pose is lost until the next reset
-(:mod:`tb3_labs.localization.odometry_jumps`).
+After a jump of the odometry, either ``local`` is shifted in ``odom``, or the pose is lost until the
+next reset (:mod:`tb3_labs.localization.odometry_jumps`).
 
 Units: metres, radians, seconds on the receiver's clock (`now`).
 """
@@ -41,13 +41,13 @@ class StampedPose:
 
 @dataclass
 class Reset:
-    """A request to declare the robot's pose, and its outcome."""
+    """A request to declare the robot's pose, and the outcome of the request."""
 
     requested_pose: RequestedPose
     requested_at: float = 0.0        # [s, receiver's clock]
-    stamp: Optional[float] = None    # `requested_at` on the sender's clock [s], or None
+    stamp: Optional[float] = None    # `requested_at` on the sender's clock [s]; None if unknown
     epoch: int = 0                   # epoch of the sender's clock at `stamp`
-    sample_delay: float = 0.0        # samples are this much [s] older than their stamps show
+    sample_delay: float = 0.0        # samples are older by this [s] than their stamps show
     pose_before: Optional[Pose2] = None    # pose in the old frame at the request, or None
     declared_pose: Optional[Pose2] = None  # pose in the new frame; None before the reset
     problem: str = ''                # reason why the reset was not carried out
@@ -74,8 +74,6 @@ class Reset:
 
 
 class Localizer:
-    """Computes poses in the local frame from samples."""
-
     def __init__(self, timing: SampleTiming) -> None:
         self._timing = timing
         self.frame: Optional[LocalFrame] = None    # None before samples, and if the pose is lost
@@ -86,7 +84,7 @@ class Localizer:
         self.jumps: Queue[Jump] = Queue()    # jumps of both sensors
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets: List[Reset] = []    # in order; pop_resets() removes resets that are over
+        self._resets: List[Reset] = []    # in order; pop_ended_resets() removes some
         self._odometry: Optional[TimedSample] = None    # the latest message that was used
         self._awaits_imu = True    # has the IMU sent nothing since a silence of both sensors?
 
@@ -100,11 +98,11 @@ class Localizer:
         self._carry_out_resets()
 
     def on_command(self, now: float) -> None:
-        """Take in a command to move the robot, which was sent at `now` [s, receiver's clock]."""
+        """Store that a command to move the robot was sent at `now` [s, receiver's clock]."""
         self._commanded_at = now
 
     def on_odometry(self, timed: TimedSample) -> None:
-        if timed.silence_of_all > RESET_SILENCE:
+        if timed.silence_of_robot > RESET_SILENCE:
             self._awaits_imu = True
         if self._timing.imu is None or self._awaits_imu:
             return
@@ -117,13 +115,13 @@ class Localizer:
 
     def pop_pose(self) -> Optional[StampedPose]:
         """Returns the latest new StampedPose; None if no pose is new, or if the pose is lost. While
-        a reset waits, samples after the request give no pose, since this pose would be in the old
-        frame. If no reset has declared a frame before, the first pose declares the frame."""
+        a reset waits, a sample after the request gives no pose, since the frame of this pose is not
+        decided. If no reset has declared a frame before, the first pose declares the frame."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None
         odometry, imu_yaw = pair
-        if self._awaits_reset(odometry.stamp):
+        if self._is_in_undecided_frame(odometry.stamp):
             return None
         if self.frame is None:
             self.frame = LocalFrame.declare(Pose2(), odometry.pose, imu_yaw)
@@ -135,12 +133,11 @@ class Localizer:
         """The pose of ``local`` in ``odom``; None before the first `StampedPose`."""
         return None if self.frame is None else self.frame.odom_T_local
 
-    def pop_resets(self) -> List[Reset]:
+    def pop_ended_resets(self) -> List[Reset]:
         """Returns the resets that ended since the previous call, in order."""
-        ended = [reset for reset in self._resets if reset.is_over]
-        if ended:
-            self._resets = self._waiting_resets
-        return ended
+        ended_resets = [reset for reset in self._resets if reset.is_over]
+        self._resets = self.waiting_resets
+        return ended_resets
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
         """Declare that the robot is at `reset.requested_pose` at the time `now`. Resets are carried
@@ -151,41 +148,40 @@ class Localizer:
         self._resets.append(reset)
 
     @property
-    def has_resets(self) -> bool:
-        """Does a reset wait for samples?"""
-        return bool(self._waiting_resets)
-
-    @property
-    def _waiting_resets(self) -> List[Reset]:
+    def waiting_resets(self) -> List[Reset]:
+        """The resets that wait for samples, in order."""
         return [reset for reset in self._resets if not reset.is_over]
 
     def motion(self, now: float) -> Optional[Motion]:
         """Returns the robot's Motion at `now`; None before the first samples, and while the pose is
         lost. The caller must check that the samples are fresh."""
-        if self.frame is None or self._timing.imu is None or self._odometry is None:
+        imu = self._timing.imu
+        odometry = self._odometry
+        if self.frame is None or imu is None or odometry is None:
             return None
-        imu, odometry = self._timing.imu.sample, self._odometry.sample
-        imu_age, odometry_age = self._timing.imu.age(now), self._odometry.age(now)
-        turn = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION_TIME)
-        heading = self.frame.heading(imu.yaw + turn)
-        place = self.frame.pose(odometry.pose, imu.yaw)
-        distance = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION_TIME)
+        imu_age = imu.age(now)
+        odometry_age = odometry.age(now)
+        speed = odometry.sample.linear
+        turn = imu.sample.yaw_rate * min(imu_age, MAX_EXTRAPOLATION_TIME)
+        heading = self.frame.heading(imu.sample.yaw + turn)
+        place = self.frame.pose(odometry.sample.pose, imu.sample.yaw)
+        distance = speed * min(odometry_age, MAX_EXTRAPOLATION_TIME)
         pose = Pose2(place.x + distance * math.cos(heading),
                      place.y + distance * math.sin(heading), heading)
-        return Motion(pose, linear=odometry.linear, angular=imu.yaw_rate, imu_age=imu_age,
+        return Motion(pose, linear=speed, angular=imu.sample.yaw_rate, imu_age=imu_age,
                       odometry_age=odometry_age, yaw_noise=self._yaw_noise.deviation,
                       extrapolated_turn=turn)
 
-    def _awaits_reset(self, stamp: float) -> bool:
+    def _is_in_undecided_frame(self, stamp: float) -> bool:
         """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
-                   for reset in self._waiting_resets)
+                   for reset in self.waiting_resets)
 
     def _on_jump(self, jump: Jump) -> None:
         if jump.text:
             self.jumps.append(jump)
         if jump.outcome == POSE_LOST:    # earlier samples are invalid
-            for reset in self._waiting_resets:
+            for reset in self.waiting_resets:
                 reset.problem = 'the robot started anew at that moment'
             self.frame = None
             self._buffer = SampleBuffer()
@@ -201,7 +197,7 @@ class Localizer:
         reset.epoch = self._timing.clock.epoch
 
     def _carry_out_resets(self) -> None:
-        for reset in self._waiting_resets:
+        for reset in self.waiting_resets:
             if reset.stamp is None:
                 self._convert_request(reset)
             if reset.epoch != self._timing.clock.epoch:    # the samples for the reset are lost
@@ -216,7 +212,7 @@ class Localizer:
 
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:
         try:
-            reset.declared_pose = reset.requested_pose.in_local(self.odom_T_local)
+            reset.declared_pose = reset.requested_pose.to_local(self.odom_T_local)
         except ValueError as problem:
             reset.problem = str(problem)
             return

@@ -1,16 +1,15 @@
 """Finds faults of the odometry. A jump of the odometry is a step that is not a motion of the robot.
 
-The odometry has three kinds of jumps:
+There are three kinds of jumps:
 
 1. When the IMU crosses +/-180 deg, the firmware reverses the displacement in one message. The rate
    of turn in this message has a spike, and the displacement and the speed have opposite directions.
 2. A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
-   During the silence the motors keep their speed. A robot that was at rest before the silence has
-   not moved, and a turn of the IMU comes from the IMU's calibration. If the robot was moving before
-   the silence, the pose is lost.
+   During the silence the motors keep their speed. If the robot was moving before the silence, the
+   pose is lost. Otherwise the robot has not moved, and a turn of the IMU is due to calibration.
 3. The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
-   After a jump without a silence, the robot is assumed to be at its previous place, with the turn
-   that the IMU shows. If the IMU jumps as well, the pose is lost.
+   The robot is assumed to be at its previous place, with the turn that the IMU shows. If the IMU
+   jumps as well, the pose is lost.
 
 A jump moves the frame ``odom``. The *shift* is the pose of the old ``odom`` in the new ``odom``.
 Each pose in ``odom`` must be multiplied by the shift.
@@ -37,14 +36,14 @@ DISTANCE_SLACK = 0.05
 TURN_SLACK = 0.3
 MIN_SPIKE_RATE = 10.0    # [rad/s]
 MIN_RESET_DISTANCE = 0.001    # a step to zero is a reset only if it begins this far [m] from zero
-#: The first place after a reset may be up to this far [m] from zero, if the robot moves.
+#: The first place after a reset may be this far [m] from zero, since the robot may move.
 NEAR_ZERO_DISTANCE = 0.03
 #: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1
 MAX_RESTING_TURN = 0.1    # turn [rad] of the IMU's yaw between two messages of a robot at rest
 #: If the IMU turns farther than this [rad] in a silence, the board has calibrated the IMU.
 MIN_CALIBRATION_TURN = 0.005
-STOPPING_TIME = 0.5    # [s]; a turning robot comes to rest within it if its messages stop
+STOPPING_TIME = 0.5    # [s]; if its messages stop, a turning robot comes to rest within this time
 #: The odometry contradicts the wheels if it moves for this time [s] while the wheels rest.
 CONTRADICTION_TIME = 0.5
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
@@ -56,7 +55,7 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
 class Jump(NamedTuple):
-    """A step in the values of a sensor, which no motion of the robot explains."""
+    """A step in the values of a sensor that no motion of the robot explains."""
 
     text: str                 # text for the user about the step, or ''
     outcome: str = ''         # POSE_KEPT, POSE_LOST or ''
@@ -79,10 +78,12 @@ class _OdometryMessage(NamedTuple):
         """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is shorter. A
         delay, or a clock that is set, cannot make the shortest gap longer."""
         stamp_interval, arrival_interval = self._intervals_since(earlier)
-        return min(stamp_interval, arrival_interval) if stamp_interval > 0.0 else arrival_interval
+        if stamp_interval <= 0.0:
+            return arrival_interval
+        return min(stamp_interval, arrival_interval)
 
     def longest_gap(self, earlier: '_OdometryMessage') -> float:
-        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer, but
+        """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer,
         clipped to [0, LONGEST_COUNTED_SILENCE]."""
         return clamp(max(self._intervals_since(earlier)), 0.0, LONGEST_COUNTED_SILENCE)
 
@@ -91,10 +92,8 @@ class _OdometryMessage(NamedTuple):
 
 
 class JumpFinder:
-    """Finds the jumps of the odometry of one robot, message by message."""
-
     def __init__(self) -> None:
-        self._last_moved: Optional[_OdometryMessage] = None    # the latest message with a new pose
+        self._last_move: Optional[_OdometryMessage] = None    # the latest message with a new pose
         self._latest: Optional[_OdometryMessage] = None
 
     def find(self, timed: TimedSample, imu: ImuSample,
@@ -102,23 +101,23 @@ class JumpFinder:
         """Returns the jump of an odometry message, or None. `imu` is the latest ImuSample. The
         latest known command to move was sent at `commanded_at` [s, receiver's clock]."""
         latest = _OdometryMessage(timed.sample, timed.arrival, imu)
-        last_moved, previous = self._last_moved, self._latest
+        previous = self._latest
+        last_move = self._last_move
         self._latest = latest
-        if last_moved is None or previous is None:
-            self._last_moved = latest
+        if last_move is None or latest.sample.pose != last_move.sample.pose:
+            self._last_move = latest
+        if last_move is None or previous is None:
             return None
-        if latest.sample.pose != last_moved.sample.pose:
-            self._last_moved = latest
         if _is_reset(previous, latest):
             return _jump_of_reset(previous, latest, commanded_at)
-        old_pose, sample = last_moved.sample.pose, latest.sample
-        problem = _problem_of_displacement(old_pose, sample.pose, latest.longest_gap(last_moved))
+        old_pose, new_pose = last_move.sample.pose, latest.sample.pose
+        problem = _problem_of_displacement(old_pose, new_pose, latest.longest_gap(last_move))
         if problem:
-            return _jump_at_rest(problem, last_moved, latest)
-        if _is_backwards(old_pose, sample):    # reflect the new place through the old place
-            mirrored = Pose2(2.0 * old_pose.x - sample.pose.x, 2.0 * old_pose.y - sample.pose.y,
-                             sample.pose.yaw)
-            return Jump('', shift=_shift(mirrored, sample.pose))
+            return _jump_at_rest(problem, last_move, latest)
+        if _is_backwards(old_pose, latest.sample):    # reflect the new place through the old place
+            mirrored = Pose2(2.0 * old_pose.x - new_pose.x, 2.0 * old_pose.y - new_pose.y,
+                             new_pose.yaw)
+            return Jump('', shift=_shift(mirrored, new_pose))
         return None
 
 
@@ -127,26 +126,33 @@ def _is_reset(earlier: _OdometryMessage, later: _OdometryMessage) -> bool:
         return False
     old_pose, new_pose = earlier.sample.pose, later.sample.pose
     imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
-    # after a reset of the board, the yaw of the IMU is near zero, too
-    yaw_is_near = (abs(new_pose.yaw) <= NEAR_ZERO_YAW
-                   or abs(difference(new_pose.yaw, imu_turn)) <= NEAR_ZERO_YAW)
-    place_is_near = math.hypot(new_pose.x, new_pose.y) <= NEAR_ZERO_DISTANCE
-    is_zero = new_pose.x == new_pose.y == 0.0
-    is_near_zero = place_is_near and yaw_is_near
-    if not is_zero and not is_near_zero:
+    is_zero = _is_at_zero(new_pose)
+    if not is_zero and not _is_near_zero(new_pose, imu_turn):
         return False
-    has_moved = old_pose.distance_to(new_pose) > NEAR_ZERO_DISTANCE
+    if old_pose.distance_to(new_pose) > NEAR_ZERO_DISTANCE:
+        return True
     contradicts_imu = abs(difference(new_pose.yaw - old_pose.yaw, imu_turn)) > NEAR_ZERO_YAW
-    is_calibrated = is_zero and earlier.shows_rest and abs(imu_turn) > MIN_CALIBRATION_TURN
-    return has_moved or contradicts_imu or is_calibrated
+    is_calibrated = abs(imu_turn) > MIN_CALIBRATION_TURN and earlier.shows_rest
+    return contradicts_imu or (is_zero and is_calibrated)
+
+
+def _is_at_zero(pose: Pose2) -> bool:
+    return pose.x == 0.0 and pose.y == 0.0
+
+
+def _is_near_zero(pose: Pose2, imu_turn: float) -> bool:
+    if math.hypot(pose.x, pose.y) > NEAR_ZERO_DISTANCE:
+        return False
+    # after a reset of the board, the yaw of the IMU is near zero, too
+    return min(abs(pose.yaw), abs(difference(pose.yaw, imu_turn))) <= NEAR_ZERO_YAW
 
 
 def _jump_of_reset(earlier: _OdometryMessage, later: _OdometryMessage, commanded_at: float) -> Jump:
     imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
     was_at_rest = earlier.shows_rest and commanded_at < earlier.arrival - COMMAND_TIMEOUT
-    is_short = later.longest_gap(earlier) < LONGEST_COUNTED_SILENCE
-    was_turned = abs(imu_turn) > MAX_RESTING_TURN
-    if not was_at_rest or not is_short or was_turned:
+    was_carried = abs(imu_turn) > MAX_RESTING_TURN
+    is_long = later.longest_gap(earlier) >= LONGEST_COUNTED_SILENCE
+    if was_carried or is_long or not was_at_rest:
         return Jump(SET_TO_ZERO, POSE_LOST)
     return Jump(SET_TO_ZERO, POSE_KEPT, _shift(earlier.sample.pose, later.sample.pose), imu_turn)
 
@@ -156,9 +162,9 @@ def _jump_at_rest(problem: str, earlier: _OdometryMessage, later: _OdometryMessa
     imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
     if abs(imu_turn) > MAX_RESTING_TURN + STOPPING_TIME * abs(earlier.imu.yaw_rate):
         return Jump(problem, POSE_LOST)
-    here = earlier.sample.pose
-    return Jump(problem, POSE_KEPT,
-                _shift(Pose2(here.x, here.y, here.yaw + imu_turn), later.sample.pose))
+    old_pose = earlier.sample.pose
+    turned_pose = Pose2(old_pose.x, old_pose.y, old_pose.yaw + imu_turn)
+    return Jump(problem, POSE_KEPT, _shift(turned_pose, later.sample.pose))
 
 
 def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
@@ -172,8 +178,7 @@ def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -
     turn = abs(difference(new_pose.yaw, old_pose.yaw))
     moved_too_far = distance > MAX_POSSIBLE_SPEED * seconds + DISTANCE_SLACK
     turned_too_far = turn > MAX_TURN_RATE * seconds + TURN_SLACK
-    is_at_zero = new_pose.x == new_pose.y == 0.0
-    if is_at_zero and (distance > MIN_RESET_DISTANCE or turned_too_far):
+    if _is_at_zero(new_pose) and (distance > MIN_RESET_DISTANCE or turned_too_far):
         return SET_TO_ZERO
     if moved_too_far or turned_too_far:
         return f'the odometry jumped by {distance:.2f} m and {math.degrees(turn):.0f} degrees'
@@ -190,8 +195,8 @@ class EncoderMonitor:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
-    of its encoders. In this case the odometry moves for ever, although the robot is at rest and the
-    angles of the wheels in `joint_states` do not change. Only stamps are compared, so delays of the
+    of its encoders. Then the odometry moves for ever, although the robot is at rest and the angles
+    of the wheels in `joint_states` do not change. Only stamps are compared, so delays of the
     network do not matter. Source: OpenCR firmware 1.2.6, which calls calcOdometry() without
     updateMotorInfo() if the servos do not answer (turtlebot3_core.ino).
     """
@@ -210,7 +215,6 @@ class EncoderMonitor:
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:
-        """Take in a sample of the odometry. A repeated pose is not a motion."""
         is_new_pose = self._odometry is not None and self._odometry.pose != sample.pose
         is_moving = is_new_pose and abs(sample.linear) > MAX_REST_SPEED
         if not is_moving or sample.stamp < self._moves_since:

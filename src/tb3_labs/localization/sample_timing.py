@@ -1,7 +1,7 @@
 """Finds the times of samples, and the noise of an IMU.
 
 SampleTiming measures the silence before each sample, and learns the sender's clock. A TimedSample
-has all times of a sample, so no other module measures a time.
+contains all times of a sample, so no other module measures a time.
 
 The stamps of messages show the time between two samples well. Stamps come from the robot's clock,
 which may be wrong by a second, may be set, or may always show zero. Arrivals are on the receiver's
@@ -13,8 +13,8 @@ the arrivals replace the stamps of both sensors.
 Units: seconds. Cases:
 
 1. A stamp that is merely old is used, since its message was delayed.
-2. A stamp that goes back by less than `MAX_CORRECTION` shows a clock that is being corrected. Until
-   the source's stamps reach their highest value again, this value is the time of each sample.
+2. A stamp that goes back by less than `MAX_CORRECTION` shows a clock that is being corrected. The
+   highest stamp so far is then the time of the source's samples, until a stamp is higher.
 3. A new *epoch* begins with a stamp that goes back by `MAX_CORRECTION` or more, is in the future,
    or follows a long silence. Times of different epochs cannot be compared.
 4. Stamps are not a clock if they are zero, stand still, or differ between two sources.
@@ -41,17 +41,15 @@ MAX_EVEN_RATE_CHANGE = 0.03
 
 
 class TimedSample(NamedTuple):
-    """A sample and its times."""
-
-    sample: Any             # an ImuSample or OdometrySample
-    previous_sample: Any    # the previous sample of the same sensor, or None
-    arrival: float          # time of arrival [s, receiver's clock]
-    time: float             # time of measurement [s, sender's clock]; without stamps `arrival`
-    epoch: int              # epoch of the sender's clock
-    measured_at: float      # time of measurement [s, receiver's clock]; see SenderClock.measured_at
-    silence: float          # time [s] since this sensor's previous sample; infinite without one
-    silence_of_all: float   # time [s] since the latest sample of any sensor; infinite without one
-    stamp_interval: float   # time [s] from the previous stamp; 0 for the first sample
+    sample: Any              # an ImuSample or OdometrySample
+    previous_sample: Any     # the previous sample of the same sensor, or None
+    arrival: float           # time of arrival [s, receiver's clock]
+    time: float              # time of measurement [s, sender's clock]; without stamps `arrival`
+    epoch: int               # epoch of the sender's clock
+    measured_at: float       # time of measurement [s, receiver's clock], by SenderClock.measured_at
+    silence: float           # time [s] since this sensor's previous sample; infinite without one
+    silence_of_robot: float  # time [s] since the latest sample of any sensor; infinite without one
+    stamp_interval: float    # time [s] from the previous stamp; 0 for the first sample
 
     def age(self, now: float) -> float:
         """Returns the time [s] since the measurement; 0 if the receiver's clock went back."""
@@ -60,13 +58,12 @@ class TimedSample(NamedTuple):
     @property
     def interval(self) -> float:
         """Time [s] since the previous sample, by stamps if possible, otherwise by arrivals."""
-        is_plausible = 0.0 < self.stamp_interval <= self.silence + MIN_CLOCK_STEP
-        return self.stamp_interval if is_plausible else self.silence
+        if 0.0 < self.stamp_interval <= self.silence + MIN_CLOCK_STEP:
+            return self.stamp_interval
+        return self.silence
 
 
 class SampleTiming:
-    """The timing of one robot's samples."""
-
     def __init__(self) -> None:
         self.clock = SenderClock()
         self.imu: Optional[TimedSample] = None         # the latest sample
@@ -85,12 +82,13 @@ class SampleTiming:
         silence = _silence(last, now)
         previous = last.sample if last else None
         stamp_interval = sample.stamp - previous.stamp if previous else 0.0
-        silence_of_all = min(_silence(self.imu, now), _silence(self.odometry, now))
-        time = self.clock.time_of(source, sample.stamp, now, silence, silence_of_all)
+        silence_of_robot = min(_silence(self.imu, now), _silence(self.odometry, now))
+        time = self.clock.time_of(
+            source, sample.stamp, now, silence=silence, silence_of_robot=silence_of_robot)
         return TimedSample(
             sample, previous, arrival=now, time=time, epoch=self.clock.epoch,
             measured_at=self.clock.measured_at(time, now), silence=silence,
-            silence_of_all=silence_of_all, stamp_interval=stamp_interval)
+            silence_of_robot=silence_of_robot, stamp_interval=stamp_interval)
 
 
 def _silence(last: Optional[TimedSample], now: float) -> float:
@@ -113,25 +111,28 @@ class SenderClock:
         self.epoch = -1    # number of the epoch; the first epoch is 0
         self.uses_stamps = True    # are the stamps a clock?
         self._last_arrival = math.nan    # before the first sample
-        self._new_epoch()
+        self._start_epoch()
 
     def time_of(self, source: str, stamp: float, arrival: float, silence: float,
-                silence_of_all: float) -> float:
+                silence_of_robot: float) -> float:
         """Returns the time of a sample of `source` on the sender's clock, or `arrival` if the
-        stamps are not a clock. `silence`, `silence_of_all`: see TimedSample."""
+        stamps are not a clock. `silence`, `silence_of_robot`: see TimedSample."""
         last = self._latest_stamps[source]
         repeats = last.repeats + 1 if stamp == last.stamp else 0
         wrong_since = math.inf
         if self._is_wrong(stamp, arrival):
             wrong_since = min(last.wrong_since, arrival)
+        stands_still = stamp == 0.0 or repeats >= MAX_REPEATS
         is_wrong_for_long = arrival - wrong_since > MAX_WRONG_TIME
-        if self.uses_stamps and (stamp == 0.0 or repeats >= MAX_REPEATS or is_wrong_for_long):
+        if self.uses_stamps and (stands_still or is_wrong_for_long):
             self.uses_stamps = False
-            self._new_epoch()
-        elif self._is_new_clock(stamp - last.stamp, arrival, silence, silence_of_all):
-            self._new_epoch()
+            self._start_epoch()
+        elif self._is_new_clock(stamp - last.stamp, arrival, silence, silence_of_robot):
+            self._start_epoch()
             wrong_since = math.inf
-        time = max(stamp, self._latest_stamps[source].time) if self.uses_stamps else arrival
+        time = arrival
+        if self.uses_stamps:
+            time = max(stamp, self._latest_stamps[source].time)
         self._latest_stamps[source] = _Stamp(stamp, time, repeats, wrong_since)
         self._last_arrival = arrival
         self._least_delay.add(arrival, arrival - time)
@@ -152,19 +153,19 @@ class SenderClock:
         return least is not None and abs(arrival - stamp - least) >= MIN_CLOCK_STEP
 
     def _is_new_clock(self, interval: float, arrival: float, silence: float,
-                      silence_of_all: float) -> bool:
+                      silence_of_robot: float) -> bool:
         """Does a stamp come from a new clock? `interval` is the time [s] since the source's
         previous stamp; NaN for the source's first stamp."""
         if self._least_delay.value is None:
             return False
-        if silence_of_all > LONG_SILENCE:
+        if silence_of_robot > LONG_SILENCE:
             return True
         if not self.uses_stamps:
             return arrival < self._last_arrival
         # delayed messages arrive together, but their stamps differ as usual
         return interval < -MAX_CORRECTION or interval > silence + MIN_CLOCK_STEP
 
-    def _new_epoch(self) -> None:
+    def _start_epoch(self) -> None:
         self.epoch += 1
         self._least_delay = WindowMinimum()
         self._latest_stamps: DefaultDict[str, _Stamp] = defaultdict(_Stamp)    # by source
@@ -179,17 +180,19 @@ class YawNoise:
         self._count = 0
 
     def learn(self, timed: TimedSample) -> None:
-        previous, sample = timed.previous_sample, timed.sample
-        rate = sample.yaw_rate
-        if previous is None or not 0.0 < timed.interval < MAX_GYRO_GAP:
+        previous = timed.previous_sample
+        interval = timed.interval
+        if previous is None or interval == 0.0 or interval >= MAX_GYRO_GAP:
             return
-        if abs(rate) > MAX_SLOW_TURN_RATE:
+        rate = timed.sample.yaw_rate
+        is_slow = abs(rate) <= MAX_SLOW_TURN_RATE
+        is_even = abs(rate - previous.yaw_rate) <= MAX_EVEN_RATE_CHANGE
+        if not is_slow or not is_even:
             return
-        if abs(rate - previous.yaw_rate) > MAX_EVEN_RATE_CHANGE:
-            return
-        predicted_turn = 0.5 * (previous.yaw_rate + rate) * timed.interval
+        turn = difference(timed.sample.yaw, previous.yaw)
+        predicted_turn = 0.5 * (previous.yaw_rate + rate) * interval
         # the difference of two samples has twice the variance of one sample
-        sample_variance = 0.5 * (difference(sample.yaw, previous.yaw) - predicted_turn) ** 2
+        sample_variance = 0.5 * (turn - predicted_turn) ** 2
         self._count += 1
         weight = max(MIN_NOISE_WEIGHT, 1.0 / self._count)
         variance = self.deviation ** 2

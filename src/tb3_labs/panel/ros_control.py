@@ -134,7 +134,7 @@ class PanelRobot:
     def _check_age(self, request, max_age):
         """Raises ``ValueError`` if `request` is possibly older than `max_age` [s]."""
         now = steady_time()
-        self.dead_man.check(request.known_stops, now, request.lateness(now), max_age)
+        self.dead_man.refuse_if_old(request.known_stops, now, request.lateness(now), max_age)
 
     @staticmethod
     def _require_listener(publisher, topic_and_advice):
@@ -165,7 +165,7 @@ class PanelRobot:
 
     def check_dead_man(self):
         """Stop the robot if the page that drives has been silent for too long."""
-        silence = self.dead_man.lost_for(steady_time())
+        silence = self.dead_man.driving_page_lost_for(steady_time())
         if silence:
             self.stop()
             rospy.logwarn('The page that drives is silent for %.1f s: the robot is stopped',

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
-#: Between two samples of the IMU, a robot turns by at most this angle [rad], since a node stops the
-#: robot before that if the IMU is silent.
+#: A robot turns by at most this angle [rad] between two samples of the IMU, since a node soon stops
+#: the robot if the IMU is silent.
 MAX_TURN_PER_SAMPLE = 1.0
 MAX_ODOMETRY_DISTANCE = 2e4     # [m], from the zero of the odometry, after a day's drive
 MAX_ODOMETRY_SPEED = 3.0        # [m/s], if a person spins the wheels
@@ -30,7 +30,7 @@ class ImuSample(NamedTuple):    # a NamedTuple is faster than a dataclass
 
 
 class OdometrySample(NamedTuple):
-    """One message of the odometry, which is computed from the wheels and the IMU's yaw."""
+    """One message of the odometry. The wheels and the IMU's yaw give the pose."""
 
     stamp: float
     pose: Any             # odom_T_base, a geometry.se2.Pose2

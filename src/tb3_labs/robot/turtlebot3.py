@@ -14,8 +14,6 @@ WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'    # as in turtlebot3_des
 
 
 class Twist2(NamedTuple):
-    """A velocity in the plane."""
-
     linear: float = 0.0     # forward speed [m/s]
     angular: float = 0.0    # rate of turn [rad/s], positive to the left
 
@@ -51,13 +49,12 @@ WAFFLE = RobotModel(name='waffle', wheel_radius=0.033, wheel_separation=0.287, m
 MODELS: Dict[str, RobotModel] = {
     'burger': BURGER, 'waffle': WAFFLE, 'waffle_pi': replace(WAFFLE, name='waffle_pi')}
 DEFAULT_MODEL = 'burger'
-#: This environment variable names the model if the parameter is not given.
-MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
+MODEL_VARIABLE = 'TURTLEBOT3_MODEL'    # names the model if the parameter is not given
 
 
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
-    """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the `model`. If a
-    wheel is still too fast, the robot drives the same curve more slowly."""
+    """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the limits of
+    `model`. If a wheel is still too fast, the robot drives the same curve more slowly."""
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)
     linear = max(min(twist.linear, linear_limit), -linear_limit)    # NaN stays NaN
@@ -65,16 +62,15 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
     wheel_speed = abs(linear) + model.half_track * abs(angular)
     if wheel_speed > model.max_wheel_speed:
         scale = model.max_wheel_speed / wheel_speed
-        linear, angular = scale * linear, scale * angular
+        return Twist2(scale * linear, scale * angular)
     return Twist2(linear, angular)
 
 
 def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """Returns the model `name`. The error for an unknown name begins with `source`."""
-    try:
-        return MODELS[name]
-    except (KeyError, TypeError):     # the value of a parameter may be a list
-        raise ValueError(f"{source} = {name!r} is not valid: one of {', '.join(MODELS)}") from None
+    """Returns the model `name`. Raises ``ValueError`` for an unknown name, which `source` gave."""
+    if name not in list(MODELS):    # the value of a parameter may be a list, which has no hash
+        raise ValueError(f"{source} = {name!r} is not valid: one of {', '.join(MODELS)}")
+    return MODELS[name]
 
 
 def model_of_environment(environment: Mapping[str, str]) -> RobotModel:

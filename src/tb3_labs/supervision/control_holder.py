@@ -1,7 +1,6 @@
 """Does a pad or move_to_goal drive the robot? A table gives the holder of the robot after an event.
 
-A node that loses the robot sends one zero command, and then no more commands. A pad gives
-and ends the permission of move_to_goal by ControlMessages. Source: the course's gamepad lab.
+A node that loses the robot sends one zero command, and then none. Source: the gamepad lab.
 """
 import math
 from enum import Enum
@@ -21,7 +20,7 @@ class ControlHolder(Enum):
 class ControlEvent(Enum):
     """An event that may change the holder. After LOST the person has no stop button."""
 
-    # the pad's messages arrive, and either its sticks rest, or its hold button was pressed again
+    # the pad sends messages, and its sticks rest or its hold button was pressed again
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # the relinquish button was pressed
     REGAIN = 'regain'            # the regain button was pressed
@@ -53,7 +52,7 @@ class ControlMessages:
     def __init__(self) -> None:
         self.must_renew = False    # must this pad renew a permission that it gave?
         self.waiting: Queue[bool] = Queue()    # messages to publish
-        self.granted_at = -math.inf    # [s], of the latest True without an answer of move_to_goal
+        self.granted_at = -math.inf    # [s], of the latest True that move_to_goal has not obeyed
         self._sent_at = -math.inf      # [s], of the latest message or renewal
         self.stopped_at = -math.inf    # [s]; then a person or node took control from move_to_goal
 

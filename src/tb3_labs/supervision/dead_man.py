@@ -2,9 +2,9 @@
 
 A page is a gamepad in a browser. Several pages may be open. A DeadMan counts stops. A stop is STOP
 on a page, a False on `ctrl_relinq`, a cancel, or the loss of the page that drives. Each message of
-a page has the number of stops that the page knew when the person acted. A message is rejected if
-the robot was stopped, or this process slept, after the person acted. So neither a delayed message
-nor a page that comes back can move the robot or reset its pose. A stop is never rejected.
+a page contains the number of stops that the page knew when the person acted. A message is rejected
+if the robot was stopped, or this process slept, after the person acted. So neither a delayed
+message nor a page that comes back can move the robot or reset its pose. No stop is rejected.
 """
 from typing import Optional
 
@@ -12,7 +12,7 @@ from tb3_labs.supervision.timeouts import INPUT_TIMEOUT, Freshness, SleepMonitor
 
 
 class DeadMan:
-    """Remembers the page that drives. The caller makes one object for each page."""
+    """Remembers the page that drives. Any object may stand for a page."""
 
     def __init__(self) -> None:
         self.driving_page: Optional[object] = None
@@ -21,11 +21,11 @@ class DeadMan:
         self._sleep = SleepMonitor()
 
     def begin(self, now: float) -> None:
-        """Call this when the first page opens, and :meth:`lost_for` often after that."""
+        """Call this when the first page opens, and :meth:`driving_page_lost_for` often later."""
         self._sleep.start(now)
 
-    def check(self, known_stops: Optional[int], now: float, lateness: float,
-              max_lateness: float) -> None:
+    def refuse_if_old(self, known_stops: Optional[int], now: float, lateness: float,
+                      max_lateness: float) -> None:
         """Raises ``ValueError`` if a person's message must be rejected. `known_stops` is the number
         of stops that the person knew. `lateness` is the delay [s] of the message."""
         self._sleep.update(now)
@@ -40,14 +40,14 @@ class DeadMan:
              is_first: bool) -> bool:
         """Let `page` drive. Raises ``ValueError`` if the page must not drive.
 
-        `lateness` is the delay [s] of the message. Returns False if the delay is more than
-        `INPUT_TIMEOUT`, since the message then counts as silence. `is_first`: is this the first
-        message since the person took hold? A hold that lost its first message is refused, since it
-        would begin too late.
+        `lateness` is the delay [s] of the message. A message with a delay of more than
+        `INPUT_TIMEOUT` counts as silence, and False is returned. `is_first`: is this the first
+        message since the person took hold? A hold whose first message was lost is refused, since
+        the drive would begin too late.
         """
         if lateness > INPUT_TIMEOUT:
             return False
-        self.check(known_stops, now, lateness, INPUT_TIMEOUT)
+        self.refuse_if_old(known_stops, now, lateness, max_lateness=INPUT_TIMEOUT)
         if self.driving_page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
         if self.driving_page is None and not is_first:
@@ -58,18 +58,18 @@ class DeadMan:
 
     def let_go(self, page: object) -> bool:
         """The person lets go of the controls on `page`. Returns True if this page drove."""
-        drove = self.driving_page is page
-        if drove:
-            self.driving_page = None
-        return drove
+        if self.driving_page is not page:
+            return False
+        self.driving_page = None
+        return True
 
     def stop(self) -> None:
         """Count a stop. After a stop, a page drives only if a person acts again."""
         self.stops += 1
         self.driving_page = None
 
-    def lost_for(self, now: float) -> float:
-        """Returns the silence [s] of the page that drives; 0 if the page is not lost."""
+    def driving_page_lost_for(self, now: float) -> float:
+        """Returns the silence [s] of a page that drives and is lost; 0 if no page is lost."""
         self._sleep.update(now)
         if self.driving_page is None or self._freshness.is_fresh(now):
             return 0.0

@@ -1,10 +1,9 @@
 """The Event that a core receives, and the Output that it returns.
 
-An Event is a message that a person may have caused, such as a request for a turn. An Event is
-doubtful if it may have been sent before this node started, or before its connection was made. Only
-the first message on a connection can be older than the connection. A message can be older only if
-its sender existed before this node, or had an earlier connection. A first message that is not
-latched is doubtful only if it arrives within `SENDER_PAUSE` after the connection was made.
+An Event is doubtful if it may have been sent before this node started, or before its connection was
+made. Only the first message on a connection can be older than the connection, and only if its
+sender existed before this node, or had an earlier connection. A first message that is not latched
+is doubtful only if it arrives within `SENDER_PAUSE` after the connection was made.
 
 A sender *repeats* a goal or a turn if it sends the same content again within `SENDER_PAUSE`. A
 repeated request that was ended stays ended until the sender changes the content, or pauses. If a
@@ -22,7 +21,7 @@ Content = TypeVar('Content')
 
 
 class Age(Enum):
-    """The age of a message, which is compared with the age of the connection to its sender."""
+    """Is a message older or newer than the connection to its sender?"""
 
     NEW = 'it was sent after this node could hear its sender'
     RESTARTED = 'it is new, and its sender is a new process that has the name of an earlier sender'
@@ -33,25 +32,23 @@ class Age(Enum):
 
     @property
     def is_doubtful(self) -> bool:
-        """Could the message be older than the connection to its sender?"""
+        """Could the message show an old act of a person?"""
         return self in (Age.REPEATED, Age.LATCHED, Age.OLD, Age.SAME_STAMP)
 
 
 @dataclass(frozen=True)
 class Event(Generic[Content]):
-    """A message, its sender and its age."""
+    """A message that a person may have caused, such as a request for a turn."""
 
     content: Content
     arrived_at: float    # time of arrival [s]
     sender: str = ''
     age: Age = Age.NEW
-    renews: bool = False    # does the sender announce that it will renew its permission?
+    renews: bool = False    # does the sender announce renewals of its permission?
     sent_at: float = 0.0    # time of sending [s, sender's clock]; 0 if unknown
 
 
 class SenderConnection(NamedTuple):
-    """The connection on which the messages of one sender arrive."""
-
     sender: str
     process: str = ''         # address of the process that has the sender's name now
     connected_at: float = -math.inf  # time [s] at which the connection was made
@@ -65,7 +62,7 @@ class MessageAges:
     def __init__(self, earlier_senders: Iterable[str], now: float) -> None:
         """This node begins to listen at `now`. The `earlier_senders` existed before `now`."""
         self._earlier_senders = frozenset(earlier_senders)
-        self._begun_at = now
+        self._began_at = now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock) of each sender
 
@@ -92,7 +89,7 @@ class MessageAges:
         is_restarted = previous is not None and previous.process != connection.process
         if is_restarted and connection.renews:    # a renewing sender is silent until a person acts
             return Age.RESTARTED
-        came_at_once = previous is None and now - self._begun_at < CROSSING_TIME
+        came_at_once = previous is None and now - self._began_at < CROSSING_TIME
         if connection.latches and came_at_once:
             return Age.OLD    # a person cannot send a new message so soon
         if connection.latches and not connection.renews:
@@ -114,16 +111,15 @@ class SenderRequest:
 
 
 class SenderRequests:
-    """The latest request of each sender. A sleep of this process is not a pause of a sender. A
-    delay of `SENDER_PAUSE` on the network looks like a pause."""
+    """The latest request of each sender. A network delay of `SENDER_PAUSE` looks like a pause."""
 
     def __init__(self, sleep: SleepMonitor) -> None:
         self._sleep = sleep
         self._requests: Dict[str, SenderRequest] = {}    # by sender
 
     def on_request(self, sender: str, content: object, now: float) -> SenderRequest:
-        """Take in a request. Call this for each request, even for a refused request."""
-        if now - self._sleep.woke_at > SENDER_PAUSE:
+        """Store a request as the latest of its sender. Call this even for a refused request."""
+        if now - self._sleep.woke_at > SENDER_PAUSE:    # a sleep of this process is no pause
             self._requests = {name: request for name, request in self._requests.items()
                               if now - request.latest_at <= SENDER_PAUSE}
         request = self.find(sender, content)
@@ -136,9 +132,11 @@ class SenderRequests:
         return request
 
     def find(self, sender: str, content: object) -> Optional[SenderRequest]:
-        """Returns the latest request of `sender`; None if this request has another content."""
+        """Returns the latest request of `sender`; None if its content is not `content`."""
         request = self._requests.get(sender)
-        return request if request is not None and request.content == content else None
+        if request is None or request.content != content:
+            return None
+        return request
 
     def end_repetitions(self, matches: Callable[[SenderRequest], bool] = lambda _: True) -> None:
         """From now on, refuse each repeated request if ``matches(request)``."""
@@ -162,8 +160,6 @@ class Queue(List[Content]):
 
 
 class LogQueue(Queue[LogLine]):
-    """The lines of text that the node must log."""
-
     def add(self, text: str, warning: bool = False) -> None:
         self.append(LogLine(text, warning))
 

@@ -43,16 +43,16 @@ class TypedPose(Config):
 
 @dataclass(frozen=True)
 class RequestedPose:
-    """The pose of a goal or a reset. The sender chose the frame, which is ``local`` or ``odom``."""
+    """The pose of a goal or a reset, in ``local`` or in ``odom``."""
 
     pose: Pose2
-    in_odom: bool = False
+    is_in_odom: bool = False
 
-    def in_local(self, odom_T_local: Optional[Pose2]) -> Pose2:
+    def to_local(self, odom_T_local: Optional[Pose2]) -> Pose2:
         """Returns this pose in ``local``. Raises ``ValueError`` if there is no local frame, or if
         the pose is too far away."""
         pose = self.pose
-        if self.in_odom:
+        if self.is_in_odom:
             if odom_T_local is None:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
@@ -88,8 +88,6 @@ class GoalOutcome(Enum):
 
 
 class GoalAnswer(NamedTuple):
-    """An answer to the client of a goal."""
-
     request: GoalRequest
     outcome: GoalOutcome
     text: str
@@ -101,13 +99,13 @@ class GoalRequests:
     def __init__(self, sleep: SleepMonitor) -> None:
         # a cancel with any stamp ends the first goal, which comes from the node's parameters
         self.present_request = GoalRequest(None, stamp=EARLIEST_STAMP)
-        self._open_request: Optional[GoalRequest] = None    # its client waits for an answer
+        self._open_request: Optional[GoalRequest] = None    # the client waits for an answer
         self.answers: Queue[GoalAnswer] = Queue()
         self._sleep = sleep
         self._sender_goals = SenderRequests(sleep)
 
     def on_goal(self, request: GoalRequest, now: float) -> SenderRequest:
-        """Take in a goal. Call this for each goal that arrives, even for a refused goal."""
+        """Store a goal as the latest of its sender. Call this even for a refused goal."""
         sender_goal = self._sender_goals.on_request(request.sender, request.goal, now)
         sender_goal.message = request
         return sender_goal
@@ -120,14 +118,14 @@ class GoalRequests:
         if sender_goal.is_ended:
             raise ValueError(STAYS_ENDED)
         assert request.goal is not None
-        return request.goal.in_local(odom_T_local)
+        return request.goal.to_local(odom_T_local)
 
     def repeats_present(self, sender_goal: SenderRequest) -> bool:
         return sender_goal.is_repeated and self._is_present(sender_goal)
 
     def accept(self, request: GoalRequest) -> None:
         """Make `request` the present goal. Cancel the previous goal."""
-        self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
+        self.answer_client(GoalOutcome.CANCELED, 'replaced by a newer goal')
         self.answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
         self.present_request = request
         self._open_request = request
@@ -135,22 +133,23 @@ class GoalRequests:
     def refuse(self, request: GoalRequest, reason: str) -> None:
         self.answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
-    def end(self, outcome: GoalOutcome, text: str) -> None:
+    def answer_client(self, outcome: GoalOutcome, text: str) -> None:
         """Answer the client of the present goal, if this client still waits."""
         if self._open_request is not None:
             self.answers.append(GoalAnswer(self._open_request, outcome, text))
             self._open_request = None
 
-    def give_up(self) -> None:
-        """Give up the present goal, so that its repetitions do not start the drive again."""
+    def end_repetitions(self) -> None:
+        """From now on, refuse repetitions of the present goal."""
         self._sender_goals.end_repetitions(self._is_present)
 
     def cancel(self, name: str = '', stamp: int = 0) -> bool:
-        """Take in a cancel. Returns True if the cancel ends the present goal."""
+        """Refuse repetitions of all goals that a cancel with this `name` and `stamp` [ns] ends.
+        Returns True if the cancel ends the present goal."""
         self._sender_goals.end_repetitions(lambda goal: goal.message.is_canceled_by(name, stamp))
         if not self.present_request.is_canceled_by(name, stamp):
             return False
-        self.give_up()
+        self.end_repetitions()
         return True
 
     def _is_present(self, sender_goal: SenderRequest) -> bool:

@@ -5,7 +5,8 @@ which a stop holds until a person releases the machine again.
 
 1. A *grant* is the first True of a sender, or the first True after a False of this sender. While a
    grant is valid, move_to_goal may drive the robot.
-2. If a sender renews its grants, a repeated True of this sender only renews its grant.
+2. If a sender renews its grants, a repeated True of this sender only renews its grant. The robot
+   may move only after the first renewal, so a sender that has died does not move the robot.
 3. A False of any sender ends the grants of all senders.
 4. A grant is suspended if the renewals stop for `RENEWAL_TIMEOUT`. A later renewal restores the
    grant. After `RESUME_TIME` without a renewal, a grant has expired.
@@ -13,15 +14,12 @@ which a stop holds until a person releases the machine again.
    were never fresh before, a grant ends after `ROBOT_START_TIMEOUT`.
 6. If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that arrives
    while the process wakes is ignored, since it may be older than a stop.
-7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed. A
-   False that was latched before this node began to listen does not end a grant of the parameter
-   `has_control`.
-8. A True is ignored if it was sent more than `RESUME_TIME` ago. A True is also ignored if another
-   sender sent False, or this node started or woke, after the True was sent. The network has delayed
-   a True if its renewals arrive faster than one in each `RENEWAL_PERIOD`.
-
-Edge case: If a sender renews its grants, the robot may move only after the first renewal. So a
-delayed True, or the True of a sender that died, does not move the robot.
+7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed.
+   Exception: A False that was latched before this node began to listen does not end the grant of
+   the parameter `has_control`.
+8. A True that was sent more than `RESUME_TIME` ago is ignored. A True is also ignored if it was
+   sent before another sender's False, before this node started, or before this node woke. Renewals
+   that arrive faster than one in each `RENEWAL_PERIOD` show that the network has delayed the True.
 """
 import math
 from typing import Dict, Set
@@ -42,7 +40,7 @@ class _Grant:
 
     def __init__(self, now: float, renews: bool) -> None:
         self.granted_at = now       # time [s] at which the True arrived
-        self.sent_before = now      # the True was sent at this time [s] or earlier
+        self.latest_send_time = now    # the True was sent at this time [s] or earlier
         self.had_sensors = False    # were the sensors fresh at any time since the grant?
         self._renews = renews
         self._renewed_for = 0.0
@@ -50,34 +48,35 @@ class _Grant:
         self._renewals.on_message(now)
 
     def renew(self, now: float) -> None:
-        """Take in a renewal. A sender needs 2 s for 20 renewals. If 20 renewals arrive within 0.5 s
+        """Prolong the grant. A sender needs 2 s for 20 renewals. If 20 renewals arrive within 0.5 s
         after the True, the network has delayed the True by at least 1.5 s."""
         self._renewals.on_message(now)
         self._renewed_for = now - self.granted_at
-        self.sent_before = self.granted_at
+        self.latest_send_time = self.granted_at
         # after 2 s, a sender's clock that runs fast would look like a delay
         if self._renews and self._renewed_for < RESUME_TIME:
             delay = RENEWAL_PERIOD * (self._renewals.count - 1) - self._renewed_for
-            self.sent_before -= max(0.0, delay)
+            self.latest_send_time -= max(0.0, delay)
 
     def silent_for(self, now: float) -> float:
         """Returns the time [s] since the latest renewal; 0 if the sender does not renew."""
         return self._renewals.age(now) if self._renews else 0.0
 
     def is_valid(self, now: float) -> bool:
-        is_confirmed = self._renewed_for >= CONFIRMATION_TIME
-        return not self._renews or (is_confirmed and self._renewals.is_fresh(now))
+        if not self._renews:
+            return True
+        return self._renewed_for >= CONFIRMATION_TIME and self._renewals.is_fresh(now)
 
 
 class Permission:
     """The permission that follows from the messages of all senders."""
 
-    def __init__(self, granted_at_start: bool, log: LogQueue) -> None:
+    def __init__(self, has_control: bool, log: LogQueue) -> None:
         self._has_new_grant = False    # was a grant given since the latest pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a grant awaits the sensors
         self._grants: Dict[str, _Grant] = {}      # by sender
-        if granted_at_start:
+        if has_control:
             self._grants[STARTUP_SENDER] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender
         self._stopped_at: Dict[str, float] = {}   # time [s] of each sender's latest False
@@ -104,7 +103,7 @@ class Permission:
         return has_new_grant
 
     def set_sensor_problem(self, sensor_problem: str) -> None:
-        """Take in the problem of the sensors, or ''. Call this after each :meth:`update`."""
+        """Store the problem of the sensors, or ''. Call this after each :meth:`update`."""
         self._sensor_problem = sensor_problem
         if not sensor_problem:
             self._longest_wait = RESUME_TIME
@@ -112,7 +111,8 @@ class Permission:
                 grant.had_sensors = True
 
     def on_message(self, message: 'Event[bool]') -> None:
-        now, sender = message.arrived_at, message.sender
+        now = message.arrived_at
+        sender = message.sender
         self.update(now)
         if message.age is Age.RESTARTED:    # another process had this name before
             self._last_value.pop(sender, None)
@@ -123,7 +123,7 @@ class Permission:
             self._on_stop(message)
         elif sender in self._grants:
             self._grants[sender].renew(now)
-            self._check_delay(sender, self._grants[sender])
+            self._end_if_delayed(sender, self._grants[sender])
         elif message.age.is_doubtful:
             self._refuse(sender, 'it was given before this node could hear it')
         elif self.sleep.refusal:
@@ -136,14 +136,15 @@ class Permission:
             self._refuse(sender, 'True was said before')
 
     def _on_stop(self, message: 'Event[bool]') -> None:
-        now, sender = message.arrived_at, message.sender
-        if message.age is Age.OLD and set(self._grants) <= {STARTUP_SENDER}:
+        now = message.arrived_at
+        granting_senders = self._grants.keys() - {STARTUP_SENDER}
+        if message.age is Age.OLD and not granting_senders:
             return
-        self._stopped_at = {other: time for other, time in self._stopped_at.items()
+        self._stopped_at = {sender: time for sender, time in self._stopped_at.items()
                             if now - time <= RESUME_TIME}
-        self._stopped_at[sender] = now
+        self._stopped_at[message.sender] = now
         self._grants = {}
-        self._refused_senders.discard(sender)
+        self._refused_senders.discard(message.sender)
 
     def _refuse(self, sender: str, reason: str) -> None:
         """Log a refusal only one time, since the sender may repeat True for ever."""
@@ -172,16 +173,16 @@ class Permission:
             elif grant.silent_for(now) > RESUME_TIME:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
-    def _check_delay(self, sender: str, grant: _Grant) -> None:
+    def _end_if_delayed(self, sender: str, grant: _Grant) -> None:
         stops_of_others = [time for other, time in self._stopped_at.items() if other != sender]
-        if grant.granted_at - grant.sent_before > RESUME_TIME:
+        if grant.granted_at - grant.latest_send_time > RESUME_TIME:
             self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')
-        elif grant.sent_before < self._began_at:
+        elif grant.latest_send_time < self._began_at:
             self._end(sender, 'it was given before this node started, or woke')
-        elif grant.sent_before < max(stops_of_others, default=-math.inf):
+        elif any(grant.latest_send_time < stopped_at for stopped_at in stops_of_others):
             self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:
         self._log.add(f'Control from {sender} is gone: {reason}. {REMEDY}', warning=True)
-        self._refused_senders.add(sender)    # the refusal of the next True need not be logged
+        self._refused_senders.add(sender)    # the refusal of the next True is not logged
         del self._grants[sender]

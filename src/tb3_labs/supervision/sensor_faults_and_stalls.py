@@ -34,14 +34,12 @@ class SensorStatus(Enum):
 
 
 class Sensor(Freshness):
-    """Remembers when the latest message of a sensor arrived, and the content of the message."""
-
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         self.reading: Any = None    # content of the latest message, without the stamp
         self.repeated_for = 0.0    # time [s] of a repeated reading that should have changed
         self.longest_gap = 0.0     # longest time [s] between two messages since the last pause
-        self._changed_at = math.nan    # time [s] of the latest change, or NaN
+        self._changed_at = math.inf    # time [s] of the latest change; infinite before a change
 
     def on_message(self, now: float, reading: Any = None) -> float:
         silence = super().on_message(now)
@@ -52,10 +50,9 @@ class Sensor(Freshness):
             self._changed_at = now
         return silence
 
-    def check_repetition(self, must_change: bool, now: float) -> None:
+    def update_repetition(self, must_change: bool, now: float) -> None:
         """Update `repeated_for`. `must_change`: does the robot move?"""
-        is_repeated = must_change and self._changed_at <= now    # the clock may have gone back
-        if not is_repeated:
+        if not must_change or self._changed_at > now:    # the clock may have gone back
             self._changed_at = now
         self.repeated_for = now - self._changed_at
 
@@ -63,10 +60,10 @@ class Sensor(Freshness):
         """Forget the silences and repetitions of the time in which the robot stood."""
         self.longest_gap = 0.0
         self.repeated_for = 0.0
-        self._changed_at = math.nan
+        self._changed_at = math.inf
 
     def adapt_to_clock(self, now: float) -> None:
-        """If the latest arrival is after `now`, the clock went back: replace it by `now`."""
+        """Move the latest arrival to `now` if the clock went back behind this arrival."""
         if self._received_at is not None:
             self._received_at = min(self._received_at, now)
 
@@ -80,30 +77,28 @@ class SensorMonitor:
         self.hold_reason = ''    # why the robot must stand; '' if the robot may move
         self.silent_for = 0.0    # length [s] of the latest silence since the motion was requested
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a motion awaits the sensors
-        self._silent_since = math.nan    # start [s] of the silence, or NaN
+        self._silent_since = math.inf    # start [s] of the silence; infinite before the next update
         self._were_ready = False         # were all sensors ready at the latest update?
 
     def request_motion(self) -> None:
-        """A resting robot is asked to move. Begin to wait for the sensors."""
-        self._silent_since = math.nan
+        """Begin to wait for the sensors, since a resting robot is asked to move."""
+        self._silent_since = math.inf
         self.forget_silences()
 
     def update(self, now: float, awaits_comparison: bool = False) -> None:
-        """Find the status. Call this often, also at each step of a drive. `awaits_comparison`: must
+        """Update `status`. Call this often, also at each step of a drive. `awaits_comparison`: must
         a motion wait until gyro and wheels were compared?"""
         for sensor in self._sensors:
             sensor.adapt_to_clock(now)
+        self._silent_since = min(self._silent_since, now)    # the clock may have gone back
+        silent_for = now - self._silent_since
+        is_late = silent_for > self._longest_wait
         # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
         sent_twice = all(sensor.count > 1 for sensor in self._sensors)
         are_ready = sent_twice and self.are_fresh(now)
-        may_move = are_ready and not awaits_comparison
         became_ready = are_ready and not self._were_ready
         self._were_ready = are_ready
-        has_silence_start = self._silent_since <= now    # False for NaN, and if the clock went back
-        if not has_silence_start:
-            self._silent_since = now
-        silent_for = now - self._silent_since
-        is_late = silent_for > self._longest_wait
+        may_move = are_ready and not awaits_comparison
         if may_move or became_ready:    # the next silence is counted from the latest messages
             self._silent_since = now - max(sensor.age(now) for sensor in self._sensors)
             self._longest_wait = RESUME_TIME
@@ -119,12 +114,16 @@ class SensorMonitor:
 
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
         self.hold_reason = ''
-        gap = max(sensor.longest_gap for sensor in self._sensors)
-        if not is_late and gap <= SENSOR_TIMEOUT:
+        longest_gap = max(sensor.longest_gap for sensor in self._sensors)
+        if is_late:
+            self.status = SensorStatus.TIMED_OUT
+            self.silent_for = silent_for
+        elif longest_gap > SENSOR_TIMEOUT:
+            self.status = SensorStatus.RECOVERED
+            self.silent_for = longest_gap
+        else:
             self.status = SensorStatus.FRESH
             return
-        self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.RECOVERED
-        self.silent_for = silent_for if is_late else gap
         self.forget_silences()
 
     def forget_silences(self) -> None:
@@ -138,14 +137,14 @@ class SensorMonitor:
             return ''
         # a sensor that is silent for half of its timeout is probably lost, too
         silent = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
-        shown_time = now if with_age else None
-        return ', '.join(sensor.silence_text(shown_time) for sensor in silent)
+        time_for_age = now if with_age else None
+        return ', '.join(sensor.silence_text(time_for_age) for sensor in silent)
 
     def frozen_text(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
-        frozen = [sensor.name for sensor in self._sensors if sensor.repeated_for > FROZEN_TIME]
         fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
-        return ' and '.join(f'{name} {fault}' for name in frozen)
+        return ' and '.join(f'{sensor.name} {fault}' for sensor in self._sensors
+                            if sensor.repeated_for > FROZEN_TIME)
 
     def are_fresh(self, now: float) -> bool:
         return all(sensor.is_fresh(now) for sensor in self._sensors)
@@ -164,14 +163,14 @@ class DriveSensors(SensorMonitor):
         super().forget_silences()
         self.last_command = (0.0, 0.0)
 
-    def check_repetitions(self, odometry_turned: bool, now: float) -> None:
-        """Find readings that did not change, although `last_command` moves the robot. If the
-        odometry turns, the IMU must change, too, since the odometry takes its yaw from the IMU."""
+    def update_repetitions(self, odometry_turned: bool, now: float) -> None:
+        """Find readings that did not change although `last_command` moves the robot. If the
+        odometry turns, the IMU must change, too, since the odometry's yaw comes from the IMU."""
         linear, angular = self.last_command
         must_drive = abs(linear) > MIN_VISIBLE_SPEED
         must_turn = abs(angular) > MIN_VISIBLE_TURN_RATE
-        self.imu.check_repetition(must_turn or (must_drive and odometry_turned), now)
-        self.odometry.check_repetition(must_drive or must_turn, now)
+        self.imu.update_repetition(must_turn or (must_drive and odometry_turned), now)
+        self.odometry.update_repetition(must_drive or must_turn, now)
 
 
 class StallMonitor:
@@ -182,9 +181,9 @@ class StallMonitor:
         self._stalled_for = 0.0    # [s]
         self._rested_for = 0.0     # [s]
 
-    def resume(self) -> None:
-        """After a silence of the sensors, accept a longer remaining way. Keep the time without
-        progress, so that a bad network cannot hide a stalled robot."""
+    def accept_longer_way(self) -> None:
+        """After a silence of the sensors, accept a longer remaining way. The time without progress
+        is kept, so that a bad network cannot hide a stalled robot."""
         self._least_remaining = None
 
     def update(self, remaining: float, is_at_rest: bool, dt: float, must_move: bool = True) -> str:

@@ -204,7 +204,7 @@ class ControllerCore:
             self._pace.restart()
         elif self._sensors.status is SensorStatus.RECOVERED:
             self._log.add('Going on: the IMU is back')
-            turn.stall.resume()
+            turn.stall.accept_longer_way()
             self._start_law(turn)
         elif self._sensors.status is SensorStatus.TIMED_OUT:
             reason = self._sensors.hold_reason or 'the IMU was silent'
@@ -219,7 +219,7 @@ class ControllerCore:
         dt = self._pace.step(now)
         step = self._law.step(
             heading.yaw, heading.rate, dt, imu.age(now), heading.noise.deviation)
-        self.imu.check_repetition(must_change=True, now=now)
+        self.imu.update_repetition(must_change=True, now=now)
         problem = self._sensors.frozen_text() or self._gyro.problem_text()
         if not problem and not step.is_finished:
             robot_rests = is_at_rest(0.0, heading.rate)

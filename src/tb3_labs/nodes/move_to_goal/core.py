@@ -156,7 +156,7 @@ class MoveToGoalCore:
                 machine.restart()
             self._restart()
         elif self.may_drive and not was_allowed:
-            machine.interrupt()
+            machine.restart_law()
         elif was_allowed and not self.may_drive:
             self._pause()
 
@@ -207,11 +207,11 @@ class MoveToGoalCore:
         if machine.goal is None or machine.is_active:
             return
         if machine.failure:
-            self._requests.give_up()
+            self._requests.end_repetitions()
             outcome = GoalOutcome.CANCELED if machine.is_canceled else GoalOutcome.GIVEN_UP
-            self._requests.end(outcome, machine.failure)
+            self._requests.answer_client(outcome, machine.failure)
         else:
-            self._requests.end(GoalOutcome.REACHED, PRINTED_REACHED + '!')
+            self._requests.answer_client(GoalOutcome.REACHED, PRINTED_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
         if self._machine.goal is None:
@@ -242,7 +242,7 @@ class MoveToGoalCore:
             sensor_problem=self.sensors.problem_text(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
-        if self._localizer.has_resets:
+        if self._localizer.waiting_resets:
             return 0.0
         return self._pace.idle_for(now) if self._drives else IDLE_SAMPLE_PERIOD
 
@@ -259,7 +259,7 @@ class MoveToGoalCore:
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
         if sensors.status is SensorStatus.RECOVERED:
-            self._machine.interrupt()
+            self._machine.restart_law()
         elif sensors.status is SensorStatus.TIMED_OUT and awaits_sensors:
             reason = sensors.hold_reason or 'sensors were silent'
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
@@ -270,7 +270,7 @@ class MoveToGoalCore:
         assert odometry is not None
         previous = odometry.previous_sample
         has_turned = previous is None or previous.pose.yaw != odometry.sample.pose.yaw
-        self.sensors.check_repetitions(has_turned, now)
+        self.sensors.update_repetitions(has_turned, now)
         frozen_text = self.sensors.frozen_text()
         if frozen_text:
             self._machine.give_up(frozen_text)
@@ -295,7 +295,7 @@ class MoveToGoalCore:
                 self._machine.give_up(POSE_LOST)
             elif self._permission.has_grant and has_begun:
                 self._machine.give_up(jump.text)
-        for reset in self._localizer.pop_resets():
+        for reset in self._localizer.pop_ended_resets():
             if reset.is_done:
                 self._machine.restart()
                 self._restart()
