@@ -9,7 +9,7 @@ from rollout import control, run
 from tb3_labs.control.commands import IDLE_SAMPLE_PERIOD, LawStep
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
-from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, accepts_turn, make_turn
+from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, accept_turn, make_turn
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -219,8 +219,8 @@ def test_a_repeated_turn_is_refused_after_a_stop_or_a_sleep_or_if_doubtful(is_wa
         if degrees is None:
             turns.end_repetitions()
         else:
-            found.append(accepts_turn(turns, Event(degrees, at, 'script', age), is_waking and at == 0.0))
-            assert accepts_turn(turns, Event(degrees, at, str(at)))    # of another sender
+            found.append(accept_turn(turns, Event(degrees, at, 'script', age), is_waking and at == 0.0))
+            assert accept_turn(turns, Event(degrees, at, str(at)))    # of another sender
     assert found == accepted
 
 

@@ -1,13 +1,13 @@
 """Starts a node of this package, and ends the node after a signal or a failure.
 
-A ``ValueError`` at the start ends the node with one fatal line and exit status 1, and ends the
-node's roslaunch. An invalid parameter raises ValueError. An exception in a callback also ends the
-node, because with rospy alone the robot would continue with the last command.
+A ``ValueError`` at the start, such as for an invalid parameter, ends the node with one fatal line
+and exit status 1, and ends the node's roslaunch. An exception in a callback also ends the node,
+because with rospy alone the robot would continue with the last command.
 
 The signal handlers of rospy hang if the main thread holds a lock of rospy. In a node of this
-package a signal raises an exception in the main thread. The exception first ends all calls, so
-that their locks are released, and then shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the
-robot. Ctrl+Z also ends a node, since a suspended process could not stop the robot.
+package, a signal raises an exception in the main thread. The exception first ends all calls, which
+releases their locks, and then shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the robot.
+Ctrl+Z also ends a node, since a suspended process could not stop the robot.
 """
 import os
 import signal
@@ -142,21 +142,21 @@ class Interrupted(BaseException):
 def catch_signals():
     """From now on the first signal of END_SIGNALS raises Interrupted in the main thread, even in a
     background job. After nohup a node ignores SIGHUP."""
-    for number in END_SIGNALS:
-        if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _interrupt)
+    for end_signal in END_SIGNALS:
+        if end_signal != signal.SIGHUP or signal.getsignal(end_signal) is not signal.SIG_IGN:
+            signal.signal(end_signal, _interrupt)
 
 
-def _interrupt(number, _frame):
+def _interrupt(received_signal, _frame):
     ignore_signals()
-    _received_signals.append(number)
+    _received_signals.append(received_signal)
     raise Interrupted
 
 
 def ignore_signals():
     """Ignore further signals, since a second signal must not interrupt the shutdown."""
-    for number in END_SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
+    for end_signal in END_SIGNALS:
+        signal.signal(end_signal, signal.SIG_IGN)
 
 
 def pause(seconds):

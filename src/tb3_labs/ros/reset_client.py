@@ -14,13 +14,13 @@ def call_reset(x, y, yaw_deg):
     try:
         response = rospy.ServiceProxy('reset_pose', ResetPose)(x, y, yaw_deg)
     except rospy.ServiceException:    # no node offers reset_pose, or the node was killed
-        return _call_as_in_the_handout(x, y, yaw_deg)
+        return _call_set_pose(x, y, yaw_deg)
     if not response.success:
         raise ValueError(response.message)
     return response.message
 
 
-def _call_as_in_the_handout(x, y, yaw_deg):
+def _call_set_pose(x, y, yaw_deg):
     half_yaw = math.radians(yaw_deg) / 2.0
     message = PoseWithCovarianceStamped()
     message.header.frame_id = 'map'

@@ -1,8 +1,8 @@
 """The settings and the result of a turn, and the table that decides whether a turn or the mouse
 drives. The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
 
-Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
-180 and -180 are different turns, and 360 is a full turn. In the handout a turn is a heading.
+Units: radians, counter-clockwise positive. A turn is requested as an angle, so 180 and -180 are
+different turns, and 360 is a full turn. In the handout a turn is requested as a heading.
 """
 import math
 from dataclasses import dataclass
@@ -91,7 +91,7 @@ class ActiveTurn:
         self.requested = requested
         self.goal = yaw + requested
         self.stall = StallMonitor()
-        self.remaining_at_end = 0.0    # computed by the law from many samples
+        self.remaining_at_end = 0.0    # set by the core; the law computes it from many samples
         self._begun_at = now
 
     def move_goal(self, angle: float) -> None:
@@ -104,7 +104,8 @@ class ActiveTurn:
 
     def result(self, now: float) -> str:
         """Returns the result of the turn as a text. The robot must be at rest."""
-        requested, error = math.degrees(self.requested), math.degrees(self.remaining_at_end)
+        requested = math.degrees(self.requested)
+        error = math.degrees(self.remaining_at_end)
         side = 'short of' if error * requested > 0.0 else 'beyond'
         return (f'Turned {requested - error:.2f} degrees in {now - self._begun_at:.1f} s: '
                 f'{abs(error):.2f} degrees {side} {requested:.2f}')
@@ -141,13 +142,13 @@ NEXT_DRIVER = {
 }
 
 
-def accepts_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) -> bool:
-    """Take in a requested turn. Returns False if the turn may be old, or repeats a turn that may be
-    old or has ended. If `is_waking`, this process has just slept, so the turn may be old."""
+def accept_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) -> bool:
+    """Store the request for a turn in `requests`. Returns False if the turn may be old, or repeats
+    a turn that may be old or has ended. `is_waking`: has this process just slept?"""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.age.is_doubtful:
         request.is_ended = True
     is_accepted = not request.is_ended
-    if is_waking:    # the core refuses this turn, and this function refuses its repetitions
+    if is_waking:    # the core refuses this turn; this function refuses its repetitions
         request.is_ended = True
     return is_accepted
