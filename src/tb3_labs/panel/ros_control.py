@@ -59,29 +59,29 @@ class PanelRobot:
             return 'the node gamepad does not run'
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
-        # the handout's node does not publish control_holder
-        holder = self.subscriptions.latest('holder') or 'gamepad'
+        holder = self.subscriptions.latest('holder')
         if holder == 'move_to_goal':
             return 'move_to_goal has control: B takes it'
-        return 'ready' if holder == 'gamepad' else 'connecting: hold still'
+        # the handout's node does not publish control_holder
+        return 'ready' if holder in ('gamepad', None) else 'connecting: hold still'
 
     # -- requests
 
     def carry_out(self, page, request):
         """Carry out a request of `page`. Returns the answer as text, or None if another thread or a
         timer answers. Raises ``ValueError`` with the reason if the request is rejected."""
-        return self._ACTIONS[request.kind](self, page, request)
+        return self._ACTIONS[request.type](self, page, request)
 
     def _drive_by_inputs(self, page, request):
-        """Drive by the HeldInputs of `page`. If they are empty, the drive ends."""
+        """Drive by the HeldInputs of `page`. Empty HeldInputs end the drive."""
         held = request.value
-        if not (held.pad or held.mouse):
+        if not held.pad and not held.mouse:
             if self.dead_man.let_go(page):
                 self._release()
             return ''
         if held.mouse:
             self._require_listener(self._mouse, 'mouse_info: is the controller running?')
-            self._refuse_if_move_to_goal_drives()
+            self._refuse_during_drive()
         is_new_drive = self.dead_man.driving_page is None
         now = steady_time()
         lateness = request.lateness(now)
@@ -100,14 +100,14 @@ class PanelRobot:
         self._confirm_stop(page, request, steady_time())
 
     def _send_turn(self, _page, request):
-        self._check_age(request, MAX_REQUEST_AGE)
+        self._refuse_if_old(request, MAX_REQUEST_AGE)
         self._require_listener(self._turn, 'turn: is the controller running?')
-        self._refuse_if_move_to_goal_drives()
+        self._refuse_during_drive()
         self._turn.publish(request.value)
         return f'asked for {request.value:g} degrees'
 
     def _send_goal(self, _page, request):
-        self._check_age(request, MAX_REQUEST_AGE)
+        self._refuse_if_old(request, MAX_REQUEST_AGE)
         self._require_listener(self._goal, 'move_base_simple/goal: is move_to_goal running?')
         typed = request.value
         self._goal.publish(to_pose_stamped(typed.pose, frame_name('local'), rospy.get_time()))
@@ -115,7 +115,7 @@ class PanelRobot:
 
     def _reset(self, page, request):
         """Call the reset service in a separate thread, since the call may take a second."""
-        self._check_age(request, MAX_RESET_AGE)    # an old reset may have a wrong pose
+        self._refuse_if_old(request, MAX_RESET_AGE)    # an old reset may have a wrong pose
         typed = request.value
 
         def call():
@@ -131,7 +131,7 @@ class PanelRobot:
     _ACTIONS = {'joy': _drive_by_inputs, 'stop': _stop_and_confirm, 'turn': _send_turn,
                 'goal': _send_goal, 'reset': _reset}
 
-    def _check_age(self, request, max_age):
+    def _refuse_if_old(self, request, max_age):
         """Raises ``ValueError`` if `request` is possibly older than `max_age` [s]."""
         now = steady_time()
         self.dead_man.check(request.known_stops, now, request.lateness(now), max_age)
@@ -141,7 +141,7 @@ class PanelRobot:
         if not subscribers_of(publisher):
             raise ValueError('no node listens on ' + topic_and_advice)
 
-    def _refuse_if_move_to_goal_drives(self):
+    def _refuse_during_drive(self):
         if self.subscriptions.use_view(lambda view: view.is_driving):
             raise ValueError('move_to_goal drives: take control first')
 
@@ -177,17 +177,16 @@ class PanelRobot:
             self.stop()
 
     def _confirm_stop(self, page, request, since):
-        """Answer a STOP of `page` when the robot stands still. After CONFIRM_TIMEOUT the answer is
-        the reason why the stop is not confirmed. `since` is the time [s] of the stop."""
+        """Answer a STOP of `page`, made at the time `since` [s], when the robot stands still. After
+        CONFIRM_TIMEOUT, answer why the stop is not confirmed."""
         listeners = subscribers_of(self._control) | subscribers_of(self._cmd_vel)
         if not listeners - {rospy.get_name()}:
             page.answer(request, is_fulfilled=False, text='no node hears it')
             return
         problem = self.subscriptions.use_view(lambda view: view.stop_problem(since))
         if not problem:
-            text = 'control taken, the robot stands'
-            if self.subscriptions.latest('has_control') is None:
-                text = 'the robot stands'
+            is_control_known = self.subscriptions.latest('has_control') is not None
+            text = 'control taken, the robot stands' if is_control_known else 'the robot stands'
             page.answer(request, is_fulfilled=True, text=text)
         elif steady_time() - since > CONFIRM_TIMEOUT:
             page.answer(request, is_fulfilled=False, text=problem)
@@ -211,11 +210,13 @@ class PanelRobot:
     def _send_mouse(self, position):
         """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
         mouse_client.py, inactive messages surround the active messages."""
-        if self._is_mouse_active != bool(position):
+        is_active = position is not None
+        if is_active != self._is_mouse_active:
             self._publish_mouse(active=False)
-        self._is_mouse_active = bool(position)
-        if position:
-            self._publish_mouse(True, *position)
+        self._is_mouse_active = is_active
+        if is_active:
+            x, y = position
+            self._publish_mouse(True, x, y)
 
     def _publish_mouse(self, active, x=0.0, y=0.0):
         message = MouseController(status=Bool(active), xPos=x, yPos=y)

@@ -33,16 +33,15 @@ def _read_truth(message):
 
 
 class RobotSubscriptions:
-    """Writes the messages on the robot's topics into a RobotView.
-
-    `on_stop()` is called when another node stops the robot.
-    """
+    """Writes the messages on the robot's topics into a RobotView. Calls `on_stop()` when another
+    node stops the robot."""
 
     def __init__(self, on_stop):
         self._on_stop = on_stop
         self._lock = threading.Lock()    # guards the view
         self._view = RobotView()
-        self._odom, self._local = frame_name('odom'), frame_name('local')
+        self._odom = frame_name('odom')
+        self._local = frame_name('local')
 
         def subscribe_all(topic, *arguments):    # the callback gets every message
             subscribe(topic, *arguments, queue_size=None)
@@ -63,9 +62,9 @@ class RobotSubscriptions:
         subscribe_some('imu', Imu, self._store_as('imu'), lambda imu: to_imu_sample(imu).yaw)
         subscribe_some('cmd_vel', Twist, self._callback(_store_command))
         subscribe_some('variables', DiagnosticArray, self._callback(_store_variables))
-        transforms = TFMessage, self._callback(_store_transforms), self._read_transforms
-        subscribe_all('/tf_static', *transforms)
-        subscribe_some('/tf', *transforms)
+        store_transforms = self._callback(_store_transforms)
+        subscribe_all('/tf_static', TFMessage, store_transforms, self._read_transforms)
+        subscribe_some('/tf', TFMessage, store_transforms, self._read_transforms)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: FAST_TOPIC_PERIOD)
 
     def use_view(self, function):
@@ -78,9 +77,8 @@ class RobotSubscriptions:
 
     @property
     def has_another_pad(self):
-        """Does another node publish `joy`? The subscriber is always connected to this node's own
-        publisher."""
-        return self._joy.get_num_connections() > 1
+        """Does another node publish `joy`?"""
+        return self._joy.get_num_connections() > 1    # one is this node's own publisher
 
     def _callback(self, store):
         def callback(value):
@@ -96,7 +94,7 @@ class RobotSubscriptions:
         kinds = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
         poses = []
         for stamped in message.transforms:
-            frames = stamped.header.frame_id.lstrip('/'), stamped.child_frame_id.lstrip('/')
+            frames = (stamped.header.frame_id.lstrip('/'), stamped.child_frame_id.lstrip('/'))
             if frames in kinds:
                 poses.append((kinds[frames], transform_to_pose2(stamped.transform)))
         return poses
