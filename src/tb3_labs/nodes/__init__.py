@@ -1,5 +1,5 @@
 """What does each node decide? A node that decides something has a folder in this package. The
-folder has the node's core, without ROS and clocks, and the files `ros_*.py`, which use both.
+folder contains the node's core, without ROS and clocks, and the files `ros_*.py`, with both.
 
 The class :class:`tb3_labs.ros.core_runner.CoreRunner` calls the methods of every core. The method
 ``on_<what>(...)`` gives the core a sample, a message or a request. A message that a person may have

@@ -147,7 +147,8 @@ def _read_held_inputs(message: Dict) -> HeldInputs:
     pad = _read_optional(message, 'pad', dict)
     mouse = _read_optional(message, 'mouse', list)
     if pad is not None:
-        buttons = {name: _read_optional(pad, name, bool, False) for name in ('a', 'y', 'hold')}
+        buttons = {name: _read_optional(pad, name, bool, missing=False)
+                   for name in ('a', 'y', 'hold')}
         pad = BrowserPad(forward=_read_number(pad, 'forward', 1.0),
                          left=_read_number(pad, 'left', 1.0), **buttons)
     if mouse is not None:
@@ -155,7 +156,7 @@ def _read_held_inputs(message: Dict) -> HeldInputs:
             raise ValueError('mouse is not valid: [x, y], or null')
         x, y = mouse
         mouse = (_valid_number(x, 'mouse', 1.0), _valid_number(y, 'mouse', 1.0))
-    return HeldInputs(pad, mouse, _read_optional(message, 'first', bool, False))
+    return HeldInputs(pad, mouse, _read_optional(message, 'first', bool, missing=False))
 
 
 READERS: Dict[str, Callable[[Dict], Any]] = {

@@ -135,7 +135,7 @@ class RobotView:
         odom_pose = odom.pose if odom else None
         local = self.latest('local')
         frame = self.latest('frame')
-        if not (local or frame) and odom and self._computed_frame:
+        if self._computed_frame and not (local or frame):
             frame = self._computed_frame
             local = frame.inverse() @ odom.pose
         goal = self.latest('goal')

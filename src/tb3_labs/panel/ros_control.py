@@ -115,7 +115,7 @@ class PanelRobot:
 
     def _reset(self, page, request):
         """Call the reset service in a separate thread, since the call may take a second."""
-        self._refuse_if_old(request, MAX_RESET_AGE)    # an old reset may have a wrong pose
+        self._refuse_if_old(request, MAX_RESET_AGE)    # the pose of an old reset may be wrong
         typed = request.value
 
         def call():
@@ -212,14 +212,14 @@ class PanelRobot:
         mouse_client.py, inactive messages surround the active messages."""
         is_active = position is not None
         if is_active != self._is_mouse_active:
-            self._publish_mouse(active=False)
+            self._publish_mouse(is_active=False)
         self._is_mouse_active = is_active
         if is_active:
             x, y = position
-            self._publish_mouse(True, x, y)
+            self._publish_mouse(is_active, x, y)
 
-    def _publish_mouse(self, active, x=0.0, y=0.0):
-        message = MouseController(status=Bool(active), xPos=x, yPos=y)
+    def _publish_mouse(self, is_active, x=0.0, y=0.0):
+        message = MouseController(status=Bool(is_active), xPos=x, yPos=y)
         message.header.stamp = rospy.Time.now()
         self._mouse.publish(message)
 

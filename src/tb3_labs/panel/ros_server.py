@@ -42,9 +42,8 @@ class Server:
     """Offers the page at the address of a PanelConfig, in a separate thread.
 
     The server calls `open_page(send)` for each page that connects. `send(text)` sends a message to
-    the page. `open_page` returns `on_text(text)`, which the server calls with each message of the
-    page, and `on_end()`, which it calls when the page is closed. Raises ``ValueError`` if the
-    address cannot be used.
+    the page. `open_page` returns two functions: `on_text(text)` is called with each message of the
+    page, and `on_end()` when the page is closed. An unusable address raises ``ValueError``.
     """
 
     def __init__(self, config, open_page):

@@ -77,8 +77,9 @@ def encode(values, groups=()):
         return [message(name, value) for name, value in values.items()
                 if type(value) is value_type]
 
-    return Values(all_of(bool, BoolParameter), all_of(int, IntParameter),
-                  all_of(str, StrParameter), all_of(float, DoubleParameter), list(groups))
+    return Values(bools=all_of(bool, BoolParameter), ints=all_of(int, IntParameter),
+                  strs=all_of(str, StrParameter), doubles=all_of(float, DoubleParameter),
+                  groups=list(groups))
 
 
 def decode(message):

@@ -189,7 +189,7 @@ class ControllerCore:
 
     def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
         self._log_result(now)
-        self._turn = ActiveTurn(angle, self._heading.resting_yaw, now)
+        self._turn = ActiveTurn(angle, self._heading.resting_yaw.value, now)
         self._sensors.request_motion()
         self._start_law(self._turn)
         return self._turn
@@ -199,19 +199,20 @@ class ControllerCore:
         self._pace.restart()
 
     def _update_sensors(self, turn: ActiveTurn, now: float) -> None:
-        self._sensors.update(now, self._gyro.awaits_comparison)
-        if self._sensors.status is SensorStatus.SILENT:
+        sensors = self._sensors
+        sensors.update(now, self._gyro.awaits_comparison)
+        if sensors.status is SensorStatus.SILENT:
             if self._pace.is_running:
-                self._log.add('Stopped: ' + self._sensors.hold_reason, warning=True)
+                self._log.add('Stopped: ' + sensors.hold_reason, warning=True)
             self._pace.restart()
-        elif self._sensors.status is SensorStatus.RECOVERED:
+        elif sensors.status is SensorStatus.RECOVERED:
             self._log.add('Going on: the IMU is back')
             turn.stall.resume()
             self._start_law(turn)
-        elif self._sensors.status is SensorStatus.TIMED_OUT:
-            reason = self._sensors.hold_reason or 'the IMU was silent'
-            self._change_driver(DriverEvent.TURN_OVER,
-                                f'{reason} for {self._sensors.silent_for:.1f} s')
+        elif sensors.status is SensorStatus.TIMED_OUT:
+            reason = sensors.hold_reason or 'the IMU was silent'
+            reason += f' for {sensors.silent_for:.1f} s'
+            self._change_driver(DriverEvent.TURN_OVER, reason)
 
     def _turn_step(self, turn: ActiveTurn, now: float) -> Twist2:
         heading = self._heading
@@ -245,12 +246,14 @@ class ControllerCore:
 
     def _change_driver(self, event: DriverEvent, reason: str = '') -> None:
         """Change the driver. A turn that ends with a `reason` is logged as given up."""
-        previous_driver = self.driver
-        self.driver = NEXT_DRIVER.get((previous_driver, event), previous_driver)
         if reason:
             self._turn_requests.end_repetitions()
-        turn_has_ended = previous_driver is Driver.TURN and self.driver is not Driver.TURN
-        if turn_has_ended and reason and self._turn is not None:
+        previous_driver = self.driver
+        if (previous_driver, event) not in NEXT_DRIVER:
+            return
+        self.driver = NEXT_DRIVER[previous_driver, event]
+        is_given_up = previous_driver is Driver.TURN and reason
+        if is_given_up and self._turn is not None:
             remaining = self._turn.remaining(self._heading.yaw)
             self._log.add(f'Turn given up {abs(math.degrees(remaining)):.0f} degrees before its '
                           f'end: {reason}', warning=True)

@@ -51,7 +51,7 @@ class TurnConfig(Config):
 
 def make_turn(config: TurnConfig, model: RobotModel,
               response: Optional[MotorResponse] = None) -> PreciseTurn:
-    """Returns the control law of a turn. `response` has the known delay and lag of this robot."""
+    """Returns the control law of a turn. `response` contains this robot's delay and lag."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or MotorResponse())
 
@@ -63,7 +63,7 @@ class Heading:
         self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
         self.rate = 0.0        # [rad/s]
         self.noise = YawNoise()
-        self._resting_yaw = Estimate()
+        self.resting_yaw = Estimate()    # of a robot at rest; less noise than the yaw of one sample
 
     def on_imu(self, timed: TimedSample) -> None:
         sample = timed.sample
@@ -72,16 +72,11 @@ class Heading:
         self.rate = sample.yaw_rate
         self.noise.learn(timed)
         if self.noise.deviation:
-            self._resting_yaw.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.interval))
-            self._resting_yaw.add(self.yaw, self.noise.deviation)
+            self.resting_yaw.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.interval))
+            self.resting_yaw.add(self.yaw, self.noise.deviation)
         else:    # the noise is not known yet
-            self._resting_yaw = Estimate()
-            self._resting_yaw.shift(self.yaw)
-
-    @property
-    def resting_yaw(self) -> float:
-        """The yaw of a robot at rest, with less noise than the yaw of one sample."""
-        return self._resting_yaw.value
+            self.resting_yaw = Estimate()
+            self.resting_yaw.shift(self.yaw)
 
 
 class ActiveTurn:
@@ -129,8 +124,8 @@ class DriverEvent(Enum):
     MOUSE_RELEASED = 'mouse released'     # the mouse was deactivated or lost
 
 
-#: {(driver, event): driver after the event}. A pair that is not in the table does not change the
-#: driver. A turn is refused while the mouse drives. Source: the mouse lab.
+#: {(driver, event): another driver after the event}. All other pairs do not change the driver. A
+#: turn is refused while the mouse drives. Source: the mouse lab.
 NEXT_DRIVER = {
     (Driver.NOBODY, DriverEvent.TURN_REQUESTED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,

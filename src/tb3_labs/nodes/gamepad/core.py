@@ -145,9 +145,9 @@ class GamepadCore:
         state = self.pad.state
         if state is None or now < self._zero_until or not self._drives:
             return Twist2()
-        model, config = self._model, self._config
-        linear = state.forward * min(config.linear_scale, model.max_linear)
-        angular = state.left * min(config.angular_scale, model.max_angular)
+        model = self._model
+        linear = state.forward * min(self._config.linear_scale, model.max_linear)
+        angular = state.left * min(self._config.angular_scale, model.max_angular)
         return saturate(Twist2(linear, angular), model.max_linear, model.max_angular, model)
 
     @property
@@ -194,9 +194,9 @@ class GamepadCore:
 
     def _change_holder(self, event: ControlEvent, now: float) -> None:
         previous_holder = self.holder
-        self.holder = NEXT_HOLDER.get((previous_holder, event), previous_holder)
-        if self.holder is previous_holder:
+        if (previous_holder, event) not in NEXT_HOLDER:
             return
+        self.holder = NEXT_HOLDER[previous_holder, event]
         self._command_is_due = True
         if previous_holder is ControlHolder.MOVE_TO_GOAL:
             self._zero_until = now + HAND_BACK_TIME

@@ -122,7 +122,8 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
     if len(axes) < needed_axes or len(buttons) < needed_buttons:
         raise ValueError(f'{len(axes)} axes and {len(buttons)} buttons, where the parameters need '
                          f'{needed_axes} and {needed_buttons}: another kind of pad?')
-    forward, left = axes[config.linear_axis], axes[config.angular_axis]
+    forward = axes[config.linear_axis]
+    left = axes[config.angular_axis]
     if not (math.isfinite(forward) and math.isfinite(left)):
         raise ValueError(f'stick ({forward}, {left}) is not finite')
     return PadState(

@@ -37,7 +37,7 @@ class MoveToGoalCore:
     def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[MotorResponse] = None,
                  gyro: Optional[GyroMonitor] = None) -> None:
-        """`response` has the delays of this robot, which `law` measures."""
+        """`law` measures the delays of this robot, and stores them in `response`."""
         self._response = response or MotorResponse()
         self._timing = SampleTiming()
         self.sensors = DriveSensors()
@@ -90,7 +90,7 @@ class MoveToGoalCore:
                               'ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: DriveLaw) -> None:
-        """Use another control law from now on. If the node has a goal, begin the drive again."""
+        """Use another control law from now on. If a drive is active, begin this drive again."""
         self._machine.law = law
         self._pace = Pace(law.period)
         if self._machine.is_active:
@@ -145,11 +145,11 @@ class MoveToGoalCore:
         self._permission.on_message(message)
 
     def _update_control(self, steady_now: float) -> None:
-        permission, machine = self._permission, self._machine
-        permission.update(steady_now)
+        machine = self._machine
+        self._permission.update(steady_now)
         was_allowed = self.may_drive
-        self.may_drive = permission.has_valid_grant
-        has_new_grant = permission.pop_new_grant()
+        self.may_drive = self._permission.has_valid_grant
+        has_new_grant = self._permission.pop_new_grant()
         if has_new_grant and (machine.failure or not was_allowed):
             # another node may have moved the robot before this grant
             if machine.failure or machine.is_active:
