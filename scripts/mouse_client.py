@@ -19,7 +19,7 @@ import rospy
 from std_msgs.msg import Bool
 
 from tb3_labs.msg import MouseController
-from tb3_labs.ros.node import begin_shutdown, guarded, run
+from tb3_labs.ros.node import begin_shutdown, guarded, run_node
 
 SEND_PERIOD = 1.0 / 30.0    # [s], while the mouse is active
 
@@ -134,4 +134,4 @@ def screen_position(pixel_x, pixel_y, width, height):
 
 
 if __name__ == '__main__':
-    run('mouse', MouseNode, __doc__)
+    run_node('mouse', MouseNode, __doc__)

@@ -54,8 +54,8 @@ class RobotView:
         self._commands: Dict[str, Tuple[float, float, float]] = {}
         # {node: (time of arrival, [[name, text]])}
         self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}
-        # odom_T_local; used if no node publishes `local`
-        self._computed_frame: Optional[Pose2] = None
+        # used if no node publishes `local`
+        self._computed_odom_T_local: Optional[Pose2] = None
 
     def on_message(self, kind: str, value: Any, now: float) -> None:
         """Store `value` as the latest value of its `kind`: an entry of the picture, 'origin' (pose
@@ -70,7 +70,7 @@ class RobotView:
             moved = last.pose.distance_to(sample.pose)
             turned = abs(difference(sample.pose.yaw, last.pose.yaw))
             if moved > MAX_POSITION_JUMP or turned > MAX_YAW_JUMP:
-                self._computed_frame = None
+                self._computed_odom_T_local = None
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
@@ -78,7 +78,7 @@ class RobotView:
         declared = declared_pose(text)
         odom = self.latest('odom')
         if declared and odom:
-            self._computed_frame = odom.pose @ declared.inverse()
+            self._computed_odom_T_local = odom.pose @ declared.inverse()
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
         self._commands[sender] = now, linear, angular
@@ -135,8 +135,8 @@ class RobotView:
         odom_pose = odom.pose if odom else None
         local = self.latest('local')
         frame = self.latest('frame')
-        if self._computed_frame and not (local or frame):
-            frame = self._computed_frame
+        if self._computed_odom_T_local and not (local or frame):
+            frame = self._computed_odom_T_local
             local = frame.inverse() @ odom.pose
         goal = self.latest('goal')
         distance = angle = None

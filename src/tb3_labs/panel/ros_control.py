@@ -37,13 +37,13 @@ class PanelRobot:
         self.dead_man = DeadMan()
         self._pad_config = PadConfig()
         self._is_mouse_active = False
-        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20)
-        self._joy = rospy.Publisher('joy', Joy, queue_size=20, tcp_nodelay=True)
-        self._mouse = rospy.Publisher('mouse_info', MouseController, queue_size=20,
-                                      tcp_nodelay=True)
-        self._turn = rospy.Publisher('turn', Float64, queue_size=5)
-        self._goal = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=5)
-        self._cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+        self._control_publisher = rospy.Publisher('ctrl_relinq', Bool, queue_size=20)
+        self._joy_publisher = rospy.Publisher('joy', Joy, queue_size=20, tcp_nodelay=True)
+        self._mouse_publisher = rospy.Publisher(
+            'mouse_info', MouseController, queue_size=20, tcp_nodelay=True)
+        self._turn_publisher = rospy.Publisher('turn', Float64, queue_size=5)
+        self._goal_publisher = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=5)
+        self._cmd_vel_publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self.subscriptions = RobotSubscriptions(lambda: server.call_soon(self._on_stop))
 
     # -- pictures
@@ -55,7 +55,7 @@ class PanelRobot:
 
     def _pad_status(self):
         """Returns 'ready', or the reason why the pad of a page does not drive."""
-        if not subscribers_of(self._joy) - {rospy.get_name()}:
+        if not subscribers_of(self._joy_publisher) - {rospy.get_name()}:
             return 'the node gamepad does not run'
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
@@ -80,7 +80,7 @@ class PanelRobot:
                 self._release()
             return ''
         if held.mouse:
-            self._require_listener(self._mouse, 'mouse_info: is the controller running?')
+            self._require_listener(self._mouse_publisher, 'mouse_info: is the controller running?')
             self._refuse_during_drive()
         is_new_drive = self.dead_man.driving_page is None
         now = steady_time()
@@ -101,16 +101,18 @@ class PanelRobot:
 
     def _send_turn(self, _page, request):
         self._refuse_if_old(request, MAX_REQUEST_AGE)
-        self._require_listener(self._turn, 'turn: is the controller running?')
+        self._require_listener(self._turn_publisher, 'turn: is the controller running?')
         self._refuse_during_drive()
-        self._turn.publish(request.value)
+        self._turn_publisher.publish(request.value)
         return f'asked for {request.value:g} degrees'
 
     def _send_goal(self, _page, request):
         self._refuse_if_old(request, MAX_REQUEST_AGE)
-        self._require_listener(self._goal, 'move_base_simple/goal: is move_to_goal running?')
+        self._require_listener(self._goal_publisher,
+                               'move_base_simple/goal: is move_to_goal running?')
         typed = request.value
-        self._goal.publish(to_pose_stamped(typed.pose, frame_name('local'), rospy.get_time()))
+        self._goal_publisher.publish(
+            to_pose_stamped(typed.pose, frame_name('local'), rospy.get_time()))
         return f'goal sent: {typed.x:.2f} m, {typed.y:.2f} m, {typed.yaw_deg:.0f} deg'
 
     def _reset(self, page, request):
@@ -149,12 +151,12 @@ class PanelRobot:
 
     def stop(self):
         """Stop the robot, whichever node drives."""
-        self._control.publish(False)
+        self._control_publisher.publish(False)
         self._send_pad(BrowserPad(b=True))    # the handout's gamepad does not listen to ctrl_relinq
         # the controller ends a turn only if an active mouse becomes inactive
         self._send_mouse((0.0, 0.0))
         self._release()
-        self._cmd_vel.publish(Twist())    # stops drivers that do not listen to ctrl_relinq
+        self._cmd_vel_publisher.publish(Twist())    # stops nodes that do not hear ctrl_relinq
         self.dead_man.stop()
 
     def _on_stop(self):
@@ -179,7 +181,8 @@ class PanelRobot:
     def _confirm_stop(self, page, request, since):
         """Answer a STOP of `page`, made at the time `since` [s], when the robot stands still. After
         CONFIRM_TIMEOUT, answer why the stop is not confirmed."""
-        listeners = subscribers_of(self._control) | subscribers_of(self._cmd_vel)
+        listeners = subscribers_of(self._control_publisher)
+        listeners |= subscribers_of(self._cmd_vel_publisher)
         if not listeners - {rospy.get_name()}:
             page.answer(request, is_fulfilled=False, text='no node hears it')
             return
@@ -205,7 +208,7 @@ class PanelRobot:
         axes, buttons = pad.as_joy(self._pad_config)
         message = Joy(axes=axes, buttons=buttons)
         message.header.stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - lateness))
-        self._joy.publish(message)
+        self._joy_publisher.publish(message)
 
     def _send_mouse(self, position):
         """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
@@ -221,7 +224,7 @@ class PanelRobot:
     def _publish_mouse(self, is_active, x=0.0, y=0.0):
         message = MouseController(status=Bool(is_active), xPos=x, yPos=y)
         message.header.stamp = rospy.Time.now()
-        self._mouse.publish(message)
+        self._mouse_publisher.publish(message)
 
     def _read_pad_config(self):
         try:

@@ -38,7 +38,7 @@ _received_signals = []
 _shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until the hooks have run
 
 
-def run(name, start_node, interface):
+def run_node(name, start_node, interface):
     """Initialise the node `name`, call ``start_node()``, wait for the end, and exit. The option
     --help only prints `interface`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
@@ -51,7 +51,7 @@ def run(name, start_node, interface):
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
-                pause(MAIN_THREAD_POLL_PERIOD)
+                interruptible_sleep(MAIN_THREAD_POLL_PERIOD)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_shutdown_has_begun.set)
         log_without_the_master()
@@ -61,7 +61,7 @@ def run(name, start_node, interface):
         node = start_node()    # noqa: F841 (without a name Python would delete the node)
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
-            pause(MAIN_THREAD_POLL_PERIOD)
+            interruptible_sleep(MAIN_THREAD_POLL_PERIOD)
     except (ValueError, OverflowError) as problem:
         ignore_signals()
         end_roslaunch()
@@ -159,7 +159,7 @@ def ignore_signals():
         signal.signal(end_signal, signal.SIG_IGN)
 
 
-def pause(seconds):
+def interruptible_sleep(seconds):
     """Sleep in the main thread. Raises Interrupted if a signal arrives, or has arrived before. A
     library may have caught the first exception."""
     if not _received_signals:

@@ -59,7 +59,7 @@ class ControllerCore:
         if self.driver is Driver.TURN:
             return
         self._sensors.update(now, self._gyro.awaits_comparison)
-        if is_at_rest(0.0, self._heading.rate):
+        if is_at_rest(0.0, self._heading.yaw_rate):
             self._log_result(now)
 
     def on_wheels(self, sample: WheelSample) -> None:
@@ -220,11 +220,11 @@ class ControllerCore:
         assert imu is not None
         dt = self._pace.step(now)
         step = self._law.step(
-            heading.yaw, heading.rate, dt, imu.age(now), heading.noise.deviation)
+            heading.yaw, heading.yaw_rate, dt, imu.age(now), heading.noise.deviation)
         self.imu.check_repetition(must_change=True, now=now)
         problem = self._sensors.frozen_text() or self._gyro.problem_text()
         if not problem and not step.is_finished:
-            robot_rests = is_at_rest(0.0, heading.rate)
+            robot_rests = is_at_rest(0.0, heading.yaw_rate)
             must_move = step.command != Twist2()
             problem = turn.stall.update(step.remaining, robot_rests, dt, must_move)
         if problem or step.is_finished:

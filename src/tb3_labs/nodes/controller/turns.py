@@ -49,8 +49,8 @@ class TurnConfig(Config):
                                           'rad/s^2', low=1.0, high=80.0)
 
 
-def make_turn(config: TurnConfig, model: RobotModel,
-              response: Optional[MotorResponse] = None) -> PreciseTurn:
+def make_turn_law(config: TurnConfig, model: RobotModel,
+                  response: Optional[MotorResponse] = None) -> PreciseTurn:
     """Returns the control law of a turn. `response` contains this robot's delay and lag."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or MotorResponse())
@@ -61,7 +61,7 @@ class Heading:
 
     def __init__(self) -> None:
         self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
-        self.rate = 0.0        # [rad/s]
+        self.yaw_rate = 0.0        # [rad/s]
         self.noise = YawNoise()
         self.resting_yaw = Estimate()    # of a robot at rest; less noise than the yaw of one sample
 
@@ -69,10 +69,10 @@ class Heading:
         sample = timed.sample
         is_first = math.isnan(self.yaw)
         self.yaw = sample.yaw if is_first else unwrap(sample.yaw, self.yaw)
-        self.rate = sample.yaw_rate
+        self.yaw_rate = sample.yaw_rate
         self.noise.learn(timed)
         if self.noise.deviation:
-            self.resting_yaw.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.interval))
+            self.resting_yaw.shift(0.0, RESTING_YAW_DRIFT + abs(self.yaw_rate * timed.interval))
             self.resting_yaw.add(self.yaw, self.noise.deviation)
         else:    # the noise is not known yet
             self.resting_yaw = Estimate()

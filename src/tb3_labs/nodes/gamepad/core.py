@@ -73,7 +73,7 @@ class GamepadCore:
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._change_holder(ControlEvent.LOST, now)    # before this message, the pad was silent
-        elif self._drives and sent_at < self.messages.stopped_at:
+        elif self._is_driving and sent_at < self.messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if presses.reset and self._accept_press('Y', MAX_RESET_AGE, now):
             self._reset_requested = True
@@ -101,7 +101,7 @@ class GamepadCore:
         self.messages.stopped_at = now
         if self.messages.must_renew:
             self._change_holder(ControlEvent.TAKEN, now)
-        elif self._drives:
+        elif self._is_driving:
             self._change_holder(ControlEvent.STOPPED, now)
 
     # -- outputs
@@ -143,7 +143,7 @@ class GamepadCore:
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
         state = self.pad.state
-        if state is None or now < self._zero_until or not self._drives:
+        if state is None or now < self._zero_until or not self._is_driving:
             return Twist2()
         model = self._model
         linear = state.forward * min(self._config.linear_scale, model.max_linear)
@@ -151,7 +151,7 @@ class GamepadCore:
         return saturate(Twist2(linear, angular), model.max_linear, model.max_angular, model)
 
     @property
-    def _drives(self) -> bool:
+    def _is_driving(self) -> bool:
         state = self.pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
@@ -161,7 +161,7 @@ class GamepadCore:
 
     @property
     def _needs_pad(self) -> bool:
-        return self._drives or self.messages.must_renew
+        return self._is_driving or self.messages.must_renew
 
     def _update_sleep(self, now: float) -> None:
         """After a sleep the pad must become ready again. A long sleep also ends its permission."""

@@ -88,7 +88,7 @@ class PadListener:
         self._last_state = state
         self.lateness = self._lateness.on_message(stamp, now)
         self.joy_node_hangs = joy_node_hangs
-        # a joy_node that hangs may repeat several old messages in turn
+        # a joy_node that hangs may repeat the same few messages again and again
         is_old = stamp <= self._newest_stamp and self.lateness > INPUT_TIMEOUT
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = False

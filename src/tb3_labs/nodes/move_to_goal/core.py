@@ -167,7 +167,7 @@ class MoveToGoalCore:
         command_is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
         command = self._command(now) if command_is_due else None
         self._answer_ended_goal()
-        must_stop = command is None and (command_is_due or not self._drives)
+        must_stop = command is None and (command_is_due or not self._is_driving)
         return DriveOutput(
             command, must_stop_first=must_stop, status=self._new_status(now),
             log_lines=self._log.pop_all(),
@@ -178,7 +178,7 @@ class MoveToGoalCore:
     def _command(self, now: float) -> Optional[Twist2]:
         self._update_sensors(now)
         refusal = POSE_LOST if self._localizer.is_lost else self._sensor_conflict()
-        if not self._drives:
+        if not self._is_driving:
             self._forget_motion()
         elif refusal:
             self._machine.give_up(refusal)
@@ -222,7 +222,7 @@ class MoveToGoalCore:
     # -- state
 
     @property
-    def _drives(self) -> bool:
+    def _is_driving(self) -> bool:
         return self.may_drive and self._machine.is_active
 
     @property
@@ -247,7 +247,7 @@ class MoveToGoalCore:
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
             return 0.0
-        return self._pace.idle_for(now) if self._drives else IDLE_SAMPLE_PERIOD
+        return self._pace.idle_for(now) if self._is_driving else IDLE_SAMPLE_PERIOD
 
     # -- the drive
 

@@ -43,9 +43,9 @@ class GoalServer(ActionServer):
     This class holds actionlib's lock while it hands a goal or a cancel to the core. So actionlib
     and the core receive goals and cancels in the same order.
 
-    This class reads each message before actionlib (1.14.0) does. For actionlib, a goal with a known
-    GoalID is a new goal after 5 s, and a repeated latched goal is a new goal at once. actionlib
-    ignores a cancel of an ended goal, but after a reset the robot may drive to an ended goal again.
+    This class reads each message before actionlib (1.14.0) does. actionlib alone would accept a
+    goal with a known GoalID again after 5 s, and a repeated latched goal at once. actionlib alone
+    would also ignore a cancel of an ended goal, to which the robot may drive again after a reset.
     Test: test/ros/stops.test.
     """
 
