@@ -29,6 +29,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
+from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import MAX_COORDINATE, MAX_YAW_DEG, TypedPose
 
 #: The panel reads a message of at most this many characters. The longest valid message has about
@@ -94,7 +95,7 @@ class OpenPage:
     """One open page. `send(text)` sends a message to the page."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
-        self.unsent_lines: List[Dict[str, str]] = []
+        self.unsent_lines: Queue[Dict[str, str]] = Queue()    # of the log
         self._send = send
 
     def send(self, message_type: str, **values: Any) -> None:

@@ -45,11 +45,11 @@ VARIABLES_TIMEOUT = 2.0
 
 
 class RobotView:
-    """The latest value of each kind from one robot."""
+    """The latest value of each entry, from one robot."""
 
     def __init__(self) -> None:
-        self._latest: Dict[str, Any] = {}          # {kind: value}
-        self._arrivals: Dict[str, float] = {}      # {kind: time of arrival}
+        self._latest: Dict[str, Any] = {}          # {entry: value}
+        self._arrivals: Dict[str, float] = {}      # {entry: time of arrival}
         # {sender: (time of arrival, forward speed, rate of turn)}
         self._commands: Dict[str, Tuple[float, float, float]] = {}
         # {node: (time of arrival, [[name, text]])}
@@ -57,12 +57,12 @@ class RobotView:
         # used if no node publishes `local`
         self._computed_odom_T_local: Optional[Pose2] = None
 
-    def on_message(self, kind: str, value: Any, now: float) -> None:
-        """Store `value` as the latest value of its `kind`: an entry of the picture, 'origin' (pose
-        of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad]), or 'holder' (the
-        text of control_holder)."""
-        self._latest[kind] = value
-        self._arrivals[kind] = now
+    def on_message(self, entry: str, value: Any, now: float) -> None:
+        """Store `value` as the latest value of `entry`: an entry of the picture, 'origin' (pose of
+        odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad]), or 'holder' (the text
+        of control_holder)."""
+        self._latest[entry] = value
+        self._arrivals[entry] = now
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         last = self.latest('odom')
@@ -86,8 +86,8 @@ class RobotView:
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         self._variables[node] = now, [[name, text] for name, text in values]
 
-    def latest(self, kind: str) -> Any:
-        return self._latest.get(kind)
+    def latest(self, entry: str) -> Any:
+        return self._latest.get(entry)
 
     @property
     def is_driving(self) -> bool:

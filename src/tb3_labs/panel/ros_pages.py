@@ -37,7 +37,7 @@ class Pages:
         self._server = Server(config, self._open_page)
         self._robot = PanelRobot(self._server)
         # the timers run while a page is open
-        self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
+        self._timers = [PeriodicCallback(guarded(self._send_pictures), 1000.0 / config.rate),
                         PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD_MS)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
         self.address = self._server.address
@@ -62,7 +62,7 @@ class Pages:
                 timer.start()
         self._pages.append(page)
         page.send('hello', **self._greeting)
-        page.unsent_lines = list(self._lines)
+        page.unsent_lines.extend(self._lines)
         return partial(self._on_text, page), partial(self._on_end, page)
 
     def _on_end(self, page):
@@ -74,13 +74,13 @@ class Pages:
 
     # -- pictures and lines of the log
 
-    def _draw(self):
+    def _send_pictures(self):
         now = steady_time()
         picture = self._robot.picture(now)
         for page in self._pages:
-            if page.unsent_lines:
-                page.send('log', lines=page.unsent_lines)
-                page.unsent_lines = []
+            lines = page.unsent_lines.pop_all()
+            if lines:
+                page.send('log', lines=lines)
             page.send('picture', **picture, now=now, page=self._driving_page_seen_by(page))
 
     def _driving_page_seen_by(self, page):

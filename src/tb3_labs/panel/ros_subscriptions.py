@@ -72,8 +72,8 @@ class RobotSubscriptions:
         with self._lock:
             return function(self._view)
 
-    def latest(self, kind):
-        return self.use_view(lambda view: view.latest(kind))
+    def latest(self, entry):
+        return self.use_view(lambda view: view.latest(entry))
 
     @property
     def has_another_pad(self):
@@ -85,18 +85,18 @@ class RobotSubscriptions:
             self.use_view(lambda view: store(view, value, steady_time()))
         return callback
 
-    def _store_as(self, kind):
-        return self._callback(lambda view, value, now: view.on_message(kind, value, now))
+    def _store_as(self, entry):
+        return self._callback(lambda view, value, now: view.on_message(entry, value, now))
 
     def _read_transforms(self, message):
-        """Returns [(kind, pose)] of the transforms that a picture needs. Raises ``ValueError`` if
+        """Returns [(entry, pose)] of the transforms that a picture needs. Raises ``ValueError`` if
         a needed transform is invalid."""
-        kinds = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
+        entries = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
         poses = []
         for stamped in message.transforms:
             frames = (stamped.header.frame_id.lstrip('/'), stamped.child_frame_id.lstrip('/'))
-            if frames in kinds:
-                poses.append((kinds[frames], transform_to_pose2(stamped.transform)))
+            if frames in entries:
+                poses.append((entries[frames], transform_to_pose2(stamped.transform)))
         return poses
 
     def _on_permission(self, event):
@@ -121,5 +121,5 @@ def _store_variables(view, message, now):
 
 
 def _store_transforms(view, poses, now):
-    for kind, pose in poses:
-        view.on_message(kind, pose, now)
+    for entry, pose in poses:
+        view.on_message(entry, pose, now)

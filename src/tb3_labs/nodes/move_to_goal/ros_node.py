@@ -118,7 +118,7 @@ class MoveToGoalNode:
             lambda: self._core.on_imu(sample, ros_time(), self._sends_wheels()))
         if output.stamped_pose is not None:
             self._display.show(output.stamped_pose, output.odom_T_local)
-            self._goals.feedback(output.stamped_pose)
+            self._goals.send_feedback(output.stamped_pose)
 
     def _on_odometry(self, sample):
         # the core decides at the next sample of the IMU, which will be newer
@@ -130,7 +130,7 @@ class MoveToGoalNode:
             self._control_publisher.publish(output.has_control)
 
     def _carry_out(self, output):
-        self._goals.answer(output.answers)
+        self._goals.send_answers(output.answers)
         if output.status is not None:
             self._display.show_status(output.status)
 

@@ -65,7 +65,7 @@ class GoalServer(ActionServer):
         rospy.on_shutdown(self.stop)
         self.start()
 
-    def answer(self, answers):
+    def send_answers(self, answers):
         """Send each GoalAnswer to its client. The caller does not hold the lock of the core."""
         for request, outcome, text in answers:
             if outcome is GoalOutcome.ACCEPTED:
@@ -78,7 +78,7 @@ class GoalServer(ActionServer):
                 self._present_handle = None
             END_METHODS[outcome](request.client, MoveBaseResult(), text)
 
-    def feedback(self, stamped):
+    def send_feedback(self, stamped):
         """If there is a goal, send the robot's StampedPose to the client of the goal."""
         handle = self._present_handle
         if handle is not None and self.feedback_pub.get_num_connections():
@@ -122,7 +122,7 @@ class GoalServer(ActionServer):
                 request = request._replace(goal=to_requested_pose(target.header, target.pose))
             except ValueError as problem:
                 if handle:
-                    self.answer([(request, GoalOutcome.REJECTED, str(problem))])
+                    self.send_answers([(request, GoalOutcome.REJECTED, str(problem))])
                 return
             method = self._core.on_goal if handle else self._core.register_goal
             self._runner.handle(lambda: method(request, steady_time()))
