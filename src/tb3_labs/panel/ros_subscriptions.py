@@ -14,7 +14,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.panel.robot_view import RobotView
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame_name, to_odometry_sample, to_pose2, transform_to_pose2
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
@@ -111,7 +111,7 @@ class RobotSubscriptions:
 
 
 def _store_command(view, message, now):
-    view.on_command(sender_of(connection_of(message)), message.linear.x, message.angular.z, now)
+    view.on_command(sender_of(message), message.linear.x, message.angular.z, now)
 
 
 def _store_variables(view, message, now):

@@ -23,9 +23,10 @@ def connection_of(message):
     return message._connection_header
 
 
-def sender_of(header):
-    """Returns the sender's name from a connection's header, without unprintable letters, or ''."""
-    return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
+def sender_of(message):
+    """Returns the name of a message's sender without unprintable letters; '' if it is unknown."""
+    name = connection_of(message).get('callerid', '')
+    return ''.join(filter(str.isprintable, name))[:100]
 
 
 def record_connections():

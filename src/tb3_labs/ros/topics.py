@@ -97,7 +97,7 @@ def sender_connection(message):
     header = connection_of(message)
     renews = RENEWAL_HEADER.items() <= header.items()
     return SenderConnection(
-        sender=sender_of(header), process=header['process'], connected_at=header['connected_at'],
+        sender=sender_of(message), process=header['process'], connected_at=header['connected_at'],
         latches=header.get('latching') == '1', renews=renews)
 
 

@@ -155,9 +155,8 @@ class GamepadCore:
         state = self.pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
-        if self._config.has_hold and not state.hold:
-            return False
-        return not state.is_at_rest
+        is_held = state.hold or not self._config.has_hold
+        return is_held and not state.is_at_rest
 
     @property
     def _needs_pad(self) -> bool:

@@ -1,8 +1,7 @@
 """Decides whether `move_to_goal` may drive, and with which command.
 
 The robot moves only while the node has control, IMU and odometry are fresh, gyro and wheels agree,
-the pose is known, and the goal is not reached. If the sensors stay silent, a new grant is void, and
-a drive is given up.
+and the pose is known. A long silence of the sensors voids a new grant, and ends a drive.
 
 The time `now` [s] is on the receiver's clock, and `steady_now` [s] on a steady clock
 (:mod:`tb3_labs.nodes`). Poses are in the local frame, in metres and radians.

@@ -27,7 +27,7 @@ from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
@@ -108,7 +108,7 @@ class MoveToGoalNode:
         return DriveLaw(config, self._model, self._response)
 
     def _on_command(self, message):
-        sender = sender_of(connection_of(message)) or 'another program'
+        sender = sender_of(message) or 'another program'
         if sender != rospy.get_name():    # the core knows its own commands
             command = Twist2(message.linear.x, message.angular.z)
             self._runner.call(lambda: self._core.on_command(command, ros_time(), sender))

@@ -17,7 +17,7 @@ from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame_name, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, subscribe
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
@@ -116,7 +116,7 @@ class GoalServer(ActionServer):
             handle = new_handles[0] if new_handles else None
             # actionlib makes an id for a goal that has none
             goal_id = handle.get_goal_id() if handle else action_goal.goal_id
-            request = GoalRequest(goal=None, sender=sender_of(connection_of(message)),
+            request = GoalRequest(goal=None, sender=sender_of(message),
                                   name=goal_id.id, stamp=goal_id.stamp.to_nsec(), client=handle)
             try:
                 request = request._replace(goal=to_requested_pose(target.header, target.pose))
