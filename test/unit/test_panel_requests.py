@@ -97,7 +97,7 @@ def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
 
 
 @pytest.mark.parametrize('text', ['{"type": "joy", "pad": null, "mouse": null}', '{"type": "joy"}'])
-def test_an_empty_grip_is_null_or_missing(text):
+def test_inputs_that_nobody_holds_are_null_or_missing(text):
     assert read_request(text) == PageRequest('joy', HeldInputs())
 
 

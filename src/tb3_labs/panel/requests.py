@@ -24,7 +24,6 @@ needs time to arrive, so the panel may overestimate the delay of a message, but 
 delay only if the browser's clock jumps.
 """
 import json
-from contextlib import suppress
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
@@ -120,11 +119,12 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
         read = READERS[message['type']]
     except (ValueError, TypeError, KeyError):
         raise ValueError(f'{text!r:.60} is not valid: an object with a known "type"') from None
-    if message['type'] == 'stop':      # a stop with an invalid "id" is still a stop
-        with suppress(ValueError):
-            return _read_fields(message, read)
-        return PageRequest('stop')
-    return _read_fields(message, read)
+    try:
+        return _read_fields(message, read)
+    except ValueError:
+        if message['type'] == 'stop':    # a stop with an invalid "id" is still a stop
+            return PageRequest('stop')
+        raise
 
 
 def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
