@@ -139,7 +139,7 @@ class PanelTest(PanelCase):
                 since, stops = rospy.get_time(), self.page.picture['stops']
                 lose(self.page)
                 self.assert_stopped(since)
-                # a page that comes, or comes back, gives nothing by itself; nor does a joy after which nobody took hold again
+                # a page that comes, or comes back, gives nothing by itself; nor does a joy that nobody holds anew
                 if lose is PanelPage.close:
                     self.page = self.open()
                 self.page.wait_until(lambda known=stops: self.page.picture['stops'] > known, 5.0, 'the loss')
