@@ -30,7 +30,7 @@ class PadOutput(Output):
     holder: ControlHolder = ControlHolder.NOBODY
     control_messages: Sequence[bool] = ()    # to publish on `ctrl_relinq`, in order
     renewal_is_due: bool = False     # must a True be published to renew the permission?
-    reset_requested: bool = False    # was the reset button pressed?
+    is_reset_requested: bool = False    # was the reset button pressed?
 
 
 class GamepadCore:
@@ -45,7 +45,7 @@ class GamepadCore:
         self._sleep = SleepMonitor()
         self._zero_until = 0.0    # the pad's command is zero until this time [s]
         self._command_is_due = False
-        self._reset_requested = False    # was Y pressed after the last tick?
+        self._is_reset_requested = False    # was Y pressed after the last tick?
         # Time [s] at which a warning about a pushed stick is due; None if no stick is pushed, and
         # infinite if the warning was logged.
         self._stick_warning_at: Optional[float] = None
@@ -76,7 +76,7 @@ class GamepadCore:
         elif self._is_driving and sent_at < self.messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if presses.reset and self._accept_press('Y', MAX_RESET_AGE, now):
-            self._reset_requested = True
+            self._is_reset_requested = True
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """move_to_goal reports whether it has control."""
@@ -115,10 +115,10 @@ class GamepadCore:
         output = PadOutput(
             command, log_lines=self._log.pop_all(),
             needs_fast_ticks=awaits_ready or self._needs_pad,
-            holder=self.holder, reset_requested=self._reset_requested,
+            holder=self.holder, is_reset_requested=self._is_reset_requested,
             control_messages=self.messages.waiting.pop_all(),
             renewal_is_due=self.messages.pop_renewal(now))
-        self._reset_requested = False
+        self._is_reset_requested = False
         return output
 
     def _become_ready_at_rest(self, now: float) -> None:

@@ -54,7 +54,7 @@ class GamepadNode:
                 self._control_publisher.publish(granted)
         if output.renewal_is_due:
             self._control_publisher.publish(True)
-        if output.reset_requested:    # in a thread, since move_to_goal may answer late
+        if output.is_reset_requested:    # in a thread, since move_to_goal may answer late
             threading.Thread(target=guarded(_reset), daemon=True).start()
         if output.holder is not self._published_holder:
             self._published_holder = output.holder
