@@ -25,7 +25,9 @@ def _words_of(process):
     """Returns the words after `roslaunch` on a process's command line, or []."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     names = [os.path.basename(word) for word in argv[:2]]    # the first word may be python3
-    return argv[names.index('roslaunch') + 1:] if 'roslaunch' in names else []
+    if 'roslaunch' not in names:
+        return []
+    return argv[names.index('roslaunch') + 1:]
 
 
 def problem_of(argv, path):
@@ -69,8 +71,8 @@ def _problem_of_value(name, value, doc, folder):
         return ('parameters are given in braces, with a blank after each colon, and a point in '
                 f'numbers: {name}:="{example.group(1)}"')
     for start, end in FILE_CHOICE_PATTERN.findall(doc):
-        files = [str(file.relative_to(folder)) for file in folder.glob(f'{start}*{end}')]
-        choices = sorted(file[len(start):-len(end)] for file in files)
+        prefix = os.path.basename(start)
+        choices = sorted(file.stem[len(prefix):] for file in folder.glob(f'{start}*{end}'))
         if value not in choices:
             return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(choices)}"
     return ''
