@@ -96,7 +96,6 @@ class RobotView:
 
     @property
     def phase(self) -> str:
-        """The "phase" of the picture."""
         state = self.latest('state') or ''
         if state in DRIVING:
             return 'driving'

@@ -151,7 +151,6 @@ class ControllerCore:
                       needs_fast_ticks=self.driver is not Driver.NOBODY or self.mouse.is_active)
 
     def problem_text(self, now: float) -> str:
-        """Returns a text about a problem of the IMU; '' if there is none."""
         return self._sensors.problem_text(now) or self._gyro.problem_text()
 
     def idle_for(self, now: float) -> float:
@@ -171,7 +170,6 @@ class ControllerCore:
     # -- turns
 
     def _refuse_impossible_turn(self, angle: float, now: float) -> None:
-        """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
         if math.isnan(angle) or abs(angle) > self._law.MAX_ANGLE + MAX_ANGLE_SLACK:
             max_degrees = round(math.degrees(self._law.MAX_ANGLE))
             raise ValueError(f'cannot turn by {math.degrees(angle):g} degrees: a number from '
