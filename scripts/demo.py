@@ -38,7 +38,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.node import begin_shutdown, guarded, run
+from tb3_labs.ros.node import begin_shutdown, guarded, run_node
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
@@ -245,4 +245,4 @@ def short_pose(pose):
 
 
 if __name__ == '__main__':
-    run('demo', Demo, __doc__)
+    run_node('demo', Demo, __doc__)

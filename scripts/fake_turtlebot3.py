@@ -35,7 +35,7 @@ import rospy
 
 from tb3_labs.config import Config, setting
 from tb3_labs.ros.live_settings import LiveSettings
-from tb3_labs.ros.node import run
+from tb3_labs.ros.node import run_node
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
@@ -82,4 +82,4 @@ def _with_values(settings, values):
 
 
 if __name__ == '__main__':
-    run('turtlebot3', start_robot, __doc__)
+    run_node('turtlebot3', start_robot, __doc__)

@@ -24,7 +24,7 @@ Parameters
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 from tb3_labs.nodes.gamepad.ros_node import GamepadNode
-from tb3_labs.ros.node import run
+from tb3_labs.ros.node import run_node
 
 if __name__ == '__main__':
-    run('gamepad', GamepadNode, __doc__)
+    run_node('gamepad', GamepadNode, __doc__)

@@ -19,7 +19,7 @@ import rospy
 from std_msgs.msg import Bool
 
 from tb3_labs.msg import MouseController
-from tb3_labs.ros.node import begin_shutdown, guarded, run
+from tb3_labs.ros.node import begin_shutdown, guarded, run_node
 
 SEND_PERIOD = 1.0 / 30.0    # [s], while the mouse is active
 
@@ -74,17 +74,17 @@ class MouseNode:
             self._send_now.wait(longest_wait)
             self._send_now.clear()
 
-    def _publish(self, active, x=0.0, y=0.0):
-        message = MouseController(status=Bool(active), xPos=x, yPos=y)
+    def _publish(self, is_active, x=0.0, y=0.0):
+        message = MouseController(status=Bool(is_active), xPos=x, yPos=y)
         message.header.stamp = rospy.Time.now()
         self._publisher.publish(message)
 
     def _close(self):
-        """Publish an inactive mouse, so that the robot stops at once, and not after a timeout."""
+        """Publish an inactive mouse, which stops the robot at once, not after a timeout."""
         with self._lock:
             self._is_closed = True
             if self._is_active:
-                self._publish(active=False)
+                self._publish(is_active=False)
 
 
 class Pointer:
@@ -134,4 +134,4 @@ def screen_position(pixel_x, pixel_y, width, height):
 
 
 if __name__ == '__main__':
-    run('mouse', MouseNode, __doc__)
+    run_node('mouse', MouseNode, __doc__)

@@ -37,8 +37,8 @@ Parameters
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 from tb3_labs.nodes.move_to_goal.ros_node import MoveToGoalNode, pop_permission
-from tb3_labs.ros.node import run
+from tb3_labs.ros.node import run_node
 
 if __name__ == '__main__':
     pop_permission()
-    run('move_to_goal', MoveToGoalNode, __doc__)
+    run_node('move_to_goal', MoveToGoalNode, __doc__)

@@ -27,7 +27,7 @@ import rospy
 
 from tb3_labs.panel.access import PanelConfig
 from tb3_labs.panel.ros_pages import Pages
-from tb3_labs.ros.node import run
+from tb3_labs.ros.node import run_node
 from tb3_labs.ros.parameters import read_config, read_model
 
 
@@ -43,4 +43,4 @@ def offer_pages():
 
 
 if __name__ == '__main__':
-    run('panel', offer_pages, __doc__)
+    run_node('panel', offer_pages, __doc__)

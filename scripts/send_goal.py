@@ -26,7 +26,7 @@ from std_msgs.msg import String
 from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal_state import WAITING_FOR_CONTROL, is_over
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node import Interrupted, catch_signals, pause
+from tb3_labs.ros.node import Interrupted, catch_signals, interruptible_sleep
 from tb3_labs.ros.topics import require_master, subscribe
 from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
@@ -79,7 +79,7 @@ def drive(goal):
     try:
         print_states()
         while not ended.is_set():
-            pause(0.0)    # raises Interrupted again if rospy caught the first Interrupted
+            interruptible_sleep(0.0)    # raises Interrupted again if rospy caught the first one
             ended.wait(SHUTDOWN_POLL_PERIOD)
             if rospy.is_shutdown():
                 return 1

@@ -19,7 +19,7 @@ Parameters
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 from tb3_labs.nodes.controller.ros_node import ControllerNode
-from tb3_labs.ros.node import run
+from tb3_labs.ros.node import run_node
 
 if __name__ == '__main__':
-    run('controller', ControllerNode, __doc__)
+    run_node('controller', ControllerNode, __doc__)

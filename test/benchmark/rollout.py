@@ -16,7 +16,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
+from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn_law
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import MAX_REST_TURN_RATE, MAX_REST_SPEED, ImuSample, Sample
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, robot_model
@@ -116,7 +116,7 @@ def turns(degrees: Sequence[float], robot_config: SimulatorConfig,
     """Let a robot make several turns on the spot [deg, left positive], one after the other, the
     first one `wait` [s] after its start. Returns a SpotTurn for each."""
     robot = Simulator(robot_config)
-    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
+    controller = ControllerCore(make_turn_law(turn_config, robot_model(robot_config.model)))
     _control(robot, controller, wait)
     return [_turn(robot, controller, requested) for requested in degrees]
 

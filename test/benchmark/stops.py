@@ -14,7 +14,7 @@ from tb3_labs.control.drive_law import DriveConfig, DriveLaw
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
+from tb3_labs.nodes.controller.turns import TurnConfig, make_turn_law
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -64,7 +64,7 @@ def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()
 def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=180.0):
     """Returns the Stop of a turn, during which `fault(robot)` begins a fault."""
     robot = Simulator(robot_config)
-    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
+    controller = ControllerCore(make_turn_law(turn_config, robot_model(robot_config.model)))
     hear = control(robot, controller)
     run(robot, controller, hear, 0.5)
     controller.request_turn(degrees, robot.now)

@@ -193,7 +193,7 @@ class Browser:
         pointer.pointer_up()
         actions.perform()
 
-    def grip(self, element, across=0.0, up=0.0):
+    def take_hold(self, element, across=0.0, up=0.0):
         """Press on the middle of an element, and move from there by parts of its half size.
 
         The page marks an element that is held. A press has no effect while the element is not ready, or if the page

@@ -110,13 +110,13 @@ class PanelBrowserTest(PanelCase):
 
     def test_a_stick_drives_until_the_person_lets_go(self):
         start = self.rest()
-        self.page.grip('stick-left', up=0.9)
+        self.page.take_hold('stick-left', up=0.9)
         self.assert_drives_forward(start)
         since = rospy.get_time()
         self.page.let_go()
         self.assert_stopped(since)
         start = self.rest()
-        self.page.grip('stick-right', across=-0.9)
+        self.page.take_hold('stick-right', across=-0.9)
         self.assert_turns(start, 1)
         self.page.let_go()
         self.assert_stands()
@@ -182,7 +182,7 @@ class PanelBrowserTest(PanelCase):
 
     def test_the_mouse_pad_drives_until_the_person_lets_go(self):
         self.page.click('tab-mouse')
-        self.page.grip('mouse-pad', across=-0.9, up=0.9)    # forward, and to the left
+        self.page.take_hold('mouse-pad', across=-0.9, up=0.9)    # forward, and to the left
         self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.15 and command[1] > 0.2)
         since = rospy.get_time()
         self.page.let_go()
@@ -190,7 +190,7 @@ class PanelBrowserTest(PanelCase):
         self.page.click('tab-pad')
 
     def test_a_hidden_page_stops_and_stays_stopped(self):
-        self.page.grip('stick-left', up=0.9)
+        self.page.take_hold('stick-left', up=0.9)
         self.wait_until_it_moves()
         since = rospy.get_time()
         self.page.hide()
@@ -202,7 +202,7 @@ class PanelBrowserTest(PanelCase):
 
     def test_a_frozen_or_disconnected_page_stops_and_stays_stopped(self):
         for stop, go_on in ((self.page.freeze, self.page.thaw), (CABLE.pull, CABLE.plug)):
-            self.page.grip('stick-left', up=0.9)
+            self.page.take_hold('stick-left', up=0.9)
             self.wait_until_it_moves()
             since = rospy.get_time()
             stop()

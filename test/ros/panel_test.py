@@ -76,7 +76,7 @@ class PanelTest(PanelCase):
         return origin
 
     def drive_by_stick(self):
-        """Grip the pad as a person does. So the sticks begin in their middle."""
+        """Take hold of the pad as a person does. So the sticks begin in their middle."""
         self.page.hold(pad={})
         self.page.wait_for(pad='ready', page='this')
         self.page.hold(pad={'forward': 1.0})
@@ -139,7 +139,7 @@ class PanelTest(PanelCase):
                 since, stops = rospy.get_time(), self.page.picture['stops']
                 lose(self.page)
                 self.assert_stopped(since)
-                # a page that comes, or comes back, gives nothing by itself; nor does a joy that nobody gripped again
+                # a page that comes, or comes back, gives nothing by itself; nor does a joy that nobody holds anew
                 if lose is PanelPage.close:
                     self.page = self.open()
                 self.page.wait_until(lambda known=stops: self.page.picture['stops'] > known, 5.0, 'the loss')
@@ -174,7 +174,7 @@ class PanelTest(PanelCase):
         self.page.let_go()
         self.page.wait_for(has_control=False)
 
-    def test_a_stop_of_another_node_ends_the_grip_of_a_page(self):
+    def test_a_stop_of_another_node_ends_the_hold_of_a_page(self):
         publishers = {    # latched, so that the panel gets them as soon as it is connected
             rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True): Bool(False),
             rospy.Publisher('move2goal/cancel', GoalID, queue_size=1, latch=True): GoalID()}

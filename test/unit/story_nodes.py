@@ -246,7 +246,7 @@ class PadNode(StoryNode):
         """Carry out what the core wants after an action at `at`."""
         output = self.core.tick(self.world.now)
         self.world.judge(output.command, self.rule)
-        if output.reset_requested:
+        if output.is_reset_requested:
             self.judge_reset(at)
         for word in output.control_messages:
             for _ in range(1 if word else 2):    # as GamepadNode does

@@ -97,7 +97,9 @@ def test_another_frame_is_refused_in_one_short_line_that_no_terminal_obeys(frame
     ({}, ''), ({'callerid': '/pad'}, '/pad'), ({'callerid': '\x1b[2J/a\n'}, '[2J/a'),
     ({'callerid': 'x' * 5000}, 'x' * 100)])
 def test_a_senders_name_is_short_and_plain_and_may_be_missing(header, name):
-    assert sender_of(header) == name
+    message = Header()
+    message._connection_header = header
+    assert sender_of(message) == name
 
 
 # Any numbers --------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from rollout import control, run
 from tb3_labs.control.commands import IDLE_SAMPLE_PERIOD, LawStep
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
-from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, accepts_turn, make_turn
+from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, accept_turn, make_turn_law
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -180,7 +180,7 @@ def test_a_new_law_starts_a_new_stall_check_with_a_new_period(desk):
     (None, (math.nan, math.inf, 40000.0)),
     (36000.0, (90.0,))])     # and the goal is not moved farther away
 def test_an_invalid_angle_is_refused(good, bad):
-    desk = Desk(make_turn(TurnConfig(), BURGER))
+    desk = Desk(make_turn_law(TurnConfig(), BURGER))
     if good:
         desk.request_turn(good)
     for degrees in bad:
@@ -219,8 +219,8 @@ def test_a_repeated_turn_is_refused_after_a_stop_or_a_sleep_or_if_doubtful(is_wa
         if degrees is None:
             turns.end_repetitions()
         else:
-            found.append(accepts_turn(turns, Event(degrees, at, 'script', age), is_waking and at == 0.0))
-            assert accepts_turn(turns, Event(degrees, at, str(at)))    # of another sender
+            found.append(accept_turn(turns, Event(degrees, at, 'script', age), is_waking and at == 0.0))
+            assert accept_turn(turns, Event(degrees, at, str(at)))    # of another sender
     assert found == accepted
 
 
@@ -299,7 +299,7 @@ def turn_that_is_changed(degrees, change, total):
     Returns the later commands, and the reports."""
     robot, log_lines = Simulator(SimulatorConfig(
         start_yaw_deg=170.0, imu_offset_deg=-47.7, command_latency=0.05)), []
-    core, start = ControllerCore(make_turn(TurnConfig(), BURGER)), robot.truth.yaw
+    core, start = ControllerCore(make_turn_law(TurnConfig(), BURGER)), robot.truth.yaw
     hear = control(robot, core)
     run(robot, core, hear, 0.2)
     core.request_turn(degrees, robot.now)
@@ -317,6 +317,6 @@ def test_a_turn_during_a_turn_moves_its_goal(second, total):
 
 
 def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on():
-    slower = make_turn(TurnConfig(max_ang_z=0.6), BURGER)
+    slower = make_turn_law(TurnConfig(max_ang_z=0.6), BURGER)
     commands, _ = turn_that_is_changed(180.0, lambda core, now: core.set_law(slower), 180.0)
     assert max(abs(command.angular) for command in commands) <= 0.6 + 1e-9

@@ -20,7 +20,7 @@ class Core(GamepadCore):
     def __init__(self, config=PadConfig()):
         super().__init__(config, BURGER)
         self.now = 0.0
-        self.outputs = {'log_lines': [], 'control_messages': [], 'reset_requested': []}
+        self.outputs = {'log_lines': [], 'control_messages': [], 'is_reset_requested': []}
 
     def on_joy(self, joy):
         self.now = joy.arrived_at
@@ -30,7 +30,7 @@ class Core(GamepadCore):
         self.now, output = now, super().tick(now)
         self.outputs['log_lines'] += output.log_lines
         self.outputs['control_messages'] += output.control_messages
-        self.outputs['reset_requested'] += [True] if output.reset_requested else []
+        self.outputs['is_reset_requested'] += [True] if output.is_reset_requested else []
         return output
 
     def take(self, what):
@@ -138,7 +138,7 @@ def test_a_full_stick_commands_the_robots_limit_or_the_scale(config, sticks, spe
 def test_button_a_gives_control_and_button_b_takes_control(pad):
     pad.controller.on_has_control(Event(False, pad.now))      # it had no control
     assert pad.holder is GAMEPAD and not pad.controller.messages.must_renew and pad.control_messages() == []
-    assert not pad.controller.take('reset_requested')
+    assert not pad.controller.take('is_reset_requested')
     assert [line.text for line in pad.controller.take('log_lines')] == [
         'The gamepad drives: press A to let move_to_goal drive']
     pad.press(A)
@@ -181,7 +181,7 @@ def test_no_press_is_lost_if_messages_arrive_together(pad):
     for pressed in (), (B,), (B, Y), (Y,), (), (A,), (), (B,), ():
         receive(pad.controller, pad.now, 0.0, *pressed)
     assert pad.controller.take('control_messages') == [False, True, False]
-    assert pad.controller.take('reset_requested') and not pad.controller.take('reset_requested')
+    assert pad.controller.take('is_reset_requested') and not pad.controller.take('is_reset_requested')
     assert pad.holder is GAMEPAD
 
 
@@ -213,7 +213,7 @@ def test_a_delayed_press_of_y_is_rejected(stamped, late, counts):
     let_pass(stamped, 101.0, 101.05 + late)
     receive(stamped, 101.05 + late, 8.04)
     receive(stamped, 101.05 + late, 8.05, Y)
-    assert bool(stamped.take('reset_requested')) is counts
+    assert bool(stamped.take('is_reset_requested')) is counts
     assert warned(stamped, 'Y does not count') is not counts
 
 
@@ -228,7 +228,7 @@ def test_a_pad_is_lost_if_its_driver_repeats_several_messages(stamped, ring):
     assert commands[0] != Twist2() and set(commands[ring + 11:]) == {Twist2()}
 
 
-@pytest.mark.parametrize('button, wanted', [(A, 'control_messages'), (Y, 'reset_requested')])
+@pytest.mark.parametrize('button, wanted', [(A, 'control_messages'), (Y, 'is_reset_requested')])
 def test_a_press_is_accepted_in_the_second_message_with_one_stamp(stamped, button, wanted):
     receive(stamped, 101.05, 8.05, forward=1.0)
     receive(stamped, 101.0505, 8.05, button, forward=1.0, age=Age.SAME_STAMP)
@@ -252,7 +252,7 @@ def test_a_pad_is_lost_if_its_driver_repeats_one_message(stamped, clock_runs):
     assert stamped.holder is NOBODY and repeat(10.0) == {Twist2()}
     assert warned(stamped, 'joy_node repeats one message')
     repeat(0.1, A, Y)
-    assert not stamped.take('reset_requested') and True not in stamped.take('control_messages')
+    assert not stamped.take('is_reset_requested') and True not in stamped.take('control_messages')
     repeat(0.1, B)
     assert stamped.take('control_messages') == [False]        # a stop is obeyed
 
@@ -329,7 +329,7 @@ def test_hold_to_drive():
 
 @pytest.mark.parametrize('after, counts', [(0.1, False), (0.4, True)])
 @pytest.mark.parametrize('stamped', [False, True])
-@pytest.mark.parametrize('button, what', [(A, 'control_messages'), (Y, 'reset_requested')])
+@pytest.mark.parametrize('button, what', [(A, 'control_messages'), (Y, 'is_reset_requested')])
 def test_a_press_just_after_the_first_message_is_rejected(
         after, counts, stamped, button, what):
     """The press may be as old as the first message. Or the button is held since the start of the

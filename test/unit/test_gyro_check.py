@@ -13,7 +13,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.odometry_jumps import EncoderMonitor
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
+from tb3_labs.nodes.controller.turns import TurnConfig, make_turn_law
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -84,7 +84,7 @@ def navigator():
 
 
 def controller():
-    return ControllerCore(make_turn(TurnConfig(), BURGER))
+    return ControllerCore(make_turn_law(TurnConfig(), BURGER))
 
 
 @pytest.mark.parametrize('settings', [

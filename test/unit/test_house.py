@@ -257,10 +257,10 @@ MAX_PROGRAMS = 21
 @pytest.mark.parametrize('path', [path for path in SCRIPTS if not re.match('plain_|imu_sub', path.name)],
                          ids=lambda path: path.name)
 def test_every_script_but_those_of_the_handout_answers_help(path):
-    """A node runs by run(), a tool by run_tool()."""
+    """A node runs by run_node(), a tool by run_tool()."""
     assert len(ast.get_docstring(tree_of(path))) > 60
     text = path.read_text(encoding='utf-8')
-    assert any(words in text for words in ("\n    run('", 'parser = Parser(', "'--help'"))
+    assert any(words in text for words in ("\n    run_node('", 'parser = Parser(', "'--help'"))
     assert 'Parser(' not in text or '\n    run_tool(' in text
 
 

@@ -101,7 +101,7 @@ def test_a_silent_mouse_stops_the_other_mouse():
     mouse = two_active_mice()
     for k in range(8):
         hear(mouse, True, 0.9, 0.0, 1.4 + 0.05 * k, 'mouse')
-    assert mouse.check_silence(1.75).startswith('no mouse for 0.4 s: move it')
+    assert mouse.lose_if_silent(1.75).startswith('no mouse for 0.4 s: move it')
     hear(mouse, True, 0.9, 0.0, 1.8, 'mouse')
     assert not mouse.is_active
 
@@ -129,5 +129,5 @@ def test_a_mouse_is_silent_if_its_driver_repeats_a_stamp(stamp, age, drives):
     for k in range(100):
         mouse.on_message(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
                                age if k else Age.NEW, sent_at=stamp))
-    assert (mouse.is_active and not mouse.check_silence(15.0)) is drives
+    assert (mouse.is_active and not mouse.lose_if_silent(15.0)) is drives
     assert mouse.on_message(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))

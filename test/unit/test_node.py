@@ -23,7 +23,7 @@ from rospy.impl.tcpros_base import TCPROSTransport, TCPServer
 from rospy.impl.tcpros_pubsub import TCPROSPub
 from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.node import Interrupted, catch_signals, end_roslaunch, exit_process, pause
+from tb3_labs.ros.node import Interrupted, catch_signals, end_roslaunch, exit_process, interruptible_sleep
 from tb3_labs.ros.rospy_internals import (
     join_publisher_lists, serve_connections_in_threads, make_writes_immediate)
 
@@ -53,11 +53,11 @@ class Child:
 
 
 def wait(say, looks=300):
-    """Wait as run() does. A signal just before a sleep does not interrupt the sleep."""
+    """Wait as run_node() does. A signal just before a sleep does not interrupt the sleep."""
     try:
         say('ready')
         for _ in range(looks):
-            pause(0.2)
+            interruptible_sleep(0.2)
         say('woken')
     except Interrupted:
         say('interrupted')
@@ -147,7 +147,7 @@ def test_a_deleted_folder_is_reported(tmp_path):
 
 # ----- Ctrl+C while a node imports its modules
 
-RUNS = re.compile(r'^from tb3_labs\.ros\.node import .*\brun\b', re.MULTILINE)
+RUNS = re.compile(r'^from tb3_labs\.ros\.node import .*\brun_node\b', re.MULTILINE)
 LAB_NODES = sorted(path.name for path in SCRIPTS.glob('*.py') if RUNS.search(path.read_text()))
 
 

@@ -97,7 +97,7 @@ def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
 
 
 @pytest.mark.parametrize('text', ['{"type": "joy", "pad": null, "mouse": null}', '{"type": "joy"}'])
-def test_an_empty_grip_is_null_or_missing(text):
+def test_inputs_that_nobody_holds_are_null_or_missing(text):
     assert read_request(text) == PageRequest('joy', HeldInputs())
 
 
@@ -137,12 +137,12 @@ def test_a_text_without_a_known_type_is_refused(text):
 @pytest.mark.parametrize('literal', ['NaN', '1e400', '"now"', '[7]', '{}', 'true', '-1', '4e9'])
 @pytest.mark.parametrize('name', ['id', 't', 'stops', 'more'])
 def test_a_stop_with_other_invalid_fields_is_a_stop(name, literal):
-    assert read_request('{"type": "stop", "%s": %s}' % (name, literal)).kind == 'stop'
+    assert read_request('{"type": "stop", "%s": %s}' % (name, literal)).type == 'stop'
 
 
 def test_the_longest_message():
     text = '{"type": "stop"}'
-    assert read_request(text + ' ' * (500 - len(text))).kind == 'stop'
+    assert read_request(text + ' ' * (500 - len(text))).type == 'stop'
     assert refusal(text + ' ' * (501 - len(text))) == (
         'a message of 501 characters is refused: at most 500 are valid')
 
@@ -214,4 +214,4 @@ def test_any_text_gives_a_request_or_a_reason(text):
     except ValueError as problem:
         assert str(problem)
     else:
-        assert isinstance(request, PageRequest) and request.kind in VALID and is_valid(request)
+        assert isinstance(request, PageRequest) and request.type in VALID and is_valid(request)

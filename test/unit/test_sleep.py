@@ -143,7 +143,7 @@ class SleepingGamepad(SleepingCore):
         output = self.core.tick(self.now)
         self.tell(*[line.text for line in output.log_lines])
         self.has_moved = (self.has_moved or output.command not in (None, Twist2())
-                          or output.reset_requested or True in output.control_messages)
+                          or output.is_reset_requested or True in output.control_messages)
 
     def hold(self, **state):
         self.state = PadState(**state)

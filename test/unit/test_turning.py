@@ -137,9 +137,9 @@ def test_the_heading_at_rest_has_less_noise_than_one_sample():
         heading.on_imu(ImuSample(1.0 + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)
     assert heading.yaw == -0.01
     assert heading.noise.deviation == pytest.approx(math.sqrt(2e-4))    # half the mean square of their steps
-    assert heading.resting_yaw == pytest.approx(0.0, abs=0.001)
+    assert heading.resting_yaw.value == pytest.approx(0.0, abs=0.001)
     heading.on_imu(ImuSample(1.5, 0.3, 3.0), 0.5)
-    assert heading.resting_yaw == pytest.approx(0.3, abs=0.001)
+    assert heading.resting_yaw.value == pytest.approx(0.3, abs=0.001)
 
 
 @pytest.mark.parametrize('noise_deg', [0.0, 0.005, 0.1, 0.3, 2.0])

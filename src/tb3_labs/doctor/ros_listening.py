@@ -19,7 +19,7 @@ from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import model_of_environment
 from tb3_labs.ros.conversions import to_odometry_sample
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
 #: {topic to which the doctor listens: (type of its messages, function that returns a sample)}
@@ -73,7 +73,7 @@ def listen(namespace, address):
 
     def on_message(message, name):
         received.append(ReceivedMessage(
-            name, time.time(), sender_of(connection_of(message)), message))
+            name, time.time(), sender_of(message), message))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,

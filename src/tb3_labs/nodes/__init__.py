@@ -1,9 +1,9 @@
 """What does each node decide? A node that decides something has a folder in this package. The
-folder has the node's core, without ROS and clocks, and the files `ros_*.py`, which use both.
+folder contains the node's core, without ROS and clocks, and the files `ros_*.py`, with both.
 
-The class :class:`tb3_labs.ros.core_runner.CoreRunner` calls the methods of every core. A core takes
-in a sample, a message or a request by ``on_<what>(...)``. A message that a person may have caused
-is an events.Event. A *steady* clock never stands still and never goes back.
+The class :class:`tb3_labs.ros.core_runner.CoreRunner` calls the methods of every core. The method
+``on_<what>(...)`` gives the core a sample, a message or a request. A message that a person may have
+caused is an events.Event. A *steady* clock never stands still and never goes back.
 
 The core decides in ``tick(now)``, which returns one events.Output. CoreRunner calls `tick` after
 each message, and ten times a second. After an Output with `needs_fast_ticks`, CoreRunner calls

@@ -5,8 +5,8 @@
 A browser also sends the requests of other sites' pages, even to the address 127.0.0.1. Therefore
 Access checks the host, the origin and the token of a request.
 
-The host is the name under which the browser reached this node. A site may make its own name resolve
-to 127.0.0.1 (DNS rebinding). The request then has the site's name as host, and is refused.
+The host is the name under which the browser reached this node. If a site makes its own name resolve
+to 127.0.0.1 (DNS rebinding), the host is the site's name, and the request is refused.
 
 The origin is the site whose page opens the socket. Only this node's own page is accepted.
 

@@ -1,5 +1,5 @@
-"""Reads the messages of one page, and answers the page. An invalid message raises ``ValueError``,
-which names the invalid value and the valid values.
+"""Reads the messages of one page, and answers the page. An invalid message raises ``ValueError``
+with the invalid value and the valid values.
 
 A request is a JSON object:
 
@@ -20,19 +20,19 @@ the "stops" of the picture that the person saw; see :mod:`tb3_labs.supervision.d
 
 The entry "t" is the time [s] at which the page sent the request, on the panel's clock. The page
 computes "t" as the "now" of the latest picture plus the time since this picture arrived. A picture
-needs time to arrive, so the panel may overestimate the delay of a message. The panel underestimates
-the delay only if the browser's clock jumps.
+needs time to arrive, so the panel may overestimate the delay of a message, but underestimates the
+delay only if the browser's clock jumps.
 """
 import json
-from contextlib import suppress
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
+from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import MAX_COORDINATE, MAX_YAW_DEG, TypedPose
 
-#: The panel reads a message with at most this many characters. The longest valid message has about
-#: 250 characters. In 500 characters JSON cannot be nested so deeply that Python fails.
+#: The panel reads a message of at most this many characters. The longest valid message has about
+#: 250 characters. 500 characters of JSON cannot be nested so deeply that Python fails.
 MAX_REQUEST_LENGTH = 500
 MAX_SENT_TIME = 1e12        # [s]
 #: A browser's clock may be ahead of the panel's clock by at most this time [s].
@@ -56,13 +56,13 @@ class BrowserPad(NamedTuple):
         axes = [0.0] * max(PAD_AXES, 1 + config.linear_axis, 1 + config.angular_axis)
         axes[config.linear_axis] = self.forward
         axes[config.angular_axis] = self.left
-        functions = {config.relinquish_button: self.a, config.regain_button: self.b,
-                     config.reset_button: self.y}
+        pressed = {config.relinquish_button: self.a, config.regain_button: self.b,
+                   config.reset_button: self.y}
         if config.has_hold:
-            functions[config.hold_button] = self.hold
-        buttons = [0] * max(PAD_BUTTONS, 1 + max(functions))
-        for number, pressed in functions.items():
-            buttons[number] = int(pressed)
+            pressed[config.hold_button] = self.hold
+        buttons = [0] * max(PAD_BUTTONS, 1 + max(pressed))
+        for index, is_pressed in pressed.items():
+            buttons[index] = int(is_pressed)
         return axes, buttons
 
 
@@ -71,13 +71,13 @@ class HeldInputs(NamedTuple):
 
     pad: Optional[BrowserPad] = None               # None if the person does not hold the pad
     mouse: Optional[Tuple[float, float]] = None    # None if the person does not hold the mouse
-    is_first: bool = False    # is this the first message since the person took hold?
+    is_first: bool = False    # is the message the first since the person took hold?
 
 
 class PageRequest(NamedTuple):
     """One message of a page."""
 
-    kind: str
+    type: str
     value: Any = None              # see READERS
     id: Optional[int] = None
     known_stops: Optional[int] = None    # the entry "stops"; None if missing
@@ -94,11 +94,11 @@ class OpenPage:
     """One open page. `send(text)` sends a message to the page."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
-        self.unsent_lines: List[Dict[str, str]] = []
+        self.unsent_lines: Queue[Dict[str, str]] = Queue()    # of the log
         self._send = send
 
-    def send(self, kind: str, **values: Any) -> None:
-        self._send(json.dumps(dict(values, type=kind), allow_nan=False))
+    def send(self, message_type: str, **values: Any) -> None:
+        self._send(json.dumps(dict(values, type=message_type), allow_nan=False))
 
     def answer(self, request: Optional[PageRequest], is_fulfilled: bool, text: str) -> None:
         """Send the answer to `request`. `request` is None if the request could not be read."""
@@ -119,15 +119,16 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
         read = READERS[message['type']]
     except (ValueError, TypeError, KeyError):
         raise ValueError(f'{text!r:.60} is not valid: an object with a known "type"') from None
-    if message['type'] == 'stop':      # a stop with an invalid "id" is still a stop
-        with suppress(ValueError):
-            return _read_fields(message, read)
-        return PageRequest('stop')
-    return _read_fields(message, read)
+    try:
+        return _read_fields(message, read)
+    except ValueError:
+        if message['type'] == 'stop':    # a stop with an invalid "id" is still a stop
+            return PageRequest('stop')
+        raise
 
 
 def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
-    request = PageRequest(kind=message['type'], value=read(message),
+    request = PageRequest(type=message['type'], value=read(message),
                           id=_read_optional(message, 'id', int),
                           known_stops=_read_optional(message, 'stops', int))
     if message.get('t') is not None:
@@ -147,14 +148,16 @@ def _read_held_inputs(message: Dict) -> HeldInputs:
     pad = _read_optional(message, 'pad', dict)
     mouse = _read_optional(message, 'mouse', list)
     if pad is not None:
-        buttons = {name: _read_optional(pad, name, bool, False) for name in ('a', 'y', 'hold')}
+        buttons = {name: _read_optional(pad, name, bool, missing=False)
+                   for name in ('a', 'y', 'hold')}
         pad = BrowserPad(forward=_read_number(pad, 'forward', 1.0),
                          left=_read_number(pad, 'left', 1.0), **buttons)
     if mouse is not None:
         if len(mouse) != 2:
             raise ValueError('mouse is not valid: [x, y], or null')
-        mouse = tuple(_read_number({'mouse': value}, 'mouse', 1.0) for value in mouse)
-    return HeldInputs(pad, mouse, _read_optional(message, 'first', bool, False))
+        x, y = mouse
+        mouse = (_valid_number(x, 'mouse', 1.0), _valid_number(y, 'mouse', 1.0))
+    return HeldInputs(pad, mouse, _read_optional(message, 'first', bool, missing=False))
 
 
 READERS: Dict[str, Callable[[Dict], Any]] = {
@@ -163,11 +166,14 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
 
 
 def _read_number(message: Dict, name: str, limit: float, unit: str = '') -> float:
-    """Raises ``ValueError`` if the number called `name` is not from -`limit` to `limit`."""
-    value: Any = message.get(name)
+    return _valid_number(message.get(name), name, limit, unit)
+
+
+def _valid_number(value: Any, name: str, limit: float, unit: str = '') -> float:
+    """Returns `value`. Raises ``ValueError`` if it is not a number from -`limit` to `limit`."""
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    # the comparison is False for NaN, infinity, and integers that are too large for a float
-    if not is_number or not abs(value) <= limit:
+    is_valid = is_number and -limit <= value <= limit
+    if not is_valid:
         raise ValueError(f'{name} = {json.dumps(value):.40} is not valid: a number from {-limit:g} '
                          f'to {limit:g} {unit}'.rstrip())
     return float(value)

@@ -21,7 +21,7 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "stops"              number of stops so far; see tb3_labs.supervision.dead_man
     "pad"                "ready", or why the pad of a page does not drive
 
-If a node publishes NaN or infinity, a picture has null, since JSON does not have such numbers.
+If a node publishes NaN or infinity, a picture contains null, since JSON has no such numbers.
 
 Units in the code: metres and radians. Times of arrival and `now` are in seconds on the same clock.
 """
@@ -45,24 +45,24 @@ VARIABLES_TIMEOUT = 2.0
 
 
 class RobotView:
-    """The latest value of each kind from one robot."""
+    """The latest value of each entry, from one robot."""
 
     def __init__(self) -> None:
-        self._latest: Dict[str, Any] = {}          # {kind: value}
-        self._arrivals: Dict[str, float] = {}      # {kind: time of arrival}
+        self._latest: Dict[str, Any] = {}          # {entry: value}
+        self._arrivals: Dict[str, float] = {}      # {entry: time of arrival}
         # {sender: (time of arrival, forward speed, rate of turn)}
         self._commands: Dict[str, Tuple[float, float, float]] = {}
         # {node: (time of arrival, [[name, text]])}
         self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}
-        # odom_T_local; used if no node publishes `local`
-        self._computed_frame: Optional[Pose2] = None
+        # used if no node publishes `local`
+        self._computed_odom_T_local: Optional[Pose2] = None
 
-    def on_message(self, kind: str, value: Any, now: float) -> None:
-        """Store `value` as the latest value of a `kind`. A kind is an entry of the picture, or
-        'origin' (pose of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad]),
-        'holder' (the text of control_holder)."""
-        self._latest[kind] = value
-        self._arrivals[kind] = now
+    def on_message(self, entry: str, value: Any, now: float) -> None:
+        """Store `value` as the latest value of `entry`: an entry of the picture, 'origin' (pose of
+        odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad]), or 'holder' (the text
+        of control_holder)."""
+        self._latest[entry] = value
+        self._arrivals[entry] = now
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         last = self.latest('odom')
@@ -70,15 +70,15 @@ class RobotView:
             moved = last.pose.distance_to(sample.pose)
             turned = abs(difference(sample.pose.yaw, last.pose.yaw))
             if moved > MAX_POSITION_JUMP or turned > MAX_YAW_JUMP:
-                self._computed_frame = None
+                self._computed_odom_T_local = None
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
-        """Compute the frame `local` if the line has the robot's pose in `local`."""
+        """Compute the frame `local` if the line contains the robot's pose in `local`."""
         declared = declared_pose(text)
         odom = self.latest('odom')
         if declared and odom:
-            self._computed_frame = odom.pose @ declared.inverse()
+            self._computed_odom_T_local = odom.pose @ declared.inverse()
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
         self._commands[sender] = now, linear, angular
@@ -86,8 +86,8 @@ class RobotView:
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         self._variables[node] = now, [[name, text] for name, text in values]
 
-    def latest(self, kind: str) -> Any:
-        return self._latest.get(kind)
+    def latest(self, entry: str) -> Any:
+        return self._latest.get(entry)
 
     @property
     def is_driving(self) -> bool:
@@ -96,7 +96,6 @@ class RobotView:
 
     @property
     def phase(self) -> str:
-        """The "phase" of the picture."""
         state = self.latest('state') or ''
         if state in DRIVING:
             return 'driving'
@@ -119,10 +118,10 @@ class RobotView:
 
     def driving_node(self, now: float) -> str:
         """Returns the node whose commands move the robot; '' if no node moves the robot."""
-        moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
-                  if now - at <= COMMAND_TIMEOUT and (linear or angular)]
-        _, latest = max(moving, default=(now, ''))
-        return latest
+        moved_at = {sender: arrived_at
+                    for sender, (arrived_at, linear, angular) in self._commands.items()
+                    if now - arrived_at <= COMMAND_TIMEOUT and (linear or angular)}
+        return max(moved_at, key=lambda sender: moved_at[sender], default='')
 
     def picture(self, now: float) -> Dict[str, Any]:
         """Returns the picture without "page", "stops" and "pad"."""
@@ -131,12 +130,13 @@ class RobotView:
         if driver:
             _, linear, angular = self._commands[driver]
             command = [_rounded(linear), _rounded(angular)]
-        odom_pose = self.latest('odom').pose if self.latest('odom') else None
-        local, frame = self.latest('local'), self.latest('frame')
-        is_published = local or frame
-        if not is_published and odom_pose and self._computed_frame:
-            frame = self._computed_frame
-            local = frame.inverse() @ odom_pose
+        odom = self.latest('odom')
+        odom_pose = odom.pose if odom else None
+        local = self.latest('local')
+        frame = self.latest('frame')
+        if self._computed_odom_T_local and not (local or frame):
+            frame = self._computed_odom_T_local
+            local = frame.inverse() @ odom.pose
         goal = self.latest('goal')
         distance = angle = None
         if goal and local:
@@ -150,23 +150,26 @@ class RobotView:
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'driver': driver, 'command': command,
             'heading_deg': _heading_deg(self.latest('imu')),
-            'ages': {sensor: _rounded(now - self._arrivals.get(sensor, math.nan))
-                     for sensor in ('imu', 'odom')},
+            'ages': {'imu': self._age('imu', now), 'odom': self._age('odom', now)},
             'inside': [{'node': node, 'values': values}
-                       for node, (at, values) in sorted(self._variables.items())
-                       if now - at <= VARIABLES_TIMEOUT]}
+                       for node, (arrived_at, values) in sorted(self._variables.items())
+                       if now - arrived_at <= VARIABLES_TIMEOUT]}
+
+    def _age(self, sensor: str, now: float) -> Optional[float]:
+        return _rounded(now - self._arrivals[sensor]) if sensor in self._arrivals else None
 
     def _truth_in_odom(self) -> Optional[Pose2]:
-        """Returns the true pose in odom, extrapolated to the odometry's stamp. A page can compare
-        true pose and odometry while the robot moves."""
-        origin, truth = self.latest('origin'), self.latest('truth')
+        """Returns the true pose in odom at the odometry's stamp, so that a page can compare true
+        pose and odometry while the robot moves."""
+        origin = self.latest('origin')
+        truth = self.latest('truth')
         if origin is None or truth is None:
             return None
         pose, stamp = truth
         odom = self.latest('odom')
         if odom is not None and abs(stamp - odom.stamp) < MAX_TRUTH_DELAY:
-            time_apart = stamp - odom.stamp
-            motion = Pose2(time_apart * odom.linear, 0.0, time_apart * odom.angular)
+            delay = stamp - odom.stamp
+            motion = Pose2(delay * odom.linear, 0.0, delay * odom.angular)
             pose = pose @ motion.inverse()
         return origin.inverse() @ pose
 

@@ -37,13 +37,13 @@ class PanelRobot:
         self.dead_man = DeadMan()
         self._pad_config = PadConfig()
         self._is_mouse_active = False
-        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20)
-        self._joy = rospy.Publisher('joy', Joy, queue_size=20, tcp_nodelay=True)
-        self._mouse = rospy.Publisher('mouse_info', MouseController, queue_size=20,
-                                      tcp_nodelay=True)
-        self._turn = rospy.Publisher('turn', Float64, queue_size=5)
-        self._goal = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=5)
-        self._cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+        self._control_publisher = rospy.Publisher('ctrl_relinq', Bool, queue_size=20)
+        self._joy_publisher = rospy.Publisher('joy', Joy, queue_size=20, tcp_nodelay=True)
+        self._mouse_publisher = rospy.Publisher(
+            'mouse_info', MouseController, queue_size=20, tcp_nodelay=True)
+        self._turn_publisher = rospy.Publisher('turn', Float64, queue_size=5)
+        self._goal_publisher = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=5)
+        self._cmd_vel_publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self.subscriptions = RobotSubscriptions(lambda: server.call_soon(self._on_stop))
 
     # -- pictures
@@ -55,33 +55,33 @@ class PanelRobot:
 
     def _pad_status(self):
         """Returns 'ready', or the reason why the pad of a page does not drive."""
-        if not subscribers_of(self._joy) - {rospy.get_name()}:
+        if not subscribers_of(self._joy_publisher) - {rospy.get_name()}:
             return 'the node gamepad does not run'
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
-        # the handout's node does not publish control_holder
-        holder = self.subscriptions.latest('holder') or 'gamepad'
+        holder = self.subscriptions.latest('holder')
         if holder == 'move_to_goal':
             return 'move_to_goal has control: B takes it'
-        return 'ready' if holder == 'gamepad' else 'connecting: hold still'
+        # the handout's node does not publish control_holder
+        return 'ready' if holder in ('gamepad', None) else 'connecting: hold still'
 
     # -- requests
 
     def carry_out(self, page, request):
         """Carry out a request of `page`. Returns the answer as text, or None if another thread or a
         timer answers. Raises ``ValueError`` with the reason if the request is rejected."""
-        return self._ACTIONS[request.kind](self, page, request)
+        return self._ACTIONS[request.type](self, page, request)
 
     def _drive_by_inputs(self, page, request):
-        """Drive by the HeldInputs of `page`. If they are empty, the drive ends."""
+        """Drive by the HeldInputs of `page`. Empty HeldInputs end the drive."""
         held = request.value
-        if not (held.pad or held.mouse):
+        if not held.pad and not held.mouse:
             if self.dead_man.let_go(page):
                 self._release()
             return ''
         if held.mouse:
-            self._require_listener(self._mouse, 'mouse_info: is the controller running?')
-            self._refuse_if_move_to_goal_drives()
+            self._require_listener(self._mouse_publisher, 'mouse_info: is the controller running?')
+            self._refuse_during_drive()
         is_new_drive = self.dead_man.driving_page is None
         now = steady_time()
         lateness = request.lateness(now)
@@ -100,22 +100,24 @@ class PanelRobot:
         self._confirm_stop(page, request, steady_time())
 
     def _send_turn(self, _page, request):
-        self._check_age(request, MAX_REQUEST_AGE)
-        self._require_listener(self._turn, 'turn: is the controller running?')
-        self._refuse_if_move_to_goal_drives()
-        self._turn.publish(request.value)
+        self._refuse_if_old(request, MAX_REQUEST_AGE)
+        self._require_listener(self._turn_publisher, 'turn: is the controller running?')
+        self._refuse_during_drive()
+        self._turn_publisher.publish(request.value)
         return f'asked for {request.value:g} degrees'
 
     def _send_goal(self, _page, request):
-        self._check_age(request, MAX_REQUEST_AGE)
-        self._require_listener(self._goal, 'move_base_simple/goal: is move_to_goal running?')
+        self._refuse_if_old(request, MAX_REQUEST_AGE)
+        self._require_listener(self._goal_publisher,
+                               'move_base_simple/goal: is move_to_goal running?')
         typed = request.value
-        self._goal.publish(to_pose_stamped(typed.pose, frame_name('local'), rospy.get_time()))
+        self._goal_publisher.publish(
+            to_pose_stamped(typed.pose, frame_name('local'), rospy.get_time()))
         return f'goal sent: {typed.x:.2f} m, {typed.y:.2f} m, {typed.yaw_deg:.0f} deg'
 
     def _reset(self, page, request):
         """Call the reset service in a separate thread, since the call may take a second."""
-        self._check_age(request, MAX_RESET_AGE)    # an old reset may have a wrong pose
+        self._refuse_if_old(request, MAX_RESET_AGE)    # the pose of an old reset may be wrong
         typed = request.value
 
         def call():
@@ -131,7 +133,7 @@ class PanelRobot:
     _ACTIONS = {'joy': _drive_by_inputs, 'stop': _stop_and_confirm, 'turn': _send_turn,
                 'goal': _send_goal, 'reset': _reset}
 
-    def _check_age(self, request, max_age):
+    def _refuse_if_old(self, request, max_age):
         """Raises ``ValueError`` if `request` is possibly older than `max_age` [s]."""
         now = steady_time()
         self.dead_man.refuse_if_old(request.known_stops, now, request.lateness(now), max_age)
@@ -141,7 +143,7 @@ class PanelRobot:
         if not subscribers_of(publisher):
             raise ValueError('no node listens on ' + topic_and_advice)
 
-    def _refuse_if_move_to_goal_drives(self):
+    def _refuse_during_drive(self):
         if self.subscriptions.use_view(lambda view: view.is_driving):
             raise ValueError('move_to_goal drives: take control first')
 
@@ -149,12 +151,12 @@ class PanelRobot:
 
     def stop(self):
         """Stop the robot, whichever node drives."""
-        self._control.publish(False)
+        self._control_publisher.publish(False)
         self._send_pad(BrowserPad(b=True))    # the handout's gamepad does not listen to ctrl_relinq
         # the controller ends a turn only if an active mouse becomes inactive
         self._send_mouse((0.0, 0.0))
         self._release()
-        self._cmd_vel.publish(Twist())    # stops drivers that do not listen to ctrl_relinq
+        self._cmd_vel_publisher.publish(Twist())    # stops nodes that do not hear ctrl_relinq
         self.dead_man.stop()
 
     def _on_stop(self):
@@ -177,17 +179,17 @@ class PanelRobot:
             self.stop()
 
     def _confirm_stop(self, page, request, since):
-        """Answer a STOP of `page` when the robot stands still. After CONFIRM_TIMEOUT the answer is
-        the reason why the stop is not confirmed. `since` is the time [s] of the stop."""
-        listeners = subscribers_of(self._control) | subscribers_of(self._cmd_vel)
+        """Answer a STOP of `page`, made at the time `since` [s], when the robot stands still. After
+        CONFIRM_TIMEOUT, answer why the stop is not confirmed."""
+        listeners = subscribers_of(self._control_publisher)
+        listeners |= subscribers_of(self._cmd_vel_publisher)
         if not listeners - {rospy.get_name()}:
             page.answer(request, is_fulfilled=False, text='no node hears it')
             return
         problem = self.subscriptions.use_view(lambda view: view.stop_problem(since))
         if not problem:
-            text = 'control taken, the robot stands'
-            if self.subscriptions.latest('has_control') is None:
-                text = 'the robot stands'
+            is_control_known = self.subscriptions.latest('has_control') is not None
+            text = 'control taken, the robot stands' if is_control_known else 'the robot stands'
             page.answer(request, is_fulfilled=True, text=text)
         elif steady_time() - since > CONFIRM_TIMEOUT:
             page.answer(request, is_fulfilled=False, text=problem)
@@ -206,21 +208,23 @@ class PanelRobot:
         axes, buttons = pad.as_joy(self._pad_config)
         message = Joy(axes=axes, buttons=buttons)
         message.header.stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - lateness))
-        self._joy.publish(message)
+        self._joy_publisher.publish(message)
 
     def _send_mouse(self, position):
         """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
         mouse_client.py, inactive messages surround the active messages."""
-        if self._is_mouse_active != bool(position):
-            self._publish_mouse(active=False)
-        self._is_mouse_active = bool(position)
-        if position:
-            self._publish_mouse(True, *position)
+        is_active = position is not None
+        if is_active != self._is_mouse_active:
+            self._publish_mouse(is_active=False)
+        self._is_mouse_active = is_active
+        if is_active:
+            x, y = position
+            self._publish_mouse(is_active, x, y)
 
-    def _publish_mouse(self, active, x=0.0, y=0.0):
-        message = MouseController(status=Bool(active), xPos=x, yPos=y)
+    def _publish_mouse(self, is_active, x=0.0, y=0.0):
+        message = MouseController(status=Bool(is_active), xPos=x, yPos=y)
         message.header.stamp = rospy.Time.now()
-        self._mouse.publish(message)
+        self._mouse_publisher.publish(message)
 
     def _read_pad_config(self):
         try:

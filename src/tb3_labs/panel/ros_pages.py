@@ -21,8 +21,8 @@ RELEASE_TIMEOUT = 0.5
 #: A new page gets at most this many older log lines.
 MAX_KEPT_LINES = 200
 MAX_LINE_LENGTH = 500       # [characters]
-#: (lowest level of a message, name of the level on a page)
-LOG_LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
+#: {level of a message: name of the level on a page}
+LEVEL_NAMES = {Log.FATAL: 'error', Log.ERROR: 'error', Log.WARN: 'warn', Log.INFO: 'info'}
 
 
 class Pages:
@@ -37,14 +37,14 @@ class Pages:
         self._server = Server(config, self._open_page)
         self._robot = PanelRobot(self._server)
         # the timers run while a page is open
-        self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
+        self._timers = [PeriodicCallback(guarded(self._send_pictures), 1000.0 / config.rate),
                         PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD_MS)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
         self.address = self._server.address
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since this node ends. Any thread may call this."""
+        """This node ends: stop the robot if a page drives. Any thread may call this method."""
         released = threading.Event()
 
         def release():
@@ -62,7 +62,7 @@ class Pages:
                 timer.start()
         self._pages.append(page)
         page.send('hello', **self._greeting)
-        page.unsent_lines = list(self._lines)
+        page.unsent_lines.extend(self._lines)
         return partial(self._on_text, page), partial(self._on_end, page)
 
     def _on_end(self, page):
@@ -74,30 +74,30 @@ class Pages:
 
     # -- pictures and lines of the log
 
-    def _draw(self):
+    def _send_pictures(self):
         now = steady_time()
         picture = self._robot.picture(now)
         for page in self._pages:
-            if page.unsent_lines:
-                page.send('log', lines=page.unsent_lines)
-                page.unsent_lines = []
+            lines = page.unsent_lines.pop_all()
+            if lines:
+                page.send('log', lines=lines)
             page.send('picture', **picture, now=now, page=self._driving_page_seen_by(page))
 
     def _driving_page_seen_by(self, page):
         """Returns 'this' if `page` drives the robot, 'other' if another page drives, or else ''."""
-        driver = self._robot.dead_man.driving_page
-        if driver is None:
+        driving_page = self._robot.dead_man.driving_page
+        if driving_page is None:
             return ''
-        return 'this' if driver is page else 'other'
+        return 'this' if driving_page is page else 'other'
 
     def _on_line(self, message):
         """Pass a message of /rosout to the pages. Several threads may call this method."""
-        level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
-        if level is not None and message.name.startswith(rospy.get_namespace()):
-            self._robot.subscriptions.use_view(lambda view: view.on_log_line(message.msg))
-            line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
-                    'text': message.msg[:MAX_LINE_LENGTH]}
-            self._server.call_soon(lambda: self._add_line(line))
+        if message.level not in LEVEL_NAMES or not message.name.startswith(rospy.get_namespace()):
+            return
+        self._robot.subscriptions.use_view(lambda view: view.on_log_line(message.msg))
+        line = {'time': time.strftime('%H:%M:%S'), 'level': LEVEL_NAMES[message.level],
+                'node': message.name, 'text': message.msg[:MAX_LINE_LENGTH]}
+        self._server.call_soon(lambda: self._add_line(line))
 
     def _add_line(self, line):
         self._lines.append(line)

@@ -42,9 +42,8 @@ class Server:
     """Offers the page at the address of a PanelConfig, in a separate thread.
 
     The server calls `open_page(send)` for each page that connects. `send(text)` sends a message to
-    this page. `open_page` returns two functions: the server calls `on_text(text)` with each message
-    of the page, and `on_end()` when the page is closed. Raises ``ValueError`` if the address cannot
-    be used.
+    the page. `open_page` returns two functions: `on_text(text)` is called with each message of the
+    page, and `on_end()` when the page is closed. An unusable address raises ``ValueError``.
     """
 
     def __init__(self, config, open_page):
@@ -147,22 +146,23 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
     def _send(self, text):
         # write_message() fails if the page closes now; on_close() handles this case
         with suppress(websocket.WebSocketClosedError):
+            # the exception is read, so that asyncio does not log it
             self.write_message(text).add_done_callback(lambda sent: sent.exception())
 
 
 def _bind(port, address):
     """Returns (sockets, port) of a free port. Raises ``ValueError`` if no port can be used."""
-    for number in range(port, port + MAX_TRIED_PORTS):
+    for tried_port in range(port, port + MAX_TRIED_PORTS):
         try:
-            sockets = netutil.bind_sockets(number, address)
+            sockets = netutil.bind_sockets(tried_port, address)
         except OSError as problem:
             last_problem = problem
             if problem.errno != errno.EADDRINUSE:
                 break
         else:
-            if number != port:
-                rospy.logwarn('port %d is in use: the panel takes %d', port, number)
-            return sockets, number
+            if tried_port != port:
+                rospy.logwarn('port %d is in use: the panel takes %d', port, tried_port)
+            return sockets, tried_port
     raise ValueError(f'the panel cannot be offered at {address}, port {port}: {last_problem}')
 
 

@@ -14,7 +14,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.panel.robot_view import RobotView
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame_name, to_odometry_sample, to_pose2, transform_to_pose2
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
@@ -33,16 +33,15 @@ def _read_truth(message):
 
 
 class RobotSubscriptions:
-    """Writes the messages on the robot's topics into a RobotView.
-
-    `on_stop()` is called when another node stops the robot.
-    """
+    """Writes the messages on the robot's topics into a RobotView. Calls `on_stop()` when another
+    node stops the robot."""
 
     def __init__(self, on_stop):
         self._on_stop = on_stop
         self._lock = threading.Lock()    # guards the view
         self._view = RobotView()
-        self._odom, self._local = frame_name('odom'), frame_name('local')
+        self._odom = frame_name('odom')
+        self._local = frame_name('local')
 
         def subscribe_all(topic, *arguments):    # the callback gets every message
             subscribe(topic, *arguments, queue_size=None)
@@ -63,9 +62,9 @@ class RobotSubscriptions:
         subscribe_some('imu', Imu, self._store_as('imu'), lambda imu: to_imu_sample(imu).yaw)
         subscribe_some('cmd_vel', Twist, self._callback(_store_command))
         subscribe_some('variables', DiagnosticArray, self._callback(_store_variables))
-        transforms = TFMessage, self._callback(_store_transforms), self._read_transforms
-        subscribe_all('/tf_static', *transforms)
-        subscribe_some('/tf', *transforms)
+        store_transforms = self._callback(_store_transforms)
+        subscribe_all('/tf_static', TFMessage, store_transforms, self._read_transforms)
+        subscribe_some('/tf', TFMessage, store_transforms, self._read_transforms)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: FAST_TOPIC_PERIOD)
 
     def use_view(self, function):
@@ -73,32 +72,31 @@ class RobotSubscriptions:
         with self._lock:
             return function(self._view)
 
-    def latest(self, kind):
-        return self.use_view(lambda view: view.latest(kind))
+    def latest(self, entry):
+        return self.use_view(lambda view: view.latest(entry))
 
     @property
     def has_another_pad(self):
-        """Does another node publish `joy`? The subscriber is always connected to this node's own
-        publisher."""
-        return self._joy.get_num_connections() > 1
+        """Does another node publish `joy`?"""
+        return self._joy.get_num_connections() > 1    # one is this node's own publisher
 
     def _callback(self, store):
         def callback(value):
             self.use_view(lambda view: store(view, value, steady_time()))
         return callback
 
-    def _store_as(self, kind):
-        return self._callback(lambda view, value, now: view.on_message(kind, value, now))
+    def _store_as(self, entry):
+        return self._callback(lambda view, value, now: view.on_message(entry, value, now))
 
     def _read_transforms(self, message):
-        """Returns [(kind, pose)] of the transforms that a picture needs. Raises ``ValueError`` if
+        """Returns [(entry, pose)] of the transforms that a picture needs. Raises ``ValueError`` if
         a needed transform is invalid."""
-        kinds = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
+        entries = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
         poses = []
         for stamped in message.transforms:
-            frames = stamped.header.frame_id.lstrip('/'), stamped.child_frame_id.lstrip('/')
-            if frames in kinds:
-                poses.append((kinds[frames], transform_to_pose2(stamped.transform)))
+            frames = (stamped.header.frame_id.lstrip('/'), stamped.child_frame_id.lstrip('/'))
+            if frames in entries:
+                poses.append((entries[frames], transform_to_pose2(stamped.transform)))
         return poses
 
     def _on_permission(self, event):
@@ -113,7 +111,7 @@ class RobotSubscriptions:
 
 
 def _store_command(view, message, now):
-    view.on_command(sender_of(connection_of(message)), message.linear.x, message.angular.z, now)
+    view.on_command(sender_of(message), message.linear.x, message.angular.z, now)
 
 
 def _store_variables(view, message, now):
@@ -123,5 +121,5 @@ def _store_variables(view, message, now):
 
 
 def _store_transforms(view, poses, now):
-    for kind, pose in poses:
-        view.on_message(kind, pose, now)
+    for entry, pose in poses:
+        view.on_message(entry, pose, now)

@@ -33,7 +33,7 @@ class CmdVel:
             raise ValueError(f'command ({linear}, {angular}) is not finite')
         linear = linear if abs(linear) >= MIN_SPEED else 0.0
         angular = angular if abs(angular) >= MIN_SPEED else 0.0
-        if linear == angular == 0.0 or not self._clock_runs:
+        if not self._clock_runs or (linear, angular) == (0.0, 0.0):
             self.stop()
         elif not self._is_closed:
             self._is_driving = True

@@ -13,8 +13,8 @@ from tb3_labs.robot.samples import (
     MAX_STAMP, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_TURN_RATE, OdometrySample,
     within_bound)
 
-#: This environment variable has the path of the pipe for the simulated robot's true poses, since a
-#: student's node could read a topic. Each line of the pipe has x [m], y [m], yaw [rad].
+#: This environment variable is the path of a pipe, to which a simulated robot writes true poses. A
+#: student's node could read a topic. A line of the pipe is x [m], y [m], yaw [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 

@@ -1,6 +1,6 @@
 """Gives messages to the core of a node, and carries out the Outputs of the core in order.
 
-A thread that holds one of these locks may take only locks that stand further down in the list:
+A thread that holds one of these locks may take only the locks below it in the list:
 
     1  the locks of shutdown hooks, dynamic settings, diagnostics and actionlib, which call the
        node; a node that calls one of these parts holds no lock
@@ -30,9 +30,9 @@ DIAGNOSTICS_PERIOD = 1.0    # [s, wall clock]
 
 class CoreRunner:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock. The lock is also held while a command is
-    sent. So a command that was decided before a stop is never sent after the stop. A separate
-    thread carries out all other parts of an Output in order, without the lock. So neither a blocked
-    terminal nor actionlib can delay a stop."""
+    sent, so a command from before a stop is never sent after the stop. A separate thread carries
+    out all other parts of an Output in order, without the lock, so neither a blocked terminal nor
+    actionlib can delay a stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the core's next Output. ``publish(output)`` is called after the
@@ -47,9 +47,9 @@ class CoreRunner:
         self._watchdog = Watchdog(self.check, self._on_clock)
 
     def handle(self, method, *arguments):
-        """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
-        decide. Returns the Output. `method` itself must read the clock: a time from before the lock
-        was taken could be older than the core's last decision."""
+        """Give a message to the core by ``method(*arguments)``, let the core decide, and return the
+        Output. `method` itself must read the clock: a time from before the lock was taken could be
+        older than the core's last decision."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -99,9 +99,9 @@ class CoreRunner:
 
 
 class Watchdog:
-    """Calls `check()` in a separate thread while no message arrives. If time is simulated, the
-    thread also calls `on_clock(clock_runs)`. The first call of :meth:`set_awake` starts the thread.
-    A rospy.Timer would stop with simulated time."""
+    """Calls `check()` in a separate thread while no message arrives, since a rospy.Timer would stop
+    with simulated time. If time is simulated, the thread also calls `on_clock(clock_runs)`. The
+    first call of :meth:`set_awake` starts the thread."""
 
     def __init__(self, check, on_clock):
         self._check, self._on_clock = check, on_clock
@@ -144,8 +144,8 @@ class Watchdog:
 
 
 def publish_diagnostics(hardware, report):
-    """Publish the result of ``report()`` on `/diagnostics` every second from now on. ``report()``
-    returns ``(problem, {name: value})``, and is called without a lock."""
+    """From now on, publish ``report()`` on `/diagnostics` every second. ``report()`` returns
+    ``(problem, {name: value})``, and is called without a lock."""
     def fill(status):
         problem, values = report()
         level = DiagnosticStatus.WARN if problem else DiagnosticStatus.OK

@@ -35,8 +35,9 @@ def change(node, name, text):
     refuses, raises ``ValueError`` with the reason. Raises ``ROSException`` for an unknown node."""
     service = rospy.resolve_name(node) + '/set_parameters'
     rospy.wait_for_service(service, SERVICE_TIMEOUT)
-    # the node refuses a value that does not have the type of the setting
-    value = {'true': True, 'false': False}.get(text.lower(), number_or_text(text))
+    value = number_or_text(text)    # the node refuses a value of another type
+    if text.lower() in ('true', 'false'):
+        value = text.lower() == 'true'
     try:
         settings = rospy.ServiceProxy(service, Reconfigure)(encode({name: value})).config
     except rospy.ServiceException as problem:

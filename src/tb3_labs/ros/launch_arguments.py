@@ -1,7 +1,7 @@
 """Checks the arguments of a roslaunch.
 
-roslaunch ignores an argument that the launch file does not have. So each launch file of this
-package begins with a parameter whose value is the output of ``python3 PATH/run.py launch
+roslaunch ignores an argument that the launch file does not know. So each launch file of this
+package begins with a parameter, whose value is the output of ``python3 PATH/run.py launch
 FILE.launch``. If an argument is unknown or missing, ``run.py`` prints one line and fails, and
 roslaunch does not start a node. Any Python can run this module.
 """
@@ -13,11 +13,11 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 PACKAGE = 'tb3_labs'
-#: An argument that is a group of parameters has an example in its doc, such as {slip: 0.1}.
+#: The doc of an argument that is a group of parameters contains an example, such as {slip: 0.1}.
 GROUP_EXAMPLE_PATTERN = re.compile(r'.*({.*})')
 #: Matches a group of parameters. With {slip:0.1} or {slip: 0,5} roslaunch would crash.
 GROUP_PATTERN = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
-#: The doc of an argument that chooses a file has a pattern, such as params/pad_*.yaml.
+#: The doc of an argument that chooses a file contains a pattern, such as params/pad_*.yaml.
 FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
@@ -25,15 +25,17 @@ def _words_of(process):
     """Returns the words after `roslaunch` on a process's command line, or []."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     names = [os.path.basename(word) for word in argv[:2]]    # the first word may be python3
-    return argv[names.index('roslaunch') + 1:] if 'roslaunch' in names else []
+    if 'roslaunch' not in names:
+        return []
+    return argv[names.index('roslaunch') + 1:]
 
 
 def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
-    all arguments are right, or if another launch file includes `path`. `argv` has the words after
-    `roslaunch`."""
-    pairs = zip(['', *argv], argv)
-    if not any(_names_launch_file(path, word_before, word) for word_before, word in pairs):
+    all arguments are correct, or if another launch file includes `path`. `argv` is the list of
+    words after `roslaunch`."""
+    previous_words = ['', *argv]
+    if not any(_names_launch_file(path, *words) for words in zip(previous_words, argv)):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
@@ -62,15 +64,15 @@ def _names_launch_file(path, word_before, word):
 
 
 def _problem_of_value(name, value, doc, folder):
-    """Returns a sentence that corrects a wrong value; '' if the value is right. The argument's text
-    `doc` shows which values are right. The launch files are in `folder`."""
+    """Returns a sentence that corrects a wrong value; '' if the value is valid. The argument's text
+    `doc` shows which values are valid. The launch files are in `folder`."""
     example = GROUP_EXAMPLE_PATTERN.match(doc)
     if example and not GROUP_PATTERN.fullmatch(value):
         return ('parameters are given in braces, with a blank after each colon, and a point in '
                 f'numbers: {name}:="{example.group(1)}"')
     for start, end in FILE_CHOICE_PATTERN.findall(doc):
-        files = [str(file.relative_to(folder)) for file in folder.glob(f'{start}*{end}')]
-        choices = sorted(file[len(start):-len(end)] for file in files)
+        prefix = os.path.basename(start)
+        choices = sorted(file.stem[len(prefix):] for file in folder.glob(f'{start}*{end}'))
         if value not in choices:
             return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(choices)}"
     return ''

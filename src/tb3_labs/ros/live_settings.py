@@ -1,7 +1,7 @@
 """Lets a user change settings of a running node, by dynparam or in rqt_reconfigure.
 
-LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12), which silently
-clips an invalid value to the nearest bound, before a callback can refuse the value. That server
+LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12). That server
+silently clips an invalid value to the nearest bound, before a callback can refuse the value. It
 also writes each change to the parameter server, so a simulated fault is present after the next
 start. Its import calls rosdep, which may print a line. Test: test/ros/live_test.py.
 """
@@ -20,13 +20,13 @@ from tb3_labs.ros.node import guarded
 
 #: {type of a setting: name of the type in dynamic_reconfigure}
 _TYPES = {bool: 'bool', float: 'double'}
-_GROUP = 'Default'    # the name of the group that has all settings
+_GROUP = 'Default'    # the name of the group that contains all settings
 
 
 class LiveSettings:
-    """Offers the fields of `config`, except the fields whose names are in `fixed`. Each field is a
-    number or a bool. A thread of rospy calls `apply_config` with each new Config. If `apply_config`
-    raises ValueError, the change is refused."""
+    """Offers the fields of `config`, except the fields whose names are in `fixed`. Each offered
+    field is a float or a bool. A thread of rospy calls `apply_config` with each new Config. If
+    `apply_config` raises ValueError, the change is refused."""
 
     def __init__(self, config, apply_config, fixed=()):
         self._current = config
@@ -45,7 +45,7 @@ class LiveSettings:
             self._change(decode(request.config))
             message = self._message()
             self._updates.publish(message)
-            return message
+        return message
 
     def _change(self, values):
         """Apply {name: value}. Raises ServiceException with the reason if the change is refused."""
@@ -77,8 +77,9 @@ def encode(values, groups=()):
         return [message(name, value) for name, value in values.items()
                 if type(value) is value_type]
 
-    return Values(all_of(bool, BoolParameter), all_of(int, IntParameter),
-                  all_of(str, StrParameter), all_of(float, DoubleParameter), list(groups))
+    return Values(bools=all_of(bool, BoolParameter), ints=all_of(int, IntParameter),
+                  strs=all_of(str, StrParameter), doubles=all_of(float, DoubleParameter),
+                  groups=list(groups))
 
 
 def decode(message):

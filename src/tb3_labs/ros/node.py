@@ -1,13 +1,13 @@
 """Starts a node of this package, and ends the node after a signal or a failure.
 
-A ``ValueError`` at the start ends the node with one fatal line and exit status 1, and ends the
-node's roslaunch. An invalid parameter raises ValueError. An exception in a callback also ends the
-node, because with rospy alone the robot would continue with the last command.
+A ``ValueError`` at the start, such as for an invalid parameter, ends the node with one fatal line
+and exit status 1, and ends the node's roslaunch. An exception in a callback also ends the node,
+because with rospy alone the robot would continue with the last command.
 
 The signal handlers of rospy hang if the main thread holds a lock of rospy. In a node of this
-package a signal raises an exception in the main thread. The exception first ends all calls, so
-that their locks are released, and then shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the
-robot. Ctrl+Z also ends a node, since a suspended process could not stop the robot.
+package, a signal raises an exception in the main thread. The exception first ends all calls, which
+releases their locks, and then shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the robot.
+Ctrl+Z also ends a node, since a suspended process could not stop the robot.
 """
 import os
 import signal
@@ -38,7 +38,7 @@ _received_signals = []
 _shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until the hooks have run
 
 
-def run(name, start_node, interface):
+def run_node(name, start_node, interface):
     """Initialise the node `name`, call ``start_node()``, wait for the end, and exit. The option
     --help only prints `interface`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
@@ -51,7 +51,7 @@ def run(name, start_node, interface):
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
-                pause(MAIN_THREAD_POLL_PERIOD)
+                interruptible_sleep(MAIN_THREAD_POLL_PERIOD)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_shutdown_has_begun.set)
         log_without_the_master()
@@ -61,7 +61,7 @@ def run(name, start_node, interface):
         node = start_node()    # noqa: F841 (without a name Python would delete the node)
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
-            pause(MAIN_THREAD_POLL_PERIOD)
+            interruptible_sleep(MAIN_THREAD_POLL_PERIOD)
     except (ValueError, OverflowError) as problem:
         ignore_signals()
         end_roslaunch()
@@ -142,24 +142,24 @@ class Interrupted(BaseException):
 def catch_signals():
     """From now on the first signal of END_SIGNALS raises Interrupted in the main thread, even in a
     background job. After nohup a node ignores SIGHUP."""
-    for number in END_SIGNALS:
-        if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _interrupt)
+    for end_signal in END_SIGNALS:
+        if end_signal != signal.SIGHUP or signal.getsignal(end_signal) is not signal.SIG_IGN:
+            signal.signal(end_signal, _interrupt)
 
 
-def _interrupt(number, _frame):
+def _interrupt(received_signal, _frame):
     ignore_signals()
-    _received_signals.append(number)
+    _received_signals.append(received_signal)
     raise Interrupted
 
 
 def ignore_signals():
     """Ignore further signals, since a second signal must not interrupt the shutdown."""
-    for number in END_SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
+    for end_signal in END_SIGNALS:
+        signal.signal(end_signal, signal.SIG_IGN)
 
 
-def pause(seconds):
+def interruptible_sleep(seconds):
     """Sleep in the main thread. Raises Interrupted if a signal arrives, or has arrived before. A
     library may have caught the first exception."""
     if not _received_signals:

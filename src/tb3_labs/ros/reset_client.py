@@ -2,7 +2,7 @@
 import math
 
 import rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import Point, PoseWithCovarianceStamped, Quaternion
 
 from tb3_labs.handout import SET_POSE_SERVICE
 from tb3_labs.srv import ResetPose, SetInitialPose
@@ -14,21 +14,20 @@ def call_reset(x, y, yaw_deg):
     try:
         response = rospy.ServiceProxy('reset_pose', ResetPose)(x, y, yaw_deg)
     except rospy.ServiceException:    # no node offers reset_pose, or the node was killed
-        return _call_as_in_the_handout(x, y, yaw_deg)
+        return _call_set_pose(x, y, yaw_deg)
     if not response.success:
         raise ValueError(response.message)
     return response.message
 
 
-def _call_as_in_the_handout(x, y, yaw_deg):
+def _call_set_pose(x, y, yaw_deg):
     half_yaw = math.radians(yaw_deg) / 2.0
     message = PoseWithCovarianceStamped()
     message.header.frame_id = 'map'
     message.header.stamp = rospy.Time.now()
     message.pose.covariance = 36 * [0.1]    # as in the handout
-    pose = message.pose.pose
-    pose.position.x, pose.position.y = x, y
-    pose.orientation.z, pose.orientation.w = math.sin(half_yaw), math.cos(half_yaw)
+    message.pose.pose.position = Point(x=x, y=y)
+    message.pose.pose.orientation = Quaternion(z=math.sin(half_yaw), w=math.cos(half_yaw))
     try:
         rospy.ServiceProxy(SET_POSE_SERVICE, SetInitialPose)(message)
     except (rospy.ROSException, rospy.ServiceException) as problem:

@@ -1,5 +1,5 @@
-"""Each function of this file reads or changes internals of rospy 1.15.15. The docstring describes
-what goes wrong without the function, and names a test that fails if the internals change.
+"""Reads and changes internals of rospy 1.15.15. The docstring of a function says what goes wrong
+without the function, and names a test that fails if the internals change.
 """
 import select
 import socket
@@ -23,9 +23,10 @@ def connection_of(message):
     return message._connection_header
 
 
-def sender_of(header):
-    """Returns the sender's name from a connection's header, without unprintable letters, or ''."""
-    return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
+def sender_of(message):
+    """Returns the name of a message's sender without unprintable letters; '' if it is unknown."""
+    name = connection_of(message).get('callerid', '')
+    return ''.join(filter(str.isprintable, name))[:100]
 
 
 def record_connections():
@@ -54,10 +55,9 @@ def serve_connections_in_threads(server=None):
     node would block all clients. Internals: `_tcpros_server`, `inbound_handler`; test:
     test/unit/test_node.py.
 
-    A subscriber that gets two lists of publishers within a moment connects twice, and closes its
-    first connection. A publisher keeps the connection that was served last. In 10 of 200 tests on a
-    busy computer the closed connection was served last, since its thread was late. So closed
-    connections are not served."""
+    Closed connections are not served. A subscriber that gets two lists of publishers within a
+    moment connects twice, and closes its first connection. If the closed connection was served
+    last, since its thread was late, the publisher would keep only this connection."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
     serving_lock = threading.Lock()    # one connection at a time is checked and served
@@ -87,11 +87,10 @@ def is_wall_time():
 
 
 def join_publisher_lists(manager=None):
-    """Find publishers that register just after a subscriber. The master then sends two lists of
-    publishers, and the subscriber uses the list that arrives last. If the first list arrives last,
-    the two nodes never connect. So this function joins all waiting lists. A publisher that has
-    ended refuses the connection. Internals: `updates`, `publisher_update` of RegManager; test:
-    test/unit/test_node.py."""
+    """Connect to publishers that register just after a subscriber. The master then sends two lists
+    of publishers, and rospy uses the list that arrives last, even if it is the older list. So this
+    function joins all waiting lists. A publisher that has ended refuses the connection. Internals:
+    `updates`, `publisher_update` of RegManager; test: test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
     update = manager.publisher_update

@@ -1,8 +1,8 @@
 """Converts messages of the IMU and of the wheels to samples.
 
-A message is invalid, and raises ``ValueError``, if it has NaN, infinity, an invalid quaternion, or
-a speed that the robot cannot have. A message of an IMU is also invalid if a covariance is -1, which
-shows that the IMU does not measure the field.
+A message raises ``ValueError`` if it contains NaN, infinity, an invalid quaternion, or a speed that
+the robot cannot have. So does a message of an IMU with the covariance -1: the IMU does not measure
+this field.
 """
 import rospy
 from sensor_msgs.msg import JointState
@@ -13,8 +13,8 @@ from tb3_labs.robot.samples import (
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
-#: Time [s] between two readings of the wheels. A TurtleBot3 sends two messages in this time. The
-#: period must be below timeouts.MAX_WHEEL_GAP, so that wheels and gyro can be compared.
+#: Time [s] between two readings of the wheels. A TurtleBot3 sends two messages in this time. Wheels
+#: and gyro can be compared if the period is below timeouts.MAX_WHEEL_GAP.
 WHEEL_PERIOD = 0.06
 
 
@@ -33,12 +33,12 @@ def to_imu_sample(message):
 def to_wheel_sample(message):
     """Returns the WheelSample of a JointState. Raises ``ValueError`` if a wheel is missing."""
     angles = dict(zip(message.name, message.position))
-    try:
-        left, right = (within_bound(joint, angles[joint], MAX_WHEEL_ANGLE, 'rad')
-                       for joint in WHEEL_JOINTS)
-    except KeyError as missing:
-        raise ValueError(f'no angle of {missing}') from None
-    return WheelSample(_stamp(message), left, right)
+    for joint in WHEEL_JOINTS:
+        if joint not in angles:
+            raise ValueError(f'no angle of {joint!r}')
+        within_bound(joint, angles[joint], MAX_WHEEL_ANGLE, 'rad')
+    left_joint, right_joint = WHEEL_JOINTS
+    return WheelSample(_stamp(message), angles[left_joint], angles[right_joint])
 
 
 def _stamp(message):
@@ -46,8 +46,8 @@ def _stamp(message):
 
 
 def subscribe_wheels(callback):
-    """Call `callback` with the wheel samples on `joint_states`. Messages without wheels are
-    ignored. Returns a function that is true if any node publishes the topic."""
+    """Call `callback` with each WheelSample on `joint_states`. Messages without wheels are ignored.
+    The returned function tells whether any node publishes the topic."""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

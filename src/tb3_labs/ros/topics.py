@@ -1,7 +1,7 @@
 """Subscribes a node to topics. A node needs only the latest sample of a sensor, but every event.
 
-A permission, a turn and a goal are events, because a person sends each of them at one moment. A
-node uses each event once, in order, and only if the event is new (supervision/events.py). Delayed
+Permissions, turns and goals are events, because a person sends each of them at one moment. A node
+uses each event once, in order, and only if the event is new (supervision/events.py). Delayed
 messages arrive all at once, so a subscriber with a queue of one message would lose events.
 """
 import threading
@@ -16,7 +16,7 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
 from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 
-#: By this header a sender announces that it will renew its permission.
+#: With this header, a sender announces that it will renew its permission.
 RENEWAL_HEADER = {'renewed': '1'}
 #: {topic: number of invalid messages, which are dropped}
 INVALID_COUNTS = Counter()
@@ -44,10 +44,10 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
     `read` converts a message to the argument of `callback`. If `read` raises ``ValueError``, the
     message is dropped and counted in INVALID_COUNTS.
 
-    If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message,
-    which saves most of a node's computing time. If time is simulated, every message is read.
+    If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message.
+    That saves most of a node's computing time. If time is simulated, every message is read.
     """
-    must_pause = idle_for is not None and is_wall_time()
+    may_idle = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
 
     def handle(message):
@@ -58,7 +58,7 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
             INVALID_COUNTS[topic] += 1
             return
         callback(value)
-        if must_pause:
+        if may_idle:
             time.sleep(idle_for(ros_time()))
 
     return rospy.Subscriber(topic, message_type, guarded(handle), queue_size=queue_size,
@@ -97,7 +97,7 @@ def sender_connection(message):
     header = connection_of(message)
     renews = RENEWAL_HEADER.items() <= header.items()
     return SenderConnection(
-        sender=sender_of(header), process=header['process'], connected_at=header['connected_at'],
+        sender=sender_of(message), process=header['process'], connected_at=header['connected_at'],
         latches=header.get('latching') == '1', renews=renews)
 
 
@@ -110,7 +110,7 @@ def require_master():
 
 def publishers_of(topic):
     published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
-    return {node for name, nodes in published if name == topic for node in nodes}
+    return set(dict(published).get(topic, []))
 
 
 def log_missing_topics(freshness_of_topics, remedy='is the robot running?'):

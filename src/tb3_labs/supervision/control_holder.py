@@ -72,6 +72,10 @@ class ControlMessages:
         missed_renewals = int(lateness / RENEWAL_PERIOD)
         self.waiting.extend([True] * (1 + missed_renewals))
 
+    def confirm_grant(self) -> None:
+        """move_to_goal has obeyed the latest True."""
+        self.granted_at = -math.inf
+
     def stop(self, caused_at: float) -> None:
         """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""
         self.must_renew = False

@@ -1,8 +1,8 @@
 """Decides whether a turn or the mouse drives the robot, and with which command.
 
-The package :mod:`tb3_labs.nodes` describes how a core is used. The time `now` [s] is on the
-receiver's clock. The time `steady_now` [s], and the `arrived_at` of an Event, are on a steady
-clock. Turns are requested in degrees; all other angles are in radians. Speeds are in m/s.
+The time `now` [s] is on the receiver's clock. The time `steady_now` [s], and the `arrived_at` of an
+Event, are on a steady clock (:mod:`tb3_labs.nodes`). Turns are requested in degrees; all other
+angles are in radians. Speeds are in m/s.
 """
 import math
 from typing import Optional
@@ -13,7 +13,7 @@ from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
-    NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, accepts_turn)
+    NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, accept_turn)
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump_text, is_at_rest
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output, SenderRequests
@@ -22,6 +22,7 @@ from tb3_labs.supervision.sensor_faults_and_stalls import (
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
 
 REFUSAL_LOG_PERIOD = 1.0    # [s]
+MAX_ANGLE_SLACK = 1e-9      # [rad], for rounding
 
 
 class ControllerCore:
@@ -58,14 +59,14 @@ class ControllerCore:
         if self.driver is Driver.TURN:
             return
         self._sensors.update(now, self._gyro.awaits_comparison)
-        if is_at_rest(0.0, self._heading.rate):
+        if is_at_rest(0.0, self._heading.yaw_rate):
             self._log_result(now)
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
-        self._check_sleep_and_mouse(message.arrived_at)
+        self._update_sleep_and_mouse(message.arrived_at)
         stop_reason = self.mouse.on_message(message)
         if stop_reason:
             self._release_mouse(stop_reason)
@@ -76,9 +77,9 @@ class ControllerCore:
             self._change_driver(event, 'the mouse took over')
 
     def on_turn(self, request: 'Event[float]', now: float) -> None:
-        """Turn by the angle [deg] that another node requests, if accepts_turn() is true."""
-        self._check_sleep_and_mouse(request.arrived_at)
-        if accepts_turn(self._turn_requests, request, self._sleep.is_waking):
+        """Turn by the angle [deg] that another node requests, if accept_turn() returns True."""
+        self._update_sleep_and_mouse(request.arrived_at)
+        if accept_turn(self._turn_requests, request, self._sleep.is_waking):
             self._request_or_log(request, now)
         else:
             self._log_refusal('cannot turn: this turn only repeats an earlier turn; pause for '
@@ -86,7 +87,7 @@ class ControllerCore:
 
     def on_typed(self, request: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A repetition is never refused."""
-        self._check_sleep_and_mouse(request.arrived_at)
+        self._update_sleep_and_mouse(request.arrived_at)
         self._refusal_logged_at = -math.inf
         self._request_or_log(request, now)
 
@@ -107,23 +108,23 @@ class ControllerCore:
         angle = math.radians(degrees)
         turn = self._turn
         if turn is not None and self.driver is Driver.TURN:
-            self._check_turn(turn.remaining(self._heading.yaw) + angle, now)
+            self._refuse_impossible_turn(turn.remaining(self._heading.yaw) + angle, now)
             self._law.move_goal(angle)
             turn.move_goal(angle)
         else:
-            self._check_turn(angle, now)
+            self._refuse_impossible_turn(angle, now)
             turn = self._begin_turn(angle, now)
         self._log.add(f'Turning {round(math.degrees(turn.requested), 6):g} degrees')
         self._change_driver(DriverEvent.TURN_REQUESTED)
 
-    def _check_sleep_and_mouse(self, steady_now: float) -> None:
+    def _update_sleep_and_mouse(self, steady_now: float) -> None:
         """Give up a turn after a sleep of this process. Stop the robot if a mouse is lost."""
         self._sleep.update(steady_now)
         if self._sleep.slept_for > RESUME_TIME:
             self._turn_requests.end_repetitions()
             if self.driver is Driver.TURN:
                 self._change_driver(DriverEvent.TURN_OVER, self._sleep.as_text())
-        stop_reason = self.mouse.check_silence(steady_now, has_slept=self._sleep.slept_for > 0.0)
+        stop_reason = self.mouse.lose_if_silent(steady_now, has_slept=self._sleep.slept_for > 0.0)
         if stop_reason:
             self._mouse_command_is_due = True
             self._release_mouse(stop_reason)
@@ -139,7 +140,7 @@ class ControllerCore:
     # -- outputs
 
     def tick(self, now: float, steady_now: float) -> Output:
-        self._check_sleep_and_mouse(steady_now)
+        self._update_sleep_and_mouse(steady_now)
         step_is_due = self._pace.is_due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due
         command_is_due = self._mouse_command_is_due or turn_is_due
@@ -150,7 +151,6 @@ class ControllerCore:
                       needs_fast_ticks=self.driver is not Driver.NOBODY or self.mouse.is_active)
 
     def problem_text(self, now: float) -> str:
-        """Returns a text about a problem of the IMU; '' if there is none."""
         return self._sensors.problem_text(now) or self._gyro.problem_text()
 
     def idle_for(self, now: float) -> float:
@@ -161,16 +161,16 @@ class ControllerCore:
         if self.driver is Driver.MOUSE:
             return self.mouse.twist
         turn = self._turn
-        if self.driver is Driver.TURN and turn is not None and self._sensors_allow(turn, now):
-            return self._turn_step(turn, now)
+        if turn is not None and self.driver is Driver.TURN:
+            self._update_sensors(turn, now)
+            if self._sensors.status in (SensorStatus.FRESH, SensorStatus.RECOVERED):
+                return self._turn_step(turn, now)
         return Twist2()
 
     # -- turns
 
-    def _check_turn(self, angle: float, now: float) -> None:
-        """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
-        is_possible = abs(angle) <= self._law.MAX_ANGLE + 1e-9    # False for NaN
-        if not is_possible:
+    def _refuse_impossible_turn(self, angle: float, now: float) -> None:
+        if math.isnan(angle) or abs(angle) > self._law.MAX_ANGLE + MAX_ANGLE_SLACK:
             max_degrees = round(math.degrees(self._law.MAX_ANGLE))
             raise ValueError(f'cannot turn by {math.degrees(angle):g} degrees: a number from '
                              f'-{max_degrees} to {max_degrees}')
@@ -187,7 +187,7 @@ class ControllerCore:
 
     def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
         self._log_result(now)
-        self._turn = ActiveTurn(angle, self._heading.resting_yaw, now)
+        self._turn = ActiveTurn(angle, self._heading.resting_yaw.value, now)
         self._sensors.request_motion()
         self._start_law(self._turn)
         return self._turn
@@ -196,21 +196,21 @@ class ControllerCore:
         self._law.start(self._heading.yaw, turn.remaining(self._heading.yaw))
         self._pace.restart()
 
-    def _sensors_allow(self, turn: ActiveTurn, now: float) -> bool:
-        self._sensors.update(now, self._gyro.awaits_comparison)
-        if self._sensors.status is SensorStatus.SILENT:
+    def _update_sensors(self, turn: ActiveTurn, now: float) -> None:
+        sensors = self._sensors
+        sensors.update(now, self._gyro.awaits_comparison)
+        if sensors.status is SensorStatus.SILENT:
             if self._pace.is_running:
-                self._log.add('Stopped: ' + self._sensors.hold_reason, warning=True)
+                self._log.add('Stopped: ' + sensors.hold_reason, warning=True)
             self._pace.restart()
-        elif self._sensors.status is SensorStatus.RECOVERED:
+        elif sensors.status is SensorStatus.RECOVERED:
             self._log.add('Going on: the IMU is back')
             turn.stall.accept_longer_way()
             self._start_law(turn)
-        elif self._sensors.status is SensorStatus.TIMED_OUT:
-            reason = self._sensors.hold_reason or 'the IMU was silent'
-            self._change_driver(DriverEvent.TURN_OVER,
-                                f'{reason} for {self._sensors.silent_for:.1f} s')
-        return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
+        elif sensors.status is SensorStatus.TIMED_OUT:
+            reason = sensors.hold_reason or 'the IMU was silent'
+            reason += f' for {sensors.silent_for:.1f} s'
+            self._change_driver(DriverEvent.TURN_OVER, reason)
 
     def _turn_step(self, turn: ActiveTurn, now: float) -> Twist2:
         heading = self._heading
@@ -218,13 +218,13 @@ class ControllerCore:
         assert imu is not None
         dt = self._pace.step(now)
         step = self._law.step(
-            heading.yaw, heading.rate, dt, imu.age(now), heading.noise.deviation)
+            heading.yaw, heading.yaw_rate, dt, imu.age(now), heading.noise.deviation)
         self.imu.update_repetition(must_change=True, now=now)
         problem = self._sensors.frozen_text() or self._gyro.problem_text()
         if not problem and not step.is_finished:
-            robot_rests = is_at_rest(0.0, heading.rate)
-            problem = turn.stall.update(
-                step.remaining, robot_rests, dt, must_move=step.command != Twist2())
+            robot_rests = is_at_rest(0.0, heading.yaw_rate)
+            must_move = step.command != Twist2()
+            problem = turn.stall.update(step.remaining, robot_rests, dt, must_move)
         if problem or step.is_finished:
             turn.remaining_at_end = step.remaining
             self._change_driver(DriverEvent.TURN_OVER, problem)
@@ -239,18 +239,20 @@ class ControllerCore:
     # -- who drives
 
     def _release_mouse(self, reason: str) -> None:
-        self._log.add(reason[0].upper() + reason[1:])
+        self._log.add(reason.capitalize())
         self._change_driver(DriverEvent.MOUSE_RELEASED, reason)
 
     def _change_driver(self, event: DriverEvent, reason: str = '') -> None:
         """Change the driver. A turn that ends with a `reason` is logged as given up."""
-        previous_driver = self.driver
-        self.driver = NEXT_DRIVER.get((previous_driver, event), previous_driver)
         if reason:
             self._turn_requests.end_repetitions()
-        turn_has_ended = previous_driver is Driver.TURN and self.driver is not Driver.TURN
-        if turn_has_ended and reason and self._turn is not None:
-            remaining_deg = abs(math.degrees(self._turn.remaining(self._heading.yaw)))
-            self._log.add(f'Turn given up {remaining_deg:.0f} degrees before its end: {reason}',
-                          warning=True)
+        previous_driver = self.driver
+        if (previous_driver, event) not in NEXT_DRIVER:
+            return
+        self.driver = NEXT_DRIVER[previous_driver, event]
+        is_given_up = previous_driver is Driver.TURN and reason
+        if is_given_up and self._turn is not None:
+            remaining = self._turn.remaining(self._heading.yaw)
+            self._log.add(f'Turn given up {abs(math.degrees(remaining)):.0f} degrees before its '
+                          f'end: {reason}', warning=True)
             self._turn = None

@@ -45,23 +45,25 @@ class _OneMouse:
     def on_message(self, message: 'Event[MouseState]', asks_for_stop: bool) -> None:
         is_active = message.content.is_active
         now = message.arrived_at
-        is_first = self.freshness.count == 0
-        was_inactive = not is_first and not self.is_reported_active
-        if was_inactive and now - self._silence_ended_at >= CROSSING_TIME:
+        was_active = self.is_reported_active
+        if self.freshness.count == 0:
+            was_active = is_active    # the state before the first message is unknown
+        elif not was_active and self._is_steady(now):
             self.is_lost = False
-        # An inactive mouse may be silent. The state before the first message is unknown.
-        must_be_heard = is_active if is_first else self.is_reported_active
         if self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT:
             self._silence_ended_at = now
             if is_active:
                 self.is_lost = True
-        elif must_be_heard and not self.freshness.is_fresh(now):
+        elif was_active and not self.freshness.is_fresh(now):    # an inactive mouse may be silent
             self._silence_ended_at = now
         if message.age is not Age.SAME_STAMP:
             self.freshness.on_message(now)
         self.is_reported_active = is_active
-        if asks_for_stop and now - self._silence_ended_at >= CROSSING_TIME:
+        if asks_for_stop and self._is_steady(now):
             self.is_lost = False
+
+    def _is_steady(self, now: float) -> bool:
+        return now - self._silence_ended_at >= CROSSING_TIME
 
     def lose(self, now: float) -> None:
         self.is_lost = True
@@ -71,10 +73,9 @@ class _OneMouse:
 class Mouse:
     """Finds whether a mouse is active, and the velocity that the mouse asks for.
 
-    A mouse is treated as lost at the start, after a sleep of this process, and if the mouse is
-    active but silent. A lost mouse stays inactive until the mouse is deactivated, or moved to the
-    middle of the screen. A message that is delayed, or follows a silence, does not activate a
-    mouse.
+    A mouse is treated as lost at the start, after a sleep of this process, and if it is active but
+    silent. A lost mouse stays inactive until it is deactivated, or moved to the middle of the
+    screen. A message that is delayed, or follows a silence, does not activate a mouse.
 
     Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
     lost or deactivated, the others are lost, since a user may have forgotten an active mouse.
@@ -94,8 +95,8 @@ class Mouse:
         return any(mouse.is_active for mouse in self._mice.values())
 
     def on_message(self, message: 'Event[MouseState]') -> str:
-        """Take in a message of a mouse. Returns the reason why the message stops the robot, or ''.
-        A deactivation stops the robot even if the mouse was lost."""
+        """Use the message of a mouse. Returns the reason why the message stops the robot, or ''. A
+        deactivation stops the robot even if the mouse was lost."""
         was_active = self.is_active
         is_deactivated = self._update(message)
         if self.is_active:
@@ -115,7 +116,7 @@ class Mouse:
         return ''
 
     def _update(self, message: 'Event[MouseState]') -> bool:
-        """Take in a message. Returns True if the message deactivates the mouse."""
+        """Update the mouse that sent the message. Returns True if the message deactivates it."""
         is_active, x, y = message.content
         mouse = self._mice[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
@@ -131,7 +132,7 @@ class Mouse:
             self.twist = twist
         return is_deactivated
 
-    def check_silence(self, now: float, has_slept: bool = False) -> str:
+    def lose_if_silent(self, now: float, has_slept: bool = False) -> str:
         """Treat all mice as lost if an active mouse is silent, or if this process `has_slept`.
         Returns a text about the silence of an active mouse; '' if no active mouse is silent."""
         silent = [mouse.freshness for mouse in self._mice.values()

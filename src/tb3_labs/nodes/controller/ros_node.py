@@ -15,7 +15,7 @@ from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import to_mouse
-from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
+from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn_law
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
@@ -55,7 +55,7 @@ class ControllerNode:
         runner.check()
 
     def _make_law(self, config):
-        return make_turn(config, self._model, self._response)
+        return make_turn_law(config, self._model, self._response)
 
     def _on_imu(self, sample):
         self._runner.handle(lambda: self._core.on_imu(

@@ -1,8 +1,8 @@
 """The settings and the result of a turn, and the table that decides whether a turn or the mouse
 drives. The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
 
-Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
-180 and -180 are different turns, and 360 is a full turn. In the handout a turn is a heading.
+Units: radians, counter-clockwise positive. A turn is requested as an angle, so 180 and -180 are
+different turns, and 360 is a full turn. In the handout a turn is requested as a heading.
 """
 import math
 from dataclasses import dataclass
@@ -49,9 +49,9 @@ class TurnConfig(Config):
                                           'rad/s^2', low=1.0, high=80.0)
 
 
-def make_turn(config: TurnConfig, model: RobotModel,
-              response: Optional[MotorResponse] = None) -> PreciseTurn:
-    """Returns the control law of a turn. `response` has the known delay and lag of this robot."""
+def make_turn_law(config: TurnConfig, model: RobotModel,
+                  response: Optional[MotorResponse] = None) -> PreciseTurn:
+    """Returns the control law of a turn. `response` contains this robot's delay and lag."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or MotorResponse())
 
@@ -61,27 +61,22 @@ class Heading:
 
     def __init__(self) -> None:
         self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
-        self.rate = 0.0        # [rad/s]
+        self.yaw_rate = 0.0        # [rad/s]
         self.noise = YawNoise()
-        self._resting_yaw = Estimate()
+        self.resting_yaw = Estimate()    # of a robot at rest; less noise than the yaw of one sample
 
     def on_imu(self, timed: TimedSample) -> None:
         sample = timed.sample
         is_first = math.isnan(self.yaw)
         self.yaw = sample.yaw if is_first else unwrap(sample.yaw, self.yaw)
-        self.rate = sample.yaw_rate
+        self.yaw_rate = sample.yaw_rate
         self.noise.learn(timed)
         if self.noise.deviation:
-            self._resting_yaw.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.interval))
-            self._resting_yaw.add(self.yaw, self.noise.deviation)
+            self.resting_yaw.shift(0.0, RESTING_YAW_DRIFT + abs(self.yaw_rate * timed.interval))
+            self.resting_yaw.add(self.yaw, self.noise.deviation)
         else:    # the noise is not known yet
-            self._resting_yaw = Estimate()
-            self._resting_yaw.shift(self.yaw)
-
-    @property
-    def resting_yaw(self) -> float:
-        """The yaw of a robot at rest, with less noise than the yaw of one sample."""
-        return self._resting_yaw.value
+            self.resting_yaw = Estimate()
+            self.resting_yaw.shift(self.yaw)
 
 
 class ActiveTurn:
@@ -91,7 +86,7 @@ class ActiveTurn:
         self.requested = requested
         self.goal = yaw + requested
         self.stall = StallMonitor()
-        self.remaining_at_end = 0.0    # computed by the law from many samples
+        self.remaining_at_end = 0.0    # set by the core; the law computes it from many samples
         self._begun_at = now
 
     def move_goal(self, angle: float) -> None:
@@ -104,7 +99,8 @@ class ActiveTurn:
 
     def result(self, now: float) -> str:
         """Returns the result of the turn as a text. The robot must be at rest."""
-        requested, error = math.degrees(self.requested), math.degrees(self.remaining_at_end)
+        requested = math.degrees(self.requested)
+        error = math.degrees(self.remaining_at_end)
         side = 'short of' if error * requested > 0.0 else 'beyond'
         return (f'Turned {requested - error:.2f} degrees in {now - self._begun_at:.1f} s: '
                 f'{abs(error):.2f} degrees {side} {requested:.2f}')
@@ -128,8 +124,8 @@ class DriverEvent(Enum):
     MOUSE_RELEASED = 'mouse released'     # the mouse was deactivated or lost
 
 
-#: {(driver, event): driver after the event}. A pair that is not in the table does not change the
-#: driver. A turn is refused while the mouse drives. Source: the mouse lab.
+#: {(driver, event): another driver after the event}. All other pairs do not change the driver. A
+#: turn is refused while the mouse drives. Source: the mouse lab.
 NEXT_DRIVER = {
     (Driver.NOBODY, DriverEvent.TURN_REQUESTED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
@@ -141,13 +137,13 @@ NEXT_DRIVER = {
 }
 
 
-def accepts_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) -> bool:
-    """Take in a requested turn. Returns False if the turn may be old, or repeats a turn that may be
-    old or has ended. If `is_waking`, this process has just slept, so the turn may be old."""
+def accept_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) -> bool:
+    """Store the request for a turn in `requests`. Returns False if the turn may be old, or repeats
+    a turn that may be old or has ended. `is_waking`: has this process just slept?"""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.age.is_doubtful:
         request.is_ended = True
     is_accepted = not request.is_ended
-    if is_waking:    # the core refuses this turn, and this function refuses its repetitions
+    if is_waking:    # the core refuses this turn; this function refuses its repetitions
         request.is_ended = True
     return is_accepted

@@ -1,12 +1,11 @@
 """Decides whether the pad or move_to_goal may drive the robot, and computes the pad's command.
 
-The package :mod:`tb3_labs.nodes` describes how a core is used. No press of a button is lost, even
-if several messages arrive together. Button B always sends False, even if the pad drives already.
-Old presses of A and Y are refused. A silent pad is treated as lost if a stick is pushed, or if
-move_to_goal drives by the pad's permission. Without the autorepeat_rate of joy_node, a motionless
-stick looks like a lost pad.
+No press of a button is lost, even if several messages arrive together. Button B always sends False,
+even if the pad drives already. Old presses of A and Y are refused. A silent pad is treated as lost
+if a stick is pushed, or if move_to_goal drives by the pad's permission. Without the autorepeat_rate
+of joy_node, a motionless stick looks like a lost pad.
 
-The time `now` [s] is on a steady clock. Speeds are in m/s and rad/s.
+The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Speeds are in m/s and rad/s.
 """
 import math
 from dataclasses import dataclass
@@ -30,8 +29,8 @@ class PadOutput(Output):
 
     holder: ControlHolder = ControlHolder.NOBODY
     control_messages: Sequence[bool] = ()    # to publish on `ctrl_relinq`, in order
-    renewal_is_due: bool = False     # must another True be published to renew the permission?
-    reset_requested: bool = False    # was the reset button pressed?
+    renewal_is_due: bool = False     # must a True be published to renew the permission?
+    is_reset_requested: bool = False    # was the reset button pressed?
 
 
 class GamepadCore:
@@ -46,7 +45,7 @@ class GamepadCore:
         self._sleep = SleepMonitor()
         self._zero_until = 0.0    # the pad's command is zero until this time [s]
         self._command_is_due = False
-        self._reset_requested = False    # was Y pressed after the last tick?
+        self._is_reset_requested = False    # was Y pressed after the last tick?
         # Time [s] at which a warning about a pushed stick is due; None if no stick is pushed, and
         # infinite if the warning was logged.
         self._stick_warning_at: Optional[float] = None
@@ -57,7 +56,7 @@ class GamepadCore:
     def on_joy(self, joy: 'Event[PadState]') -> None:
         now = joy.arrived_at
         state = joy.content
-        self._check_sleep(now)
+        self._update_sleep(now)
         self.pad.on_message(state, now, joy.sent_at, joy_node_hangs=joy.age is Age.SAME_STAMP)
         presses = self.pad.presses
         sent_at = now - self.pad.lateness
@@ -66,30 +65,30 @@ class GamepadCore:
             self.messages.stop(sent_at)
             self._change_holder(ControlEvent.REGAIN, now)
         elif presses.relinquish and not state.regain:
-            if self._is_accepted('A', RESUME_TIME, now) and not self.messages.must_renew:
+            if self._accept_press('A', RESUME_TIME, now) and not self.messages.must_renew:
                 self.messages.grant(now, self.pad.lateness)
                 self._change_holder(ControlEvent.RELINQUISH, now)
         is_ready = presses.hold if self._config.has_hold else state.is_at_rest
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
-            self._change_holder(ControlEvent.LOST, now)    # the pad was silent before this message
-        elif self._drives and sent_at < self.messages.stopped_at:
+            self._change_holder(ControlEvent.LOST, now)    # before this message, the pad was silent
+        elif self._is_driving and sent_at < self.messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
-        if presses.reset and self._is_accepted('Y', MAX_RESET_AGE, now):
-            self._reset_requested = True
+        if presses.reset and self._accept_press('Y', MAX_RESET_AGE, now):
+            self._is_reset_requested = True
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
-        """Take in whether move_to_goal has control."""
+        """move_to_goal reports whether it has control."""
         now = has_control.arrived_at
         if has_control.content:
-            self.messages.granted_at = -math.inf    # move_to_goal has obeyed the last True
+            self.messages.confirm_grant()
             self._change_holder(ControlEvent.GRANTED, now)
         elif now - self.messages.granted_at >= CROSSING_TIME:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a message of another node. A False stops a robot that this pad drives."""
+        """Another node gives or takes control. A False stops a robot that this pad drives."""
         if not message.content:
             self._on_control_taken(message.arrived_at)
 
@@ -102,27 +101,27 @@ class GamepadCore:
         self.messages.stopped_at = now
         if self.messages.must_renew:
             self._change_holder(ControlEvent.TAKEN, now)
-        elif self._drives:
+        elif self._is_driving:
             self._change_holder(ControlEvent.STOPPED, now)
 
     # -- outputs
 
     def tick(self, now: float) -> PadOutput:
-        self._check_sleep(now)
-        self._check_rest(now)
-        self._check_loss(now)
+        self._update_sleep(now)
+        self._become_ready_at_rest(now)
+        self._stop_if_lost(now)
         command = self._command(now) if self._command_is_due else None
-        waits_for_ready = self.pad.state is not None and self.holder is ControlHolder.NOBODY
-        needs_fast_ticks = self.messages.must_renew or self._drives or waits_for_ready
+        awaits_ready = self.pad.state is not None and self.holder is ControlHolder.NOBODY
         output = PadOutput(
-            command, log_lines=self._log.pop_all(), needs_fast_ticks=needs_fast_ticks,
-            holder=self.holder, reset_requested=self._reset_requested,
+            command, log_lines=self._log.pop_all(),
+            needs_fast_ticks=awaits_ready or self._needs_pad,
+            holder=self.holder, is_reset_requested=self._is_reset_requested,
             control_messages=self.messages.waiting.pop_all(),
             renewal_is_due=self.messages.pop_renewal(now))
-        self._reset_requested = False
+        self._is_reset_requested = False
         return output
 
-    def _check_rest(self, now: float) -> None:
+    def _become_ready_at_rest(self, now: float) -> None:
         """Let the pad drive if its sticks rest. If a stick is pushed too long, log a warning."""
         state = self.pad.state
         waits_for_rest = self.holder is ControlHolder.NOBODY and not self._config.has_hold
@@ -144,23 +143,26 @@ class GamepadCore:
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
         state = self.pad.state
-        is_handing_back = now < self._zero_until
-        if state is None or is_handing_back or not self._drives:
+        if state is None or now < self._zero_until or not self._is_driving:
             return Twist2()
-        model, config = self._model, self._config
-        linear = state.forward * min(config.linear_scale, model.max_linear)
-        angular = state.left * min(config.angular_scale, model.max_angular)
+        model = self._model
+        linear = state.forward * min(self._config.linear_scale, model.max_linear)
+        angular = state.left * min(self._config.angular_scale, model.max_angular)
         return saturate(Twist2(linear, angular), model.max_linear, model.max_angular, model)
 
     @property
-    def _drives(self) -> bool:
+    def _is_driving(self) -> bool:
         state = self.pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
         is_held = state.hold or not self._config.has_hold
         return is_held and not state.is_at_rest
 
-    def _check_sleep(self, now: float) -> None:
+    @property
+    def _needs_pad(self) -> bool:
+        return self._is_driving or self.messages.must_renew
+
+    def _update_sleep(self, now: float) -> None:
         """After a sleep the pad must become ready again. A long sleep also ends its permission."""
         self._sleep.update(now)
         if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
@@ -173,15 +175,14 @@ class GamepadCore:
     def _is_current(self, now: float) -> bool:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
-    def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
+    def _accept_press(self, button: str, max_lateness: float, now: float) -> bool:
         """Is a press accepted? A refusal is logged. `max_lateness` is in [s]."""
         lateness = self.pad.lateness
-        was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:
             refusal = self._sleep.refusal
         elif not self.pad.knows_lateness(now):
             refusal = 'it was pressed the moment the pad was first heard'
-        elif lateness > max_lateness or was_before_stop:
+        elif lateness > max_lateness or now - lateness < self.messages.stopped_at:
             refusal = f'it was pressed {lateness:.1f} s ago, or before something took control'
         else:
             return True
@@ -192,9 +193,9 @@ class GamepadCore:
 
     def _change_holder(self, event: ControlEvent, now: float) -> None:
         previous_holder = self.holder
-        self.holder = NEXT_HOLDER.get((previous_holder, event), previous_holder)
-        if self.holder is previous_holder:
+        if (previous_holder, event) not in NEXT_HOLDER:
             return
+        self.holder = NEXT_HOLDER[previous_holder, event]
         self._command_is_due = True
         if previous_holder is ControlHolder.MOVE_TO_GOAL:
             self._zero_until = now + HAND_BACK_TIME
@@ -214,9 +215,8 @@ class GamepadCore:
         action = 'press the hold button' if self._config.has_hold else 'let go of the sticks'
         return action + ' to drive again'
 
-    def _check_loss(self, now: float) -> None:
-        needs_pad = self._drives or self.messages.must_renew
-        if self.pad.freshness.is_fresh(now) or not needs_pad:
+    def _stop_if_lost(self, now: float) -> None:
+        if self.pad.freshness.is_fresh(now) or not self._needs_pad:
             return
         advice = ''
         if self.pad.joy_node_hangs:

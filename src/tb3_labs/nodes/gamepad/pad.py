@@ -33,7 +33,7 @@ class PadConfig(Config):
 
     @property
     def has_hold(self) -> bool:
-        """Does the pad drive only while a button is held?"""
+        """Does the pad drive only while the hold button is pressed?"""
         return self.hold_button >= 0
 
 
@@ -72,7 +72,7 @@ class PadListener:
         self.has_repeated_state = False
         self.joy_node_hangs = False     # does joy_node repeat one message?
         self._lateness = Lateness()
-        self._learning_since = math.inf    # the usual delay is learned from this time [s] on
+        self._learning_since = math.inf    # time [s] from which the usual delay is learned
         self._last_state: Optional[PadState] = None
         self._newest_stamp = -math.inf
         self.presses = PadState()       # the buttons that the last message shows as just pressed
@@ -81,22 +81,22 @@ class PadListener:
 
     def on_message(self, state: PadState, now: float, stamp: float,
                    joy_node_hangs: bool = False) -> None:
-        """Take in a message, which was sent at `stamp` [s] if `stamp` is not 0. The first message
-        can press only the stop button."""
+        """Use a message that was sent at `stamp`, or at an unknown time if `stamp` is 0. The first
+        message can press only the stop button."""
         if state == self._last_state:
             self.has_repeated_state = True
         self._last_state = state
         self.lateness = self._lateness.on_message(stamp, now)
         self.joy_node_hangs = joy_node_hangs
-        # a joy_node that hangs may repeat several old messages in turn
+        # a joy_node that hangs may repeat the same few messages again and again
         is_old = stamp <= self._newest_stamp and self.lateness > INPUT_TIMEOUT
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = False
         if not joy_node_hangs and not is_old:
             self.came_after_loss = self.has_repeated_state and not self.freshness.is_fresh(now)
             self.freshness.on_message(now)
-        learns_anew = self.came_after_loss and stamp <= 0.0
-        if math.isinf(self._learning_since) or learns_anew:
+        is_first = math.isinf(self._learning_since)
+        if is_first or (self.came_after_loss and stamp <= 0.0):
             self._learning_since = now
         previous = self.state
         if previous is None or self.came_after_loss:
@@ -122,7 +122,8 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
     if len(axes) < needed_axes or len(buttons) < needed_buttons:
         raise ValueError(f'{len(axes)} axes and {len(buttons)} buttons, where the parameters need '
                          f'{needed_axes} and {needed_buttons}: another kind of pad?')
-    forward, left = axes[config.linear_axis], axes[config.angular_axis]
+    forward = axes[config.linear_axis]
+    left = axes[config.angular_axis]
     if not (math.isfinite(forward) and math.isfinite(left)):
         raise ValueError(f'stick ({forward}, {left}) is not finite')
     return PadState(

@@ -31,9 +31,8 @@ class GamepadNode:
         self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
         rospy.on_shutdown(self._on_leave)
         self._runner.check()
-        subscribe_events(
-            'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
-            lambda joy: read_pad(joy.axes, joy.buttons, config))
+        subscribe_events('joy', Joy, lambda event: self._runner.handle(self._core.on_joy, event),
+                         lambda joy: read_pad(joy.axes, joy.buttons, config))
         subscribe_events('ctrl_relinq', Bool, self._on_ctrl_relinq)
         subscribe_events('has_control', Bool,
                          lambda event: self._runner.handle(self._core.on_has_control, event))
@@ -55,7 +54,7 @@ class GamepadNode:
                 self._control_publisher.publish(granted)
         if output.renewal_is_due:
             self._control_publisher.publish(True)
-        if output.reset_requested:    # move_to_goal may answer late
+        if output.is_reset_requested:    # in a thread, since move_to_goal may answer late
             threading.Thread(target=guarded(_reset), daemon=True).start()
         if output.holder is not self._published_holder:
             self._published_holder = output.holder

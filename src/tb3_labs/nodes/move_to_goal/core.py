@@ -1,11 +1,10 @@
 """Decides whether `move_to_goal` may drive, and with which command.
 
-The package :mod:`tb3_labs.nodes` describes how a core is used. This node moves the robot only while
-the node has control, IMU and odometry are fresh, gyro and wheels agree, the pose is known, and the
-goal is not reached. If the sensors stay silent, a new grant is void, and a drive is given up.
+The robot moves only while the node has control, IMU and odometry are fresh, gyro and wheels agree,
+and the pose is known. A long silence of the sensors voids a new grant, and ends a drive.
 
-The time `now` [s] is on the receiver's clock, and `steady_now` [s] on a steady clock. Poses are in
-the local frame, in metres and radians.
+The time `now` [s] is on the receiver's clock, and `steady_now` [s] on a steady clock
+(:mod:`tb3_labs.nodes`). Poses are in the local frame, in metres and radians.
 """
 import math
 from typing import Dict, Optional
@@ -37,7 +36,7 @@ class MoveToGoalCore:
     def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[MotorResponse] = None,
                  gyro: Optional[GyroMonitor] = None) -> None:
-        """`response` has the delays of this robot, which `law` measures."""
+        """`law` measures the delays of this robot, and stores them in `response`."""
         self._response = response or MotorResponse()
         self._timing = SampleTiming()
         self.sensors = DriveSensors()
@@ -61,22 +60,22 @@ class MoveToGoalCore:
         self.sensors.imu.on_message(now, sample.yaw)
         self._gyro.on_imu(timed, sends_wheels)
         self._localizer.on_imu(timed)
-        self._check_localizer()
+        self._obey_jumps_and_resets()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         timed = self._timing.on_odometry(sample, now)
-        self.sensors.odometry.on_message(now, sample[1:])
+        self.sensors.odometry.on_message(now, (sample.pose, sample.linear, sample.angular))
         self._encoders.on_odometry(sample)
         self._localizer.on_odometry(timed)
-        self._check_localizer()
+        self._obey_jumps_and_resets()
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
     def on_command(self, command: Twist2, now: float, rival: str = '') -> None:
-        """Take in a command, which may move the robot. `rival` is another node that sent the
-        command. If both nodes drive for RIVAL_WARNING_TIME, log a warning."""
+        """A command that is not zero was sent at `now`, perhaps by another node, the `rival`. If
+        both nodes drive for RIVAL_WARNING_TIME, log a warning."""
         if command == Twist2():
             return
         self._localizer.on_command(now)
@@ -90,7 +89,7 @@ class MoveToGoalCore:
                               'ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: DriveLaw) -> None:
-        """Use another control law from now on. If the node has a goal, begin the drive again."""
+        """Use another control law from now on. If a drive is active, begin this drive again."""
         self._machine.law = law
         self._pace = Pace(law.period)
         if self._machine.is_active:
@@ -98,39 +97,39 @@ class MoveToGoalCore:
 
     def set_goal(self, goal: Pose2) -> None:
         self._machine.set_goal(goal)
-        self._restart()
+        self._request_motion()
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal. A refused goal, or a repetition of the present goal, changes nothing."""
         sender_goal = self.register_goal(request, steady_now)
-        requests, machine = self._requests, self._machine
+        requests = self._requests
         try:
             goal = requests.pose_of(request, sender_goal, self.odom_T_local)
         except ValueError as refusal:
             requests.refuse(request, str(refusal))
             return
-        is_present = machine.is_active and machine.goal == goal
-        if not is_present or not requests.repeats_present(sender_goal):
+        is_present = self._machine.is_active and self._machine.goal == goal
+        if not (is_present and requests.repeats_present(sender_goal)):
             self.set_goal(goal)
         requests.accept(request)
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
-        """Remember that a goal arrived. A goal whose GoalID is known needs nothing else."""
-        self._update_control(steady_now)    # the goal may have waited during a sleep
-        self._check_end()
+        """Store that a goal arrived. A goal whose GoalID is known needs nothing else."""
+        self._update_control(steady_now)    # finds a sleep, in which the goal may have waited
+        self._answer_ended_goal()
         return self._requests.on_goal(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel the goals for which GoalRequest.is_canceled_by() is true."""
-        # without this update a sleep of this process would look like a pause of the sender
+        # without the update, a sleep of this process would look like a pause of the sender
         self._update_control(steady_now)
         if self._requests.cancel(name, stamp):
             self._machine.cancel()
-            self._pause()
+            self._forget_motion()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested_pose` now. Refused if the request may be
-        from before a sleep of this process. Afterwards `reset.is_over` is True."""
+        """Declare that the robot is at `reset.requested_pose` now. After the reset was carried out
+        or refused, `reset.is_over` is True."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
         problem = self.sensors.problem_text(now, with_age=True)
@@ -145,20 +144,20 @@ class MoveToGoalCore:
         self._permission.on_message(message)
 
     def _update_control(self, steady_now: float) -> None:
-        permission, machine = self._permission, self._machine
-        permission.update(steady_now)
+        machine = self._machine
+        self._permission.update(steady_now)
         was_allowed = self.may_drive
-        self.may_drive = permission.has_valid_grant
-        has_new_grant = permission.pop_new_grant()
+        self.may_drive = self._permission.has_valid_grant
+        has_new_grant = self._permission.pop_new_grant()
         if has_new_grant and (machine.failure or not was_allowed):
             # another node may have moved the robot before this grant
             if machine.failure or machine.is_active:
                 machine.restart()
-            self._restart()
+            self._request_motion()
         elif self.may_drive and not was_allowed:
             machine.restart_law()
         elif was_allowed and not self.may_drive:
-            self._pause()
+            self._forget_motion()
 
     # -- outputs
 
@@ -166,25 +165,24 @@ class MoveToGoalCore:
         self._update_control(steady_now)
         command_is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
         command = self._command(now) if command_is_due else None
-        self._check_end()
-        keeps_command = self._drives and not command_is_due
-        must_stop = command is None and not keeps_command
+        self._answer_ended_goal()
+        must_stop = command is None and (command_is_due or not self._is_driving)
         return DriveOutput(
             command, must_stop_first=must_stop, status=self._new_status(now),
             log_lines=self._log.pop_all(),
-            needs_fast_ticks=self._permission.has_grant and self._machine.is_active,
+            needs_fast_ticks=self._has_granted_goal,
             has_control=self._permission.has_grant, answers=self._requests.answers.pop_all(),
             stamped_pose=self._localizer.pop_pose(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
-        self._check_sensors(now)
+        self._update_sensors(now)
         refusal = POSE_LOST if self._localizer.is_lost else self._sensor_conflict()
-        if not self._drives:
-            self._pause()
+        if not self._is_driving:
+            self._forget_motion()
         elif refusal:
             self._machine.give_up(refusal)
-            self._pause()
-        elif self.sensors.status not in (SensorStatus.SILENT, SensorStatus.TIMED_OUT):
+            self._forget_motion()
+        elif self.sensors.status in (SensorStatus.FRESH, SensorStatus.RECOVERED):
             motion = self._localizer.motion(now)
             if motion is not None:
                 return self._step(motion, now)
@@ -194,15 +192,15 @@ class MoveToGoalCore:
     def _step(self, motion: Motion, now: float) -> Optional[Twist2]:
         """Returns the next command; None if the drive was given up."""
         dt = self._pace.step(now)
-        self._check_readings(now)
+        self._give_up_if_frozen(now)
         command = self._machine.step(motion, dt)
         self.sensors.last_command = command or Twist2()
         if command is not None:
             self.on_command(command, now)
         return command
 
-    def _check_end(self) -> None:
-        """If the drive has ended, answer the client of its goal. A second call has no effect."""
+    def _answer_ended_goal(self) -> None:
+        """If the drive has ended, answer the goal's client once."""
         machine = self._machine
         if machine.goal is None or machine.is_active:
             return
@@ -217,14 +215,18 @@ class MoveToGoalCore:
         if self._machine.goal is None:
             return None
         status = self.status(now)
-        is_new = self._status_logger.update(status, lambda: self._localizer.motion(now), now)
+        is_new = self._status_logger.log_if_new(status, lambda: self._localizer.motion(now), now)
         return status if is_new else None
 
     # -- state
 
     @property
-    def _drives(self) -> bool:
+    def _is_driving(self) -> bool:
         return self.may_drive and self._machine.is_active
+
+    @property
+    def _has_granted_goal(self) -> bool:
+        return self._permission.has_grant and self._machine.is_active
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
@@ -244,27 +246,26 @@ class MoveToGoalCore:
     def idle_for(self, now: float) -> float:
         if self._localizer.waiting_resets:
             return 0.0
-        return self._pace.idle_for(now) if self._drives else IDLE_SAMPLE_PERIOD
+        return self._pace.idle_for(now) if self._is_driving else IDLE_SAMPLE_PERIOD
 
     # -- the drive
 
     def _sensor_conflict(self) -> str:
         return self._gyro.problem_text() or self._encoders.problem_text()
 
-    def _check_sensors(self, now: float) -> None:
+    def _update_sensors(self, now: float) -> None:
         sensors = self.sensors
         sensors.update(now, self._gyro.awaits_comparison)
         self._permission.set_sensor_problem(sensors.problem_text(now))
-        awaits_sensors = self._permission.has_grant and self._machine.is_active
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
         if sensors.status is SensorStatus.RECOVERED:
             self._machine.restart_law()
-        elif sensors.status is SensorStatus.TIMED_OUT and awaits_sensors:
+        elif sensors.status is SensorStatus.TIMED_OUT and self._has_granted_goal:
             reason = sensors.hold_reason or 'sensors were silent'
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
-    def _check_readings(self, now: float) -> None:
+    def _give_up_if_frozen(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command should have changed."""
         odometry = self._timing.odometry
         assert odometry is not None
@@ -275,30 +276,29 @@ class MoveToGoalCore:
         if frozen_text:
             self._machine.give_up(frozen_text)
 
-    def _pause(self) -> None:
-        """Begin a new motion at the next command, since the robot rests or another node drives."""
+    def _forget_motion(self) -> None:
+        """Let the next command begin a new motion: the robot rests, or another node drives."""
         self._pace.restart()
         self.sensors.forget_silences()
 
-    def _restart(self) -> None:
+    def _request_motion(self) -> None:
         self._pace.restart()
         self.sensors.request_motion()
 
-    def _check_localizer(self) -> None:
-        """Give up the drive if a reading has jumped. Start the drive again after a reset."""
+    def _obey_jumps_and_resets(self) -> None:
+        """Give up the drive after a jump of a reading. Begin the drive again after a reset."""
         for jump in self._localizer.jumps.pop_all():
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]
                 self._log.add(f'{text}: {jump.outcome}', warning=True)
-            has_begun = self._machine.has_begun and self._machine.is_active
             if self._localizer.is_lost and self._machine.is_active:
                 self._machine.give_up(POSE_LOST)
-            elif self._permission.has_grant and has_begun:
+            elif self._has_granted_goal and self._machine.has_begun:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_ended_resets():
             if reset.is_done:
                 self._machine.restart()
-                self._restart()
+                self._request_motion()
                 if not self._machine.is_active:
                     reset.note = '; no goal: send one'
                 self._log.add(reset.answer)

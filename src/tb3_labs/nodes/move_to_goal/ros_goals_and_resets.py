@@ -17,7 +17,7 @@ from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame_name, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, subscribe
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
@@ -26,7 +26,7 @@ from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, Request
 
 RESET_TIMEOUT = 0.85         # [s]
 RESET_POLL_PERIOD = 0.005    # [s]
-STATUS_PERIOD = 0.5          # between two messages of the action's status [s]
+STATUS_PERIOD = 0.5          # [s], between two messages of the action's status
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
@@ -43,9 +43,9 @@ class GoalServer(ActionServer):
     This class holds actionlib's lock while it hands a goal or a cancel to the core. So actionlib
     and the core receive goals and cancels in the same order.
 
-    This class reads each message before actionlib (1.14.0) does. For actionlib, a goal with a known
-    GoalID is a new goal after 5 s, and a repeated latched goal is a new goal at once. actionlib
-    ignores a cancel of an ended goal, but after a reset the robot may drive to an ended goal again.
+    This class reads each message before actionlib (1.14.0) does. actionlib alone would accept a
+    goal with a known GoalID again after 5 s, and a repeated latched goal at once. actionlib alone
+    would also ignore a cancel of an ended goal, to which the robot may drive again after a reset.
     Test: test/ros/stops.test.
     """
 
@@ -65,7 +65,7 @@ class GoalServer(ActionServer):
         rospy.on_shutdown(self.stop)
         self.start()
 
-    def answer(self, answers):
+    def send_answers(self, answers):
         """Send each GoalAnswer to its client. The caller does not hold the lock of the core."""
         for request, outcome, text in answers:
             if outcome is GoalOutcome.ACCEPTED:
@@ -78,7 +78,7 @@ class GoalServer(ActionServer):
                 self._present_handle = None
             END_METHODS[outcome](request.client, MoveBaseResult(), text)
 
-    def feedback(self, stamped):
+    def send_feedback(self, stamped):
         """If there is a goal, send the robot's StampedPose to the client of the goal."""
         handle = self._present_handle
         if handle is not None and self.feedback_pub.get_num_connections():
@@ -93,7 +93,7 @@ class GoalServer(ActionServer):
                                         reset=True)
 
     def internal_goal_callback(self, goal):
-        """Take in a goal. actionlib's own subscriber calls this method."""
+        """Receive a goal. actionlib's own subscriber calls this method."""
         self._goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id):
@@ -106,31 +106,31 @@ class GoalServer(ActionServer):
     def _on_goal(self, message):
         self._on_request(message, message)
 
-    def _on_request(self, goal, message):
-        target = goal.goal.target_pose
+    def _on_request(self, action_goal, message):
+        target = action_goal.goal.target_pose
         new_handles = []
         with self.lock:
             self.register_goal_callback(new_handles.append)
-            super().internal_goal_callback(goal)
+            super().internal_goal_callback(action_goal)
             # actionlib makes no handle for a goal that it knows, or that was canceled before
             handle = new_handles[0] if new_handles else None
             # actionlib makes an id for a goal that has none
-            goal_id = handle.get_goal_id() if handle else goal.goal_id
-            request = GoalRequest(goal=None, sender=sender_of(connection_of(message)),
+            goal_id = handle.get_goal_id() if handle else action_goal.goal_id
+            request = GoalRequest(goal=None, sender=sender_of(message),
                                   name=goal_id.id, stamp=goal_id.stamp.to_nsec(), client=handle)
             try:
                 request = request._replace(goal=to_requested_pose(target.header, target.pose))
             except ValueError as problem:
                 if handle:
-                    self.answer([(request, GoalOutcome.REJECTED, str(problem))])
+                    self.send_answers([(request, GoalOutcome.REJECTED, str(problem))])
                 return
             method = self._core.on_goal if handle else self._core.register_goal
             self._runner.handle(lambda: method(request, steady_time()))
 
     def _on_cancel(self, goal_id):
+        stamp = goal_id.stamp.to_nsec()
         with self.lock:
-            self._runner.handle(lambda: self._core.on_cancel(
-                steady_time(), goal_id.id, goal_id.stamp.to_nsec()))
+            self._runner.handle(lambda: self._core.on_cancel(steady_time(), goal_id.id, stamp))
             super().internal_cancel_callback(goal_id)
 
 
@@ -152,9 +152,11 @@ class ResetServer:
             reset = self._reset(RequestedPose(typed_pose.pose))
         except ValueError as problem:
             return ResetPoseResponse(message=self._log_refusal(problem))
-        before = [] if reset.pose_before is None else _in_degrees(reset.pose_before)
-        return ResetPoseResponse(success=True, message=reset.answer, stamp=reset.stamp,
-                                 before=before, after=_in_degrees(reset.declared_pose))
+        response = ResetPoseResponse(success=True, message=reset.answer, stamp=reset.stamp,
+                                     after=_in_degrees(reset.declared_pose))
+        if reset.pose_before is not None:
+            response.before = _in_degrees(reset.pose_before)
+        return response
 
     def _on_set_pose(self, request):
         problem = self._on_initialpose(request.pose)
@@ -178,12 +180,13 @@ class ResetServer:
         """Reset to a RequestedPose. Returns the localizer.Reset. Raises ``ValueError`` if the reset
         is refused, or not carried out within RESET_TIMEOUT."""
         reset = Reset(requested)
-        runner = self._runner
-        runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
-        is_answered = wait_until(
-            lambda: runner.call(lambda: reset.is_over), RESET_TIMEOUT, RESET_POLL_PERIOD)
-        if not is_answered:
-            runner.call(reset.give_up)
+
+        def is_over():
+            return self._runner.call(lambda: reset.is_over)
+
+        self._runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
+        if not wait_until(is_over, RESET_TIMEOUT, RESET_POLL_PERIOD):
+            self._runner.call(reset.give_up)
         if reset.problem:
             raise ValueError(reset.problem)
         return reset
@@ -215,7 +218,8 @@ def to_requested_pose(header, pose):
     frame may begin with this node's namespace. Other frames raise ``ValueError``."""
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM_FRAME, frame_name(ODOM_FRAME))
-    if not in_odom and name not in LOCAL_FRAMES + (frame_name('local'),):
+    in_local = name in LOCAL_FRAMES or name == frame_name('local')
+    if not in_odom and not in_local:
         raise ValueError(f'frame {name[:40]!r} is not valid: local, odom, or map (or none), which '
                          'means local')
     return RequestedPose(to_pose2(pose), in_odom)

@@ -27,7 +27,7 @@ from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
@@ -61,12 +61,12 @@ def pop_permission():
 def _has_control_at_start():
     """Was control given on the command line? False after a restart by roslaunch."""
     launch = roslaunch_of_this()
-    launch_parameter = rospy.get_name() + '_given_by'    # the last launch that gave control
+    giver_parameter = rospy.get_name() + '_given_by'    # has the last launch that gave control
     if launch and _typed_values['has_control'] is True:
-        if rospy.get_param(launch_parameter, 0) == launch:
+        if rospy.get_param(giver_parameter, 0) == launch:
             rospy.logwarn('This launch gave control before: False, then True, gives it again')
             return False
-        rospy.set_param(launch_parameter, launch)
+        rospy.set_param(giver_parameter, launch)
     return _typed_values['has_control']
 
 
@@ -98,11 +98,8 @@ class MoveToGoalNode:
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # Read every message, since the firmware may reverse the displacement of one message. The
-        # core does not decide now, but at the next sample of the IMU, which will be newer.
-        subscribe('odom', Odometry,
-                  lambda sample: runner.call(lambda: core.on_odometry(sample, ros_time())),
-                  to_odometry_sample, queue_size=None)
+        # every message is read, since the firmware may reverse the displacement of one message
+        subscribe('odom', Odometry, self._on_odometry, to_odometry_sample, queue_size=None)
         runner.check()    # look for sleeps from now on, since a slow start is not a sleep
         publish_diagnostics(self._model.name, lambda: runner.call(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
@@ -111,17 +108,21 @@ class MoveToGoalNode:
         return DriveLaw(config, self._model, self._response)
 
     def _on_command(self, message):
-        sender = sender_of(connection_of(message)) or 'another program'
+        sender = sender_of(message) or 'another program'
         if sender != rospy.get_name():    # the core knows its own commands
             command = Twist2(message.linear.x, message.angular.z)
             self._runner.call(lambda: self._core.on_command(command, ros_time(), sender))
 
     def _on_imu(self, sample):
-        output = self._runner.handle(lambda: self._core.on_imu(
-            sample, ros_time(), self._sends_wheels()))
+        output = self._runner.handle(
+            lambda: self._core.on_imu(sample, ros_time(), self._sends_wheels()))
         if output.stamped_pose is not None:
             self._display.show(output.stamped_pose, output.odom_T_local)
-            self._goals.feedback(output.stamped_pose)
+            self._goals.send_feedback(output.stamped_pose)
+
+    def _on_odometry(self, sample):
+        # the core decides at the next sample of the IMU, which will be newer
+        self._runner.call(lambda: self._core.on_odometry(sample, ros_time()))
 
     def _publish_output(self, output):
         if output.has_control is not self._published_control:
@@ -129,7 +130,7 @@ class MoveToGoalNode:
             self._control_publisher.publish(output.has_control)
 
     def _carry_out(self, output):
-        self._goals.answer(output.answers)
+        self._goals.send_answers(output.answers)
         if output.status is not None:
             self._display.show_status(output.status)
 
@@ -180,13 +181,14 @@ def _needs_point(latest, here):
 class Display:
     """Publishes each StampedPose and each new DriveStatus for people to see.
 
-    The thread of the IMU calls `show`, and the thread of the CoreRunner calls `show_status`. Making
-    a message costs more time than a step of a control law. So poses and transforms are made only
-    for subscribers, and transforms, path and markers less often than poses.
+    The thread of the IMU calls `show`, and the thread of the CoreRunner calls `show_status`. A
+    message costs more computing time than a step of a control law. So poses and transforms are
+    made only for subscribers, and transforms, path and markers less often than poses.
     """
 
     def __init__(self):
-        self._local_frame, self._odom_frame = frame_name('local'), frame_name('odom')
+        self._local_frame = frame_name('local')
+        self._odom_frame = frame_name('odom')
         self._pose_publisher = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._tf = tf2_ros.TransformBroadcaster()
         self._state_publisher = rospy.Publisher('goal_state', String, queue_size=10, latch=True)

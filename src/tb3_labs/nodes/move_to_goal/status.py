@@ -39,13 +39,13 @@ class DriveStatus(NamedTuple):
     state: GoalState
     goal: Optional[Pose2]         # in local
     distance_tolerance: float     # [m]
-    attempt: int                  # number of the drive; each goal and restart begins a new drive
+    attempt: int                  # count of drives so far; a goal or a restart begins a drive
     has_begun: bool               # was a motion commanded in this drive?
     is_active: bool               # is the goal neither reached nor given up?
     failure: str                  # the reason why the drive was given up, or ''
-    hold_reason: str              # the reason why the robot must wait during the drive, or ''
+    hold_reason: str              # the reason why the robot must stand during the drive, or ''
     may_drive: bool               # may the node drive?
-    sensor_problem: str           # a text about lost sensors or contradicting readings, or ''
+    sensor_problem: str           # a text about lost sensors, or readings that disagree, or ''
 
     def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:
         """Returns the distance [m] to the goal, and the angle [deg, >= 0] to the goal's heading."""
@@ -55,7 +55,7 @@ class DriveStatus(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The text on `goal_state`. The text is '' while the drive is about to begin."""
+        """The text on `goal_state`; '' while the drive is about to begin."""
         if self.failure:
             return f'{GAVE_UP}: {self.failure}'
         if not self.is_active:
@@ -92,8 +92,8 @@ class StatusLogger:
         self._begun_attempt = 0     # number of the latest drive that began
         self._begun_at = 0.0        # [s]
 
-    def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
-               now: float) -> bool:
+    def log_if_new(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
+                   now: float) -> bool:
         """Log `status` and return True, if `status` is new. `motion()` returns a Motion."""
         news = (status.attempt, status.goal, status.text)
         if not status.text or news == self._logged:

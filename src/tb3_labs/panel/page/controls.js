@@ -62,7 +62,7 @@ export class Controls {
     return true;
   }
 
-  /** Show all sticks at rest. To drive, the person must grip a stick again. */
+  /** Show all sticks at rest. To drive, the person must take hold of a stick again. */
   _dropped() {
     for (const letGo of this._letGo) letGo();
     this._keys.release();
@@ -123,11 +123,11 @@ class PoseInput extends MapInput {
     super.down(event);
     if (this.pointers.size > 1) { this.cancel(); return; }     // two fingers zoom
     if (!this._tool || event.button !== 0) return;
-    const at = [event.offsetX, event.offsetY];
-    const point = this.map.localAt(...at);
+    const pixel = [event.offsetX, event.offsetY];
+    const point = this.map.localAt(...pixel);
     if (!point) return;
-    this._start = {pixel: at, point};
-    this._show(at);
+    this._start = {pixel, point};
+    this._show(pixel);
   }
 
   move(event) {
@@ -145,14 +145,14 @@ class PoseInput extends MapInput {
   }
 
   /** Show the pose of the drag so far. After a short drag, the field gives the heading. */
-  _show(at) {
-    const {pixel, point} = this._start;
-    const end = this.map.localAt(...at);
+  _show(endPixel) {
+    const {pixel, point: [x, y]} = this._start;
+    const end = this.map.localAt(...endPixel);
     if (!end) return;
-    const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= MIN_DRAG_LENGTH;
-    const yaw = isFar ? Math.atan2(end[1] - point[1], end[0] - point[0])
-      : radians(numberIn(this._tool + '-yaw') || 0);
-    const [x, y] = point;
+    let yaw = radians(numberIn(this._tool + '-yaw') || 0);
+    if (Math.hypot(endPixel[0] - pixel[0], endPixel[1] - pixel[1]) >= MIN_DRAG_LENGTH) {
+      yaw = Math.atan2(end[1] - y, end[0] - x);
+    }
     const name = this._tool === 'goal' ? 'goal' : 'robot is at';
     const words = `${name} ${x.toFixed(2)} ${y.toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
     this.map.draft = {pose: [x, y, yaw], words};

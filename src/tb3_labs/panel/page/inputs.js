@@ -20,29 +20,30 @@ const TYPING = 'input, textarea, select';
 const TOUCH_ZONE = 0.12;    // a stick of a gamepad is touched if its deflection is larger
 const BUTTONS = {a: 0, b: 1, y: 3, hold: 5};    // numbers in the layout "standard" of gamepads
 const DRIVING_BUTTONS = ['a', 'y'];    // B is a stop, which works at any time
+const POLL_PERIOD = 25;    // [ms]
 
 /** A stick that moves along one axis, 'forward' or 'left'. The deflection is 0 where the pointer
- *  grips the stick. Returns a function that lets the stick go. */
+ *  takes hold. Returns a function that lets the stick go. */
 export function stick(element, axis, pad) {
   const knob = element.querySelector('.knob');
   const {place, side, translate} = STICKS[axis];
-  let from = 0;
+  let middle = 0;    // the pointer's coordinate at deflection 0
   const travel = () => (
     (element.getBoundingClientRect()[side] - knob.getBoundingClientRect()[side]) / 2);
   const show = (value) => {
     knob.style.transform = `${translate}(${Math.round(-value * travel())}px)`;
   };
-  const grip = (event) => {
-    from = event[place];
-    pad.grip(element.id);
+  const takeHold = (event) => {
+    middle = event[place];
+    pad.hold(element.id);
   };
   const move = (event) => {
-    const pushed = clamp((from - event[place]) / travel());
+    const pushed = clamp((middle - event[place]) / travel());
     const value = Math.abs(pushed) < REST_ZONE ? 0 : pushed;
     show(value);
     pad.move(element.id, {[axis]: value});
   };
-  return onHold(element, grip, move, () => {
+  return onHold(element, takeHold, move, () => {
     show(0);
     pad.release(element.id);
   });
@@ -76,16 +77,16 @@ export function onPress(button, act) {
   button.addEventListener('click', (event) => { if (event.detail === 0) act(); });
 }
 
-/** Calls grip(), move() and letGo() when a pointer grips the element, moves, and lets go.
+/** Calls takeHold(), move() and letGo() when a pointer presses the element, moves, and lets go.
  *  Returns a function that lets the element go. After its call the pointer must press again. */
-function onHold(element, grip, move, letGo) {
+function onHold(element, takeHold, move, letGo) {
   let pointer = null;
   element.addEventListener('pointerdown', (event) => {
     if (pointer !== null || event.button !== 0) return;
     pointer = event.pointerId;
     element.setPointerCapture(pointer);
     element.classList.add('held');
-    grip(event);
+    takeHold(event);
   });
   element.addEventListener('pointermove', (event) => {
     if (event.pointerId === pointer) move(event);
@@ -145,7 +146,7 @@ export class Keys {
     event.preventDefault();
     if (event.repeat) return;          // after a stop, a key that is still down repeats
     this._arrows.add(event.key);
-    if (!this._pad.has('keys')) this._pad.grip('keys');
+    if (!this._pad.isHeld('keys')) this._pad.hold('keys');
     this._moveKeys();
   }
 
@@ -174,8 +175,7 @@ export class RealGamepad {
     this._pad = pad;
     this._show = show;
     this._timer = 0;
-    // If false, only B is sent. It becomes true when the person lets go of all sticks and buttons.
-    this._armed = false;
+    this._isArmed = false;      // If false, only B is sent. See disarm().
     this._lastState = {};
     addEventListener('gamepadconnected', () => this._findGamepad());
     addEventListener('gamepaddisconnected', () => this._findGamepad());
@@ -183,21 +183,21 @@ export class RealGamepad {
 
   /** Send only B until the person has let go of all sticks and buttons. */
   disarm() {
-    this._armed = false;
+    this._isArmed = false;
     this._lastState = {};
   }
 
   _findGamepad() {
     const pads = [...navigator.getGamepads()].filter(Boolean);
-    const usable = pads.find((pad) => pad.mapping === 'standard');
+    const usablePad = pads.find((pad) => pad.mapping === 'standard');
     clearInterval(this._timer);
     this.disarm();
     this._isBPressed = false;
     this._pad.release('gamepad');
-    if (usable) {
-      this._index = usable.index;
-      this._timer = setInterval(() => this._poll(), 25);
-      this._show('Gamepad: ' + usable.id);
+    if (usablePad) {
+      this._index = usablePad.index;
+      this._timer = setInterval(() => this._poll(), POLL_PERIOD);
+      this._show('Gamepad: ' + usablePad.id);
     } else {
       this._show(pads.length
         ? `Gamepad "${pads[0].id}" is not used: its mapping is not "standard".` : '');
@@ -212,17 +212,17 @@ export class RealGamepad {
       this._isBPressed = now.b;
       if (now.b) this._pad.press('b');
     }
-    const still = Math.abs(now.forward) < TOUCH_ZONE && Math.abs(now.left) < TOUCH_ZONE;
-    const rest = still && !now.hold && !now.a && !now.b && !now.y;
+    const isStill = Math.abs(now.forward) < TOUCH_ZONE && Math.abs(now.left) < TOUCH_ZONE;
+    const isPressed = Object.keys(BUTTONS).some((name) => now[name]);
     if (document.hidden || !this._pad.isEnabled) this.disarm();
-    else if (!this._armed) this._armed = rest;
-    else this._drive(now, still);
+    else if (!this._isArmed) this._isArmed = isStill && !isPressed;
+    else this._drive(now, isStill);
   }
 
-  _drive(now, still) {
-    const touched = !still || now.hold;
-    if (touched && !this._pad.has('gamepad')) this._pad.grip('gamepad', now.hold);
-    if (touched) this._pad.move('gamepad', now, now.hold);
+  _drive(now, isStill) {
+    const isTouched = !isStill || now.hold;
+    if (isTouched && !this._pad.isHeld('gamepad')) this._pad.hold('gamepad', now.hold);
+    if (isTouched) this._pad.move('gamepad', now, now.hold);
     else this._pad.release('gamepad');
     for (const name of DRIVING_BUTTONS) {
       if (now[name] && !this._lastState[name]) this._pad.press(name);

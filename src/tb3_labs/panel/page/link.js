@@ -8,14 +8,14 @@ export class Link {
   /** `handlers` is {type of a message: function of the message}. Its function `connection` gets
    *  true when the page connects, and false when the connection is lost. */
   constructor(handlers) {
-    this.connected = false;
+    this.isConnected = false;
     this._handlers = handlers;
     this._socket = null;
     this._lastId = 0;
     this._waiting = new Map();       // {id of a request: function of the answer}
     this._receivedAt = 0;
     this.stops = null;            // number of stops in the latest picture
-    this._clock = null;           // the latest picture: {shown: panel's time, at: time of arrival}
+    this._clock = null;           // of the latest picture: {panelTime [s], arrivedAt [ms]}
     setInterval(() => this._watch(), 500);
     this._connect();
   }
@@ -30,7 +30,8 @@ export class Link {
   /** The time [s] on the panel's clock, minus the delay of the latest picture. So the panel may
    *  overestimate the delay of a message, but never underestimates the delay. */
   get time() {
-    return this._clock && this._clock.shown + (performance.now() - this._clock.at) / 1000;
+    if (!this._clock) return null;
+    return this._clock.panelTime + (performance.now() - this._clock.arrivedAt) / 1000;
   }
 
   /** Send a person's request. The returned promise gives {ok, text}, and never fails. */
@@ -67,14 +68,15 @@ export class Link {
     this._receivedAt = performance.now();
     const message = JSON.parse(text);
     if (message.type === 'hello') {
-      this.connected = true;
-      this.stops = this._clock = null;
+      this.isConnected = true;
+      this.stops = null;
+      this._clock = null;
       this._handlers.connection(true);
     } else if (message.type === 'answer') {
       this._answered(message.id, message);
     } else if (message.type === 'picture') {
       this.stops = message.stops;
-      this._clock = {shown: message.now, at: performance.now()};
+      this._clock = {panelTime: message.now, arrivedAt: performance.now()};
     }
     this._handlers[message.type]?.(message);
   }
@@ -87,8 +89,8 @@ export class Link {
     for (const id of [...this._waiting.keys()]) {
       this._answered(id, {ok: false, text: 'the connection broke'});
     }
-    if (this.connected) {
-      this.connected = false;
+    if (this.isConnected) {
+      this.isConnected = false;
       this._handlers.connection(false);
     }
     setTimeout(() => this._connect(), RETRY_PERIOD);

@@ -1,4 +1,4 @@
-// The main program of the page takes in the messages of the panel, and draws the page.
+// The main program of the page receives the messages of the panel, and draws the page.
 
 import {Controls} from './controls.js';
 import {Link} from './link.js';
@@ -15,15 +15,15 @@ const pad = new Pad(link, say);
 const map = new RobotMap($('map'));
 
 let lastPicture = null;
-let drawing = false;
+let isDrawDue = false;
 
 // -- drawing: the page is drawn only after a change, at most one time in each frame of the browser
 
 function redraw() {
-  if (drawing) return;
-  drawing = true;
+  if (isDrawDue) return;
+  isDrawDue = true;
   requestAnimationFrame(() => {
-    drawing = false;
+    isDrawDue = false;
     draw();
   });
 }
@@ -48,9 +48,9 @@ function hello({control, radius, robot}) {
   redraw();
 }
 
-function connection(connected) {
-  if (!connected) pad.drop();
-  showBanner(connected);
+function connection(isConnected) {
+  if (!isConnected) pad.drop();
+  showBanner(isConnected);
   redraw();
 }
 
@@ -78,7 +78,7 @@ document.addEventListener('visibilitychange', () => {
 });
 addEventListener('pagehide', () => controls.hide());
 new ResizeObserver(redraw).observe($('map-box'));
-showBanner(link.connected);
+showBanner(link.isConnected);
 redraw();
 
 // For tests, and for a person at the browser's console.
@@ -86,8 +86,8 @@ window.panel = {
   get latest() { return lastPicture; },
   /** Returns the client coordinates of a point in local; null if the frame local is unknown. */
   pixel(x, y) {
-    const at = map.drawn('local', [x, y, 0]);
+    const pixel = map.drawn('local', [x, y, 0]);
     const box = $('map').getBoundingClientRect();
-    return at && [box.left + at[0], box.top + at[1]];
+    return pixel && [box.left + pixel[0], box.top + pixel[1]];
   },
 };

@@ -1,14 +1,14 @@
-// The pad of the page. While a person holds sticks, buttons or the mouse, ten messages a second are
-// sent.
+// The pad of the page. While a person holds sticks, buttons or the mouse, the page sends ten messages
+// a second.
 //
 // The node `gamepad` decides what sticks and A do. The panel (dead_man.py) decides which page
-// drives. After a grip, the page sends sticks at rest until the node `gamepad` is ready. If the
-// robot is stopped, or the pad is not ready for a while, the person must let go and grip again.
-// Otherwise the robot could start at an unexpected moment.
+// drives. After the person took hold, the page sends sticks at rest until the node `gamepad` is
+// ready. If the robot is stopped, or the pad is not ready for a while, the person must let go and
+// take hold again. Otherwise the robot could start at an unexpected moment.
 
 const SEND_PERIOD = 100;    // [ms] between two messages
-const READY_TIMEOUT = 1000;    // [ms] a grip ends if the pad is not ready for this time
-const BUTTON_DELAY = 450;    // [ms] time from a grip to the first A, Y or hold button in a message
+const READY_TIMEOUT = 1000;    // [ms] a hold ends if the pad is not ready for this time
+const BUTTON_DELAY = 450;    // [ms] from the start of a hold to the first A, Y or hold button sent
 const GRANT_TIMEOUT = 700;    // [ms] for this time after a press of A, has_control may be false
 const STOP_TIMEOUT = 2500;    // [ms] without an answer for this time, a stop is not confirmed
 
@@ -16,14 +16,14 @@ export const clamp = (value) => Math.max(-1, Math.min(1, value));
 
 export class Pad {
   /** `say(text, warning)` shows a message. The creator sets two functions: `onstop` is called when
-   *  B is pressed, and `ondrop` is called when the person must grip again. */
+   *  B is pressed, and `ondrop` is called when the person must take hold again. */
   constructor(link, say) {
     this._link = link;
     this._say = say;
-    this._grips = new Map();     // {name: {forward, left, hold}}
+    this._heldSticks = new Map();    // {name: {forward, left, holdButton}}
     this._mouse = null;
     this._presses = [];          // presses of A and Y that are not in a message yet
-    this._pressedButton = null;  // the button that is pressed in the latest message
+    this._pressedButton = undefined;    // the button that is pressed in the latest message
     this._controlGivenAt = -Infinity;    // time of the press of A that gave control
     this._picture = null;
     this._timer = 0;             // 0 while the person holds nothing
@@ -44,23 +44,23 @@ export class Pad {
 
   // -- acts of a person
 
-  grip(name, hold = true) {
-    this._grips.set(name, {forward: 0, left: 0, hold});
+  hold(name, holdButton = true) {
+    this._heldSticks.set(name, {forward: 0, left: 0, holdButton});
     this._sendsPad = true;
     this._readyAt = performance.now();    // the pad must be ready within READY_TIMEOUT
     this._begin();
   }
 
-  move(name, {forward = 0, left = 0}, hold = true) {
-    const grip = this._grips.get(name);
-    if (grip) Object.assign(grip, {forward, left, hold});
+  move(name, {forward = 0, left = 0}, holdButton = true) {
+    const held = this._heldSticks.get(name);
+    if (held) Object.assign(held, {forward, left, holdButton});
   }
 
   release(name) {
-    if (this._grips.delete(name)) this._send();
+    if (this._heldSticks.delete(name)) this._send();
   }
 
-  has(name) { return this._grips.has(name); }
+  isHeld(name) { return this._heldSticks.has(name); }
 
   press(button) {
     if (button === 'b') { this.onstop(); return; }
@@ -87,16 +87,17 @@ export class Pad {
     return answer;
   }
 
-  /** Let go of everything. The person must grip again. Returns true if anything was held. */
+  /** Let go of everything, so that the person must take hold again. Returns true if anything was
+   *  held. */
   drop() {
-    const held = this._timer !== 0;
-    this._grips.clear();
+    const wasHeld = this._timer !== 0;
+    this._heldSticks.clear();
     this._mouse = null;
     this._presses = [];
     this._controlGivenAt = -Infinity;
     this._end();
     this.ondrop();
-    return held;
+    return wasHeld;
   }
 
   // -- pictures of the panel
@@ -107,7 +108,7 @@ export class Pad {
     const now = performance.now();
     if (picture.stops !== this._stops) { this.refuse('The robot was stopped'); return; }
     if (picture.pad === 'ready') this._readyAt = now;
-    if (this._grips.size && now - this._readyAt > READY_TIMEOUT) {
+    if (this._heldSticks.size && now - this._readyAt > READY_TIMEOUT) {
       this.refuse(picture.pad);
       return;
     }
@@ -123,12 +124,12 @@ export class Pad {
   // -- sending
 
   _begin() {
-    if (!this.isEnabled || !this._picture || !this._link.connected) { this.drop(); return; }
+    if (!this.isEnabled || !this._picture || !this._link.isConnected) { this.drop(); return; }
     if (!this._timer) {
       this._stops = this._link.stops;
-      this._gripAt = performance.now();
+      this._heldSince = performance.now();
       this._isReady = false;         // was the node gamepad ready at the latest message?
-      this._isFirst = true;          // is the next message the first message of this grip?
+      this._isFirst = true;          // is the next message the first message of this hold?
       this._timer = setInterval(() => this._send(), SEND_PERIOD);
       this._send();
     }
@@ -136,7 +137,7 @@ export class Pad {
 
   _end() {
     this._sendsPad = false;
-    this._pressedButton = null;
+    this._pressedButton = undefined;
     if (!this._timer) return;
     clearInterval(this._timer);
     this._timer = 0;
@@ -144,7 +145,8 @@ export class Pad {
   }
 
   _send() {
-    const isHeld = this._grips.size || this._mouse || this._presses.length || this._pressedButton;
+    const hasPress = this._presses.length || this._pressedButton;
+    const isHeld = this._heldSticks.size || this._mouse || hasPress;
     if (!isHeld && !this._hasGivenControl) this._end();
     if (!this._timer) return;
     const pad = this._sendsPad ? this._takePad() : null;
@@ -153,20 +155,20 @@ export class Pad {
     this._isFirst = false;
   }
 
-  /** Takes the next press. Returns the pad of the next message. */
+  /** Returns the pad of the next message. Removes the next press from the presses that wait. */
   _takePad() {
-    const isHeard = performance.now() - this._gripAt >= BUTTON_DELAY;
+    const isHeard = performance.now() - this._heldSince >= BUTTON_DELAY;
     const pad = {forward: 0, left: 0, a: false, y: false, hold: false};
-    for (const grip of this._grips.values()) {
+    for (const {forward, left, holdButton} of this._heldSticks.values()) {
       // gamepad ignores a hold button that is down in the first messages of a pad.
-      pad.hold = pad.hold || (grip.hold && isHeard);
-      if (this._isReady) { pad.forward += grip.forward; pad.left += grip.left; }
+      if (holdButton && isHeard) pad.hold = true;
+      if (this._isReady) { pad.forward += forward; pad.left += left; }
     }
     pad.forward = clamp(pad.forward);
     pad.left = clamp(pad.left);
     // Each press makes two messages. In the first message the button is down, in the second up.
-    const isUp = this._pressedButton || !isHeard;
-    this._pressedButton = isUp ? null : this._presses.shift() || null;
+    const mustBeUp = this._pressedButton || !isHeard;
+    this._pressedButton = mustBeUp ? undefined : this._presses.shift();
     if (this._pressedButton) pad[this._pressedButton] = true;
     if (this._pressedButton === 'a') this._controlGivenAt = performance.now();
     this._isReady = this._picture.pad === 'ready';    // the next message has the sticks

@@ -14,8 +14,8 @@ export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-export function setPressed(id, pressed) {
-  $(id).setAttribute('aria-pressed', String(pressed));
+export function setPressed(id, isPressed) {
+  $(id).setAttribute('aria-pressed', String(isPressed));
 }
 
 function make(tag, className, text = '') {
@@ -37,18 +37,18 @@ function number(value, digits, unit = '') {
 
 let messageTimer = 0;
 
-export function say(text, warning = false) {
+export function say(text, isWarning = false) {
   const box = $('message');
   box.textContent = text;
-  box.className = warning ? 'warning shown' : 'shown';
+  box.className = isWarning ? 'warning shown' : 'shown';
   clearTimeout(messageTimer);
   messageTimer = setTimeout(() => box.classList.remove('shown'), MESSAGE_TIME);
 }
 
-export function showBanner(connected) {
-  document.body.dataset.connected = connected ? 'yes' : 'no';
+export function showBanner(isConnected) {
+  document.body.dataset.connected = isConnected ? 'yes' : 'no';
   // The text is written each time, so that a screen reader reads it.
-  $('banner').textContent = connected ? '' : 'not connected: nothing can be stopped from here';
+  $('banner').textContent = isConnected ? '' : 'not connected: nothing can be stopped from here';
 }
 
 // -- the log
@@ -60,10 +60,10 @@ export const log = {
   add(lines) {
     const list = $('log');
     // If the person has scrolled back, the log does not scroll.
-    const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
+    const isAtEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
     list.append(...lines.map(entry));
     while (list.childElementCount > MAX_LINES) list.firstElementChild.remove();
-    if (atEnd) list.scrollTop = list.scrollHeight;
+    if (isAtEnd) list.scrollTop = list.scrollHeight;
   },
 };
 
