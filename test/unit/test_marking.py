@@ -133,7 +133,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     (False, True, True), (False, False, False), (True, True, False)])
 def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, took):
     """Python 3.13 does not end while input() waits. A node that turned the robot did not wait for a letter."""
-    node = SimpleNamespace(is_alive=True, interrupt=lambda limit: False, record_state=lambda: None,
+    node = SimpleNamespace(is_alive=True, send_ctrl_c=lambda limit: False, record_state=lambda: None,
                            flush=lambda: None, status=0, stop=lambda: None)
     node.type = lambda line: setattr(node, 'is_alive', not (waits and line == ''))
     events = []
@@ -141,7 +141,7 @@ def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, 
     vars(trial).update(
         node=node, part='', _print_line=lambda said: None, recorder=SimpleNamespace(now=1.0),
         recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts) or 0.0))
-    trial.ctrl_c(was_moving=was_moving)
+    trial.send_ctrl_c(was_moving=was_moving)
     assert (events[-1]['facts'][EXIT_SECONDS] is not None) is took
 
 

@@ -92,11 +92,11 @@ def try_buttons(trial):
                     stimuli.SERVICE_NAME: calls[0][0] if calls else '',
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
-            trial.remark(f'{remark} See {Y_STEP}.'
-                         for remark in trial.source_findings()['remarks'])
+            remarks = trial.source_findings()['remarks']
+            trial.add_remarks(f'{remark} See {Y_STEP}.' for remark in remarks)
             if not all(map(has_covariance, requests)):
-                trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
-            trial.ctrl_c_in_motion(lambda: _start_driving(trial, pad))
+                trial.add_remarks(['The covariance of its reset is all zeros: TODO 4 is open.'])
+            trial.send_ctrl_c_in_motion(lambda: _start_driving(trial, pad))
 
 
 def _start_driving(trial, pad):

@@ -24,7 +24,7 @@ from tb3_labs.srv import ResetPoseRequest
 
 ODOMETRY_RESET_TOPIC = 'reset'      # the robot's board listens to this topic
 #: A robot has arrived if it rests, and if its node has sent no command to move for this time [s].
-ARRIVAL_REST_TIME = 1.5
+ARRIVAL_IDLE_TIME = 1.5
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))     # of the part `declared`
 OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 
@@ -137,8 +137,8 @@ class ControlGiver:
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
         self._trial.record_motion(
-            name, self.give, begins_within=stimuli.DRIVE_REACTION_TIME, rest_time=ARRIVAL_REST_TIME,
-            ends_within=stimuli.MAX_DRIVE_TIME, facts={
+            name, self.give, reaction_time=stimuli.DRIVE_REACTION_TIME, idle_time=ARRIVAL_IDLE_TIME,
+            max_duration=stimuli.MAX_DRIVE_TIME, facts={
                 GOAL_POSE: stimuli.GOAL,
                 LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]},
             is_astray=lambda: recorder.pose.distance_to(start) > stimuli.MAX_DRIVE_DISTANCE)
@@ -183,7 +183,7 @@ def try_reset(trial):
     trial.robot.turn_to(trial.recorder.heading_deg + stimuli.TURN_BEFORE_RESET_DEG)
     caller = ResetCaller(trial)
     if not caller.name:
-        trial.not_offered([stimuli.RESET_TO_ORIGIN, stimuli.SECOND_DRIVE], OFFERS_NO_RESET)
+        trial.skip_part([stimuli.RESET_TO_ORIGIN, stimuli.SECOND_DRIVE], OFFERS_NO_RESET)
     if _record_reset(trial, stimuli.RESET_TO_ORIGIN, caller):
         control.drive(stimuli.SECOND_DRIVE)
         _try_reset_in_drive(trial, control, caller)
@@ -224,7 +224,7 @@ def try_taking_control(trial):
     control = ControlGiver(trial)
     facts = {WAS_MOVING: control.start_driving()}
     trial.observe(stimuli.CONTROL_TAKEN, stimuli.OBSERVATION_TIME, control.take, facts)
-    trial.ctrl_c_in_motion(control.start_driving)
+    trial.send_ctrl_c_in_motion(control.start_driving)
     control.take()
 
 
@@ -235,7 +235,7 @@ def try_declared_pose(trial):
     caller = ResetCaller(trial)
     if not caller.takes_pose():
         reason = 'its reset takes no pose' if caller.name else OFFERS_NO_RESET
-        trial.not_offered([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE], reason)
+        trial.skip_part([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE], reason)
     if _record_reset(trial, stimuli.RESET_ELSEWHERE, caller, DECLARED_POSE):
         control.drive(stimuli.DECLARED_DRIVE, DECLARED_POSE)
 
@@ -248,8 +248,8 @@ def try_offset_imu(trial):
     board = rospy.Publisher(ODOMETRY_RESET_TOPIC, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
     if not trial.robot.turn_to(100.0):     # [deg], so that IMU and odometry get different zeros
-        trial.not_offered([stimuli.OFFSET_DRIVE],
-                          'the robot did not come to rest, so that it could not be reset')
+        trial.skip_part([stimuli.OFFSET_DRIVE],
+                        'the robot did not come to rest, so that it could not be reset')
     board.publish()
     time.sleep(3.2)     # the board calibrates itself in a shorter time
     trial.node.start()

@@ -25,7 +25,7 @@ MARKERS_IMU = 'probe/imu'
 ODD_SAMPLE_TIME = 0.6           # [s]
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))     # [rad]
 #: A turn is over if the robot rests, and if the node has commanded no movement for this time [s].
-TURN_REST_TIME = 0.4
+TURN_IDLE_TIME = 0.4
 MAX_START_ERROR_DEG = 25.0      # of the heading at which a turn begins
 
 
@@ -40,12 +40,12 @@ def stand_at_headings(trial):
         with trial.stimulus(name, {stimuli.HEADING_DEG: heading}):
             wait_until(lambda: not node.is_alive or len(printed_headings(node.printed)) > 2,
                        stimuli.READING_TIME)
-    trial.ctrl_c()
+    trial.send_ctrl_c()
 
 
 def send_odd_samples(trial):
     """Play an IMU, and send samples that a real IMU seldom sends."""
-    trial.node.start('imu:=' + MARKERS_IMU, needed=[MARKERS_IMU])
+    trial.node.start('imu:=' + MARKERS_IMU, needed_topics=[MARKERS_IMU])
     with Repeater(MARKERS_IMU, Imu) as sensor:
         def send(orientation, seconds):
             sensor.hold(Imu(orientation=orientation))
@@ -129,12 +129,12 @@ def start_mouse(trial, names):
     """Returns a HeldMouse, inactive and in the middle. If the node does not listen to a mouse,
     record the stimuli `names` as not offered, and end the part by ``NotOffered``."""
     if rospy.resolve_name(MOUSE_INFO_TOPIC) not in trial.node.graph.names_in_role(SUBSCRIBER):
-        trial.not_offered(names, 'it does not listen to mouse_info')
+        trial.skip_part(names, 'it does not listen to mouse_info')
     try:
         mouse = HeldMouse(trial.node.graph, trial.recording)
     except ValueError as problem:
-        trial.not_offered(names, str(problem))
-    trial.remark(mouse.remarks)
+        trial.skip_part(names, str(problem))
+    trial.add_remarks(mouse.remarks)
     y_sign = trial.source_findings(mouse.message_package)['mouse_y_sign']
     trial.recording.event('mouse client', up=y_sign)
     mouse.y_sign = y_sign or 1
@@ -169,8 +169,8 @@ def _begin_at(trial, heading_deg):
 
 def _try_turn(trial, name, typed, facts=(), seconds=stimuli.MAX_TURN_TIME):
     trial.record_motion(
-        name, lambda: trial.node.type(typed), begins_within=stimuli.TURN_REACTION_TIME,
-        rest_time=TURN_REST_TIME, ends_within=seconds, facts=facts)
+        name, lambda: trial.node.type(typed), reaction_time=stimuli.TURN_REACTION_TIME,
+        idle_time=TURN_IDLE_TIME, max_duration=seconds, facts=facts)
 
 
 def try_mouse(trial):
@@ -212,7 +212,7 @@ def try_mouse_with_turns(trial):
 
 def _is_idle(trial):
     return trial.node.is_alive and wait_until(
-        lambda: trial.recorder.is_at_rest(TURN_REST_TIME), 1.0)
+        lambda: trial.recorder.is_at_rest(TURN_IDLE_TIME), 1.0)
 
 
 def _set_turning(trial):
@@ -236,5 +236,5 @@ def try_lost_devices(trial):
 EXERCISE_PARTS = {stimuli.HEADING: stand_at_headings, stimuli.ODD_SAMPLES: send_odd_samples}
 PARTS = {stimuli.TURNS: try_turns, stimuli.MOUSE: try_mouse,
          stimuli.MOUSE_AND_TURNS: try_mouse_with_turns,
-         stimuli.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _set_turning(trial)),
+         stimuli.SHUTDOWN: lambda trial: trial.send_ctrl_c_in_motion(lambda: _set_turning(trial)),
          stimuli.DEVICE_LOST: try_lost_devices}

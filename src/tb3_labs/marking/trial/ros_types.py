@@ -70,8 +70,9 @@ class Example(genpy.Message):
     def put(self, name: str, *value: Any) -> None:
         """Replace the value of a field, or the stamp of a header. The type of the field must be in
         FIELD_FORMATS."""
-        type_name, first_byte = {field: rest for field, *rest in self.fields}[name]
-        struct.pack_into(FIELD_FORMATS[type_name], self._data, first_byte, *value)
+        for field, type_name, first_byte in self.fields:
+            if field == name:
+                struct.pack_into(FIELD_FORMATS[type_name], self._data, first_byte, *value)
 
     def serialize(self, buff: BinaryIO) -> None:
         """Write the message into a stream, as genpy's messages do."""
