@@ -18,8 +18,8 @@ from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.marking import marks
 from tb3_labs.marking import limits
 from tb3_labs.marking.intake import archives
-from tb3_labs.marking.labs import imu, stimuli, turn
-from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Verdict
+from tb3_labs.marking.labs import stimuli
+from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
@@ -112,9 +112,9 @@ def test_the_sheet_for_instructors_lists_every_part():
 
 def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     sheet = (ROOT / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
-    words, turns = ' '.join(sheet.split()), turn.TURN_STIMULI.values()
+    words, turns = ' '.join(sheet.split()), stimuli.TURN_STIMULI.values()
     for said in (
-            'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDING_HEADINGS.values()),
+            'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*stimuli.STANDING_HEADINGS.values()),
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
                 *[each.begins_deg for each in turns]),
             '{:g} MB or {} files'.format(archives.MAX_SUBMISSION_BYTES / 1e6, archives.MAX_FILES),
@@ -142,7 +142,7 @@ def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, 
         node=node, part='', _print_line=lambda said: None, recorder=SimpleNamespace(now=1.0),
         recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts) or 0.0))
     trial.send_ctrl_c(was_moving=was_moving)
-    assert (events[-1]['facts'][EXIT_SECONDS] is not None) is took
+    assert (events[-1]['facts'][stimuli.EXIT_SECONDS] is not None) is took
 
 
 def test_findings_are_kept_once_and_not_without_end():
