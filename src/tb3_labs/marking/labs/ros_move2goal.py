@@ -16,7 +16,7 @@ from tb3_labs.handout import CTRL_RELINQ_TOPIC, SET_POSE_SERVICE
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MAX_SENTENCE_LENGTH, WAS_MOVING)
-from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, STOP_REST_TIME, INTERRUPTION_TIME
+from tb3_labs.marking.trial.ros_stimuli import INTERRUPTION_TIME, ODOM_SWITCH, STOP_REST_TIME
 from tb3_labs.marking.trial.ros_student_node import SERVER
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import to_quaternion
@@ -30,8 +30,7 @@ OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The names of the reset service in the handouts, the likeliest name first.
 RESET_NAMES = ('reset_pose', 'reset', SET_POSE_SERVICE, 'reset_local_pose', 'set_local_pose')
-#: If no service has one of RESET_NAMES, the marker calls a service that has one of these words in
-#: its name.
+#: The name of a reset service contains one of these words.
 RESET_WORDS = ('reset', 'pose')
 
 
@@ -67,12 +66,12 @@ class ResetCaller:
         graph = trial.node.graph
         self._recording = trial.recording
         last_names = {name: name.rsplit('/', 1)[-1].lower() for name in graph.names_in_role(SERVER)}
-        likely = sorted(name for name, last in last_names.items()
-                        if any(word in last for word in RESET_WORDS))
-        usual = [name for name in likely if last_names[name] in RESET_NAMES]
-        usual.sort(key=lambda name: RESET_NAMES.index(last_names[name]))
+        resets = sorted(name for name, last_name in last_names.items()
+                        if any(word in last_name for word in RESET_WORDS))
+        usual_resets = [name for usual_name in RESET_NAMES for name in resets
+                        if last_names[name] == usual_name]
         #: The name of the reset service; '' if the node offers no reset service.
-        self.name = next(iter(usual + likely), '')
+        self.name = [*usual_resets, *resets, ''][0]
         #: A wrong name of the reset service; '' if the service is called SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
         self._service_class = graph.service_class(self.name) if self.name else None
@@ -83,8 +82,8 @@ class ResetCaller:
                 and fill_pose(self._service_class._request_class(), Pose2()))
 
     def call(self, pose=Pose2()):
-        """Call the reset service with a Pose2, and record the call. Returns the reason why the call
-        failed; '' for a success."""
+        """Call the reset service with a Pose2, and record the call. Returns why the call failed; ''
+        for a success."""
         problem = self._problem_of_call(pose)[:MAX_SENTENCE_LENGTH]
         self._recording.event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
                               problem=problem)
@@ -128,13 +127,14 @@ class ControlGiver:
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """Give control as the stimulus `name`, which ends when the robot arrives or is too far.
+        """Give control as the stimulus `name`, until the robot arrives or is too far from `start`.
 
         At the true pose `start`, the robot's pose in the local frame is `local_T_base`. By default
         `start` is the robot's pose at the call.
         """
         recorder = self._trial.recorder
-        start = start or recorder.pose
+        if start is None:
+            start = recorder.pose
         local_T_world = local_T_base @ start.inverse()
         self._trial.record_motion(
             name, self.give, reaction_time=stimuli.DRIVE_REACTION_TIME, idle_time=ARRIVAL_IDLE_TIME,
@@ -146,9 +146,9 @@ class ControlGiver:
     def start_driving(self):
         """Make the node drive. Returns True if the robot drives. A node that runs gets a reset. A
         node that ended, or cannot be reset, is started again."""
-        return self._trial.set_in_motion(self._is_ready, self.give, stimuli.DRIVE_REACTION_TIME)
+        return self._trial.set_in_motion(self._prepare, self.give, stimuli.DRIVE_REACTION_TIME)
 
-    def _is_ready(self):
+    def _prepare(self):
         self.take()
         node = self._trial.node
         is_idle = node.is_alive and wait_until(self._trial.recorder.is_at_rest, STOP_REST_TIME)
