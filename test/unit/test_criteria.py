@@ -320,7 +320,7 @@ def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
 @pytest.mark.parametrize('processes, misses_start, words', [
     ([], True, 'never started'), ([NodeProcess(0.0)], True, 'never listened'),
     ([NodeProcess(0.0, needed_topic='imu')], True, 'never came to rospy.init_node()'),
-    ([NodeProcess(0.0, needed_topic='imu', nodes=['/n'], subscribed=['/odom'])], True, 'listened to /odom'),
+    ([NodeProcess(0.0, needed_topic='imu', nodes=['/n'], subscribed_topics=['/odom'])], True, 'listened to /odom'),
     ([NodeProcess(0.0, end=1.0, ended_by_itself=True, status=0, printed='Bye')], True, 'nothing kept the node'),
     ([NodeProcess(0.0, end=1.0, ended_by_itself=True, status=1, printed=CRASH)], True,
      "at once: \"NameError: name 'x' is not defined (line 7, in f)\""),
@@ -510,7 +510,7 @@ def test_a_message_without_a_flag_or_two_numbers_holds_no_mouse(message):
     ('', {}, [], [[11.0, 'nan m/s and 0 rad/s']] * 3, '3 of its commands were not finite numbers, such as nan')])
 def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, odd, words):
     seen = observed('turn', l=turn(0.0, moved=False, printed=printed))
-    seen.processes[0].published, seen.processes[0].printed = publishes, printed
+    seen.processes[0].published_topics, seen.processes[0].printed = publishes, printed
     seen.recording, seen.not_finite = recording(commands), odd
     assert 'the robot did not turn: ' in missed_of('turn', 'left', seen)
     assert words in missed_of('turn', 'left', seen)

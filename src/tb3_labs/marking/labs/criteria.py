@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.trial.observation import (
-    CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
+    CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation)
 from tb3_labs.marking.trial.remarks import (
     CLOSED_TOPIC, exceptions_in, other_fields, reason_of, why_idle, why_missing)
 from tb3_labs.watch.broken_link import SheetStep
@@ -132,7 +132,7 @@ def why_not_started(observation: Observation) -> Reason:
 
 
 def clean_exit_criterion(part: str, sheet_step: SheetStep) -> Criterion:
-    """Returns a criterion. The node must end by itself at Ctrl+C, and print no traceback."""
+    """Returns the criterion that a node ends by itself at Ctrl+C, and prints no traceback."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', sheet_step,
         _why_no_clean_exit,
@@ -182,10 +182,11 @@ def ends_in_motion(commands: np.ndarray) -> bool:
     return len(commands) > 0 and bool(commands[-1, LINEAR:].any())
 
 
-def why_not_stopped(scene: Scene, event: str, limit: float = stimuli.STOP_TIME) -> Reason:
+def why_not_stopped(observation: Observation, name: str, event: str,
+                    limit: float = stimuli.STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s]. The `event`
-    is a clause on the start of the scene."""
-    soon, later = scene.commands_before_and_after(limit)
+    is a clause on the start of the stimulus `name`."""
+    soon, later = observation.scene(name).commands_before_and_after(limit)
     if later[:, LINEAR:].any():
         return f'the robot was still driven {limit:g} s after {event}'
     if len(soon) and not ends_in_motion(soon):
@@ -197,10 +198,10 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
                           sheet_step: SheetStep) -> Criterion:
     """Returns a criterion beyond the handout: if a `device` falls silent, the robot must stop."""
     def why_not_stopped_when_lost(observation: Observation) -> Reason:
-        scene = observation.scene(stimulus)
-        if not scene.facts[WAS_MOVING]:
+        if not observation.scene(stimulus).facts[WAS_MOVING]:
             return f'the robot was not moving when {device} fell silent'
-        return why_not_stopped(scene, device + ' fell silent', stimuli.LOST_STOP_TIME)
+        return why_not_stopped(
+            observation, stimulus, device + ' fell silent', stimuli.LOST_STOP_TIME)
     return Criterion(name, stimuli.DEVICE_LOST, f'{meaning} after {device} fell silent', sheet_step,
                      why_not_stopped_when_lost, extra=True, limits=within(stimuli.LOST_STOP_TIME))
 
@@ -230,11 +231,9 @@ def why_not_steered(observation: Observation, name: str, linear: Bounds = ZERO_B
     is_angular_right = angular[0] <= angular_speed <= angular[1]
     if is_linear_right and is_angular_right:
         return ''
-    demands = []
-    if linear not in (ZERO_BOUNDS, ANY_BOUNDS):
-        demands.append(bounds_text(linear) + ' m/s')
-    if angular not in (ZERO_BOUNDS, ANY_BOUNDS):
-        demands.append(bounds_text(angular) + ' rad/s')
+    demands = [f'{bounds_text(bounds)} {unit}'
+               for bounds, unit in ((linear, 'm/s'), (angular, 'rad/s'))
+               if bounds not in (ZERO_BOUNDS, ANY_BOUNDS)]
     if ZERO_BOUNDS in (linear, angular):
         demands.append('nothing else')
     return (f'with the {name} it commanded {linear_speed:.2f} m/s and {angular_speed:.2f} rad/s, '

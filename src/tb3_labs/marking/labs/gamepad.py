@@ -71,7 +71,7 @@ def _why_not_turned(observation: Observation) -> Reason:
 def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
     if not len(observation.scene(stimuli.RIGHT_STICK_RIGHT).moving_commands):
         raise NotObserved('the sticks did not move the robot at all')
-    return why_not_stopped(observation.scene(stimuli.STICKS_LET_GO), 'the sticks were let go')
+    return why_not_stopped(observation, stimuli.STICKS_LET_GO, 'the sticks were let go')
 
 
 def _why_not_published(observation: Observation, name: str, expected: bool) -> Reason:

@@ -71,9 +71,8 @@ def _why_not_at_heading(observation: Observation, name: str,
 
 def _exceeded_limit(scene: Scene) -> str:
     _, dx, dy, _ = scene.truth[-1] - scene.truth[0]
-    distance = math.hypot(dx, dy)
     limit = 'the limit'
-    if distance > stimuli.MAX_DRIVE_DISTANCE:
+    if math.hypot(dx, dy) > stimuli.MAX_DRIVE_DISTANCE:
         limit = f'more than {stimuli.MAX_DRIVE_DISTANCE:g} m from its start'
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 
@@ -81,13 +80,13 @@ def _exceeded_limit(scene: Scene) -> str:
 def _scene_of_drive(observation: Observation, name: str) -> Scene:
     """Returns the Scene of a drive. Raises ``NotObserved`` if the node did not move the robot."""
     scene = observation.scene(name)
-    if not scene.facts[MOVED]:
-        subscribed = scene.process.subscribed
-        why = why_idle(scene)
-        if subscribed and '/' + CTRL_RELINQ_TOPIC not in subscribed:
-            why = f'it does not listen to {CTRL_RELINQ_TOPIC}'
-        raise NotObserved(f'it got control, but did not move the robot: {why}')
-    return scene
+    if scene.facts[MOVED]:
+        return scene
+    why = why_idle(scene)
+    topics = scene.process.subscribed_topics
+    if topics and '/' + CTRL_RELINQ_TOPIC not in topics:
+        why = f'it does not listen to {CTRL_RELINQ_TOPIC}'
+    raise NotObserved(f'it got control, but did not move the robot: {why}')
 
 
 def _final_pose(scene: Scene) -> Pose2:
@@ -162,7 +161,7 @@ def _why_not_waited(observation: Observation) -> Reason:
     has_moved = len(observation.scene(stimuli.WITHOUT_CONTROL).moving_commands) > 0
     if not has_moved and observation.has(stimuli.RESET_TO_ORIGIN):
         scene = observation.scene(stimuli.RESET_TO_ORIGIN, may_die=True)
-        has_moved = len(scene.moving_commands) > 0 and not scene.facts.get(WAS_MOVING)
+        has_moved = len(scene.moving_commands) > 0 and not scene.facts[WAS_MOVING]
     if not has_moved:
         return ''
     return ('it moved the robot without having control: does control_loop look at has_control, '
@@ -170,10 +169,9 @@ def _why_not_waited(observation: Observation) -> Reason:
 
 
 def _why_control_kept(observation: Observation) -> Reason:
-    scene = observation.scene(stimuli.CONTROL_TAKEN)
-    if not scene.facts[WAS_MOVING]:
+    if not observation.scene(stimuli.CONTROL_TAKEN).facts[WAS_MOVING]:
         return 'it did not move the robot, so that a stop could not be seen'
-    return why_not_stopped(scene, 'control was taken')
+    return why_not_stopped(observation, stimuli.CONTROL_TAKEN, 'control was taken')
 
 
 def _why_not_exact(observation: Observation) -> Reason:

@@ -241,8 +241,8 @@ def try_declared_pose(trial):
 
 
 def try_offset_imu(trial):
-    """Reset the robot's board, which sets the odometry to zero, but not the IMU. Then give control
-    for a drive."""
+    """Reset the robot's board: the odometry becomes zero, the IMU does not. Then give control for a
+    drive."""
     control = ControlGiver(trial)
     trial.node.stop()
     board = rospy.Publisher(ODOMETRY_RESET_TOPIC, Empty, queue_size=1)

@@ -132,7 +132,7 @@ def start_mouse(trial, names):
         trial.skip_part(names, 'it does not listen to mouse_info')
     message_class = graph.message_class(MOUSE_INFO_TOPIC)
     if message_class is None:
-        message_class = graph.types.message(MouseController._type)
+        message_class = graph.types.message_class(MouseController._type)
     try:
         field_names, remarks = mouse_fields(message_class.fields)
     except ValueError as problem:

@@ -143,16 +143,15 @@ def _require_drive_by_mouse(observation):
 
 def _why_no_dead_zone(observation: Observation) -> Reason:
     _require_drive_by_mouse(observation)
-    scene = observation.scene(stimuli.MOUSE_NEAR_MIDDLE)
-    return why_not_stopped(scene, f'the mouse came to {POSITION_NEAR_MIDDLE}')
+    return why_not_stopped(observation, stimuli.MOUSE_NEAR_MIDDLE,
+                           f'the mouse came to {POSITION_NEAR_MIDDLE}')
 
 
 def _why_not_deactivated(observation: Observation) -> Reason:
     if len(observation.scene(stimuli.MOUSE_NOT_ACTIVE).moving_commands):
         return 'the mouse moved the robot before it was activated'
     _require_drive_by_mouse(observation)
-    scene = observation.scene(stimuli.MOUSE_DEACTIVATED)
-    return why_not_stopped(scene, 'the mouse was deactivated')
+    return why_not_stopped(observation, stimuli.MOUSE_DEACTIVATED, 'the mouse was deactivated')
 
 
 def _why_not_driven_after_turn(observation: Observation) -> Reason:

@@ -22,8 +22,9 @@ COLOUR_CODE = re.compile(r'\x1b\[[\d;]*m')      # of a terminal
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
 #: {key of a fact: field of NodeProcess} for the keys that are not the field's name. The keys cannot
 #: change, because old bags contain them.
-PROCESS_FIELDS = {'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens': 'subscribed',
-                  'publishes': 'published'}
+PROCESS_FIELDS = {
+    'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens': 'subscribed_topics',
+    'publishes': 'published_topics', 'unconnected': 'unconnected_topics'}
 
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
@@ -73,7 +74,7 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     variable_time = recording.variables.arrival
     has_known_frame = np.ones(len(variable_time), bool)
     starts = [process.begin for process in observation.processes]
-    for time, pose, problem in observation.calls:
+    for time, pose, problem in observation.reset_calls:
         if problem:
             next_start = min([start for start in starts if start > time], default=math.inf)
             has_known_frame &= (variable_time < time) | (variable_time > next_start)
@@ -147,7 +148,7 @@ def _add_event(observation: Observation, kind: str, time: float, facts: Dict[str
     elif kind == 'not offered':
         observation.not_offered.update(dict.fromkeys(facts['names'], facts['reason']))
     elif kind == 'call' and 'pose' in facts:
-        observation.calls.append([time, facts['pose'], facts['problem']])
+        observation.reset_calls.append([time, facts['pose'], facts['problem']])
     elif kind == 'mouse client':
         observation.mouse_y_sign = facts['up']
     elif kind == 'broken':

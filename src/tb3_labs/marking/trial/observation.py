@@ -77,10 +77,10 @@ class NodeProcess:
     silent_topics: List[str] = field(default_factory=list)
     needed_topic: str = ''          # the topic to which the node must subscribe
     nodes: List[str] = field(default_factory=list)      # the node's names at the ROS master
-    subscribed: List[str] = field(default_factory=list)         # topics
-    published: Dict[str, str] = field(default_factory=dict)     # {topic: type}
+    subscribed_topics: List[str] = field(default_factory=list)
+    published_topics: Dict[str, str] = field(default_factory=dict)      # {topic: type}
     #: The subscribed topics on which the node has no connection to the robot.
-    unconnected: List[str] = field(default_factory=list)
+    unconnected_topics: List[str] = field(default_factory=list)
     status: Optional[int] = None    # of a process that ended by itself; -N if signal N ended it
 
 
@@ -111,7 +111,7 @@ class Observation:
     #: {variable: the lines of the node's file that assign the variable}
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
-    calls: List[List[Any]] = field(default_factory=list)
+    reset_calls: List[List[Any]] = field(default_factory=list)
     #: The moment [s] in the timeline to which the current verdict belongs. The method `scene` sets
     #: the moment to the start of the stimulus, or to None if the stimulus was not tried.
     moment: Optional[float] = None

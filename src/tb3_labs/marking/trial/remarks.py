@@ -96,7 +96,7 @@ def other_fields(scene: Scene) -> str:
 
 
 def _why_no_command(process):
-    type_name = process.published.get('/' + CMD_VEL_TOPIC)
+    type_name = process.published_topics.get('/' + CMD_VEL_TOPIC)
     if type_name not in (None, TWIST):
         return f'it publishes {CMD_VEL_TOPIC} as {type_name}, and the robot takes {TWIST} alone'
     return other_topics(process, CMD_VEL_TOPIC) or f'nothing came on {CMD_VEL_TOPIC}'
@@ -105,9 +105,9 @@ def _why_no_command(process):
 def other_topics(process: NodeProcess, topic: str) -> str:
     """Returns a clause on the topics that a node publishes in place of `topic`. Returns '' if the
     node publishes `topic`, or if the node's topics are unknown."""
-    if not process.published or '/' + topic in process.published:
+    if not process.published_topics or '/' + topic in process.published_topics:
         return ''
-    return f"it does not publish {topic}, but {' and '.join(sorted(process.published))}"
+    return f"it does not publish {topic}, but {' and '.join(sorted(process.published_topics))}"
 
 
 def _printed_clause(printed):
@@ -119,9 +119,9 @@ def why_unprinted(scene: Scene) -> str:
     errors = _exceptions_before_ctrl_c(scene)
     if errors:
         return f'its callback failed: {errors[0]!r}'
-    if not scene.process.unconnected:
+    if not scene.process.unconnected_topics:
         return _printed_clause(scene.printed)
-    topics = ' and '.join(scene.process.unconnected)
+    topics = ' and '.join(scene.process.unconnected_topics)
     return f'no message of {topics} reached it: does its type agree with that of the topic?'
 
 
@@ -156,10 +156,10 @@ def why_missing(observation: Observation) -> str:
 def _why_never_ready(process):
     if process.needed_topic and not process.nodes:
         return 'it ran, but never came to rospy.init_node()'
-    if '/' + process.needed_topic in process.subscribed:
+    if '/' + process.needed_topic in process.subscribed_topics:
         return f'it was not ready in time, though it listened to {process.needed_topic}'
     reason = f"it ran, but never listened to {process.needed_topic or 'the robot'}"
-    heard = [topic for topic in process.subscribed if topic not in process.silent_topics]
+    heard = [topic for topic in process.subscribed_topics if topic not in process.silent_topics]
     return f"{reason}; it listened to {' and '.join(heard)}" if heard else reason
 
 

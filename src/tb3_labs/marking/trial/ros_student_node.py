@@ -233,7 +233,7 @@ class Graph:
     def message_class(self, topic):
         """Returns the class of a topic's messages; None for an unknown class."""
         type_name = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
-        return self.types.message(type_name) if type_name else None
+        return self.types.message_class(type_name) if type_name else None
 
     def service_class(self, name):
         """Returns the class of an offered service; None for an unknown class."""
@@ -241,7 +241,7 @@ class Graph:
             type_name = rosservice.get_service_type(name)
         except (rosservice.ROSServiceException, OSError):
             return None
-        return self.types.service(type_name) if type_name else None
+        return self.types.service_class(type_name) if type_name else None
 
     def unregister(self):
         """Remove the node from the master, since a killed node does not unregister itself."""

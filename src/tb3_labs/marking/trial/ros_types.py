@@ -27,21 +27,21 @@ class Types:
         student_types = student_types or {'msg': {}, 'srv': {}}
         self._messages, self._services = student_types['msg'], student_types['srv']
 
-    def message(self, type_name: str) -> Any:
+    def message_class(self, type_name: str) -> Any:
         """Returns a subclass of Example for a message type, such as 'lab2/MouseController'; None
         for an unknown type."""
-        imported = _class_in_a_package(type_name, 'msg')
-        example = example_of(imported) if imported else self._messages.get(type_name)
+        known_class = _class_in_a_package(type_name, 'msg')
+        example = example_of(known_class) if known_class else self._messages.get(type_name)
         if example is None:
             return None
         return _example_class(type_name, example['sum'], example['data'], example['fields'])
 
-    def service(self, type_name: str) -> Any:
+    def service_class(self, type_name: str) -> Any:
         """Returns the class of a service type; None for an unknown type."""
-        imported = _class_in_a_package(type_name, 'srv')
-        if imported is None and type_name in self._services:
-            return self.services_by_checksum().get(self._services[type_name]['sum'])
-        return imported
+        known_class = _class_in_a_package(type_name, 'srv')
+        if known_class is None and type_name in self._services:
+            return self.services_by_checksum()[self._services[type_name]['sum']]
+        return known_class
 
     def services_by_checksum(self) -> Dict[str, Any]:
         """Returns {checksum: class} of all known services."""

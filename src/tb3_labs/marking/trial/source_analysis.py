@@ -1,4 +1,4 @@
-"""Finds facts in the program text of a submission that no trial shows:
+"""Finds facts that no trial shows, in the program text of a submission:
 
 * the sign of y in the submission's own mouse client,
 * a function that assigns an angle, and not a quaternion, to an orientation,
@@ -30,7 +30,7 @@ MAX_NAMES, MAX_LISTED_LINES = 200, 6
 #: The call by which a mouse client's program publishes its messages.
 PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # of a variable whose value is y
-#: A variable or a function with such a name has a position in pixels, where y points down.
+#: A variable or a function with such a name contains a position in pixels, where y points down.
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
 #: The results of these functions grow with their arguments.
 GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
