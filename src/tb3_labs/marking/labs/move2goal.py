@@ -190,8 +190,8 @@ def _why_not_arrived(observation: Observation, name: str) -> Reason:
     return _why_not_at_place(observation, name) or _why_not_at_heading(observation, name)
 
 
-def _judge_after_reset(observation: Observation, reset: str, judge: Callable[..., Reason],
-                       name: str) -> Reason:
+def _why_failed_after_reset(observation: Observation, reset: str, judge: Callable[..., Reason],
+                            name: str) -> Reason:
     """Judges the stimulus `reset`, then the drive `name` by ``judge(observation, name)``."""
     return _why_reset_failed(observation, reset) or judge(observation, name)
 
@@ -231,11 +231,11 @@ CRITERIA = [
               limits=within(stimuli.PRINT_AFTER_RESET_TIME) + ' after the answer'),
     Criterion('second_place', stimuli.RESET, 'does the same task after a turn by '
               f'{stimuli.TURN_BEFORE_RESET_DEG:g} degrees and a reset', SECOND_DRIVE_STEP,
-              partial(_judge_after_reset, reset=stimuli.RESET_TO_ORIGIN,
+              partial(_why_failed_after_reset, reset=stimuli.RESET_TO_ORIGIN,
                       judge=_why_not_at_place, name=stimuli.SECOND_DRIVE),
               limits='as goal_place'),
     Criterion('second_heading', stimuli.RESET, FACES_GOAL + ' of the new frame', SECOND_DRIVE_STEP,
-              partial(_judge_after_reset, reset=stimuli.RESET_TO_ORIGIN,
+              partial(_why_failed_after_reset, reset=stimuli.RESET_TO_ORIGIN,
                       judge=_why_not_at_heading, name=stimuli.SECOND_DRIVE),
               limits='as goal_heading'),
     Criterion('control_taken', stimuli.CONTROL, 'stops the robot at once when control is taken',
@@ -248,7 +248,7 @@ CRITERIA = [
               ANALYSIS_STEP, _why_not_exact, extra=True),
     Criterion('declared_pose', stimuli.DECLARED,
               'drives from a declared pose that is not the origin', EXTRAS,
-              partial(_judge_after_reset, reset=stimuli.RESET_ELSEWHERE,
+              partial(_why_failed_after_reset, reset=stimuli.RESET_ELSEWHERE,
                       judge=_why_not_arrived, name=stimuli.DECLARED_DRIVE),
               extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', stimuli.OFFSET,

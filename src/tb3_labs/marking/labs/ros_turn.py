@@ -12,7 +12,7 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.imu import printed_headings
-from tb3_labs.marking.labs.turn import has_full_speed
+from tb3_labs.marking.labs.turn import MIN_EDGE_SPEED
 from tb3_labs.marking.trial.observation import REQUESTED_DEG, WAS_MOVING, NotOffered
 from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, INTERRUPTION_TIME, Repeater
 from tb3_labs.marking.trial.ros_student_node import SUBSCRIBER
@@ -207,8 +207,8 @@ def try_mouse_with_turns(trial):
         time.sleep(INTERRUPTION_TIME)
         with trial.stimulus(stimuli.MOUSE_IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
             def has_driven():
-                commands = trial.recorder.commands_since(stimulus.begin)
-                return has_full_speed(commands, 1.0, -1.0)
+                return any(abs(linear) > MIN_EDGE_SPEED for _, linear, _
+                           in trial.recorder.commands_since(stimulus.begin))
             mouse.hold_at(0.0, 1.0)
             wait_until(has_driven, stimuli.MOUSE_REACTION_TIME)
         mouse.hold_at(0.0, 0.0, active=False, seconds=0.2)

@@ -2,7 +2,7 @@
 import math
 import re
 from functools import partial
-from typing import Iterable, List, Sequence
+from typing import Iterable, List
 
 import numpy as np
 
@@ -54,24 +54,24 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
     """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
     scene = observation.scene(name)
     turn = stimuli.TURN_STIMULI[LEFT_KEY if name == stimuli.TURN_BESIDE_MOUSE else name]
-    after_letter = f'after {turn.typed}'
+    occasion = f'after {turn.typed}'
     if turn.crossing:
-        after_letter += f' ({turn.crossing})'
+        occasion += f' ({turn.crossing})'
     turned_text = f'it turned {_degrees(scene.turned_deg)}'
     if not scene.facts[MOVED]:
         is_idle = abs(scene.turned_deg) < MAX_IDLE_TURN_DEG
         effect = 'the robot did not turn' if is_idle else turned_text
-        return f'{after_letter} {effect}: {why_idle(scene)}'
+        return f'{occasion} {effect}: {why_idle(scene)}'
     if not scene.facts[RESTED]:
-        return f'{after_letter} {turned_text}, and was still moving after {seconds:g} s'
+        return f'{occasion} {turned_text}, and was still moving after {seconds:g} s'
     error = abs(scene.turned_deg - turn.requested_deg)
     if error <= tolerance:
         if ends_in_motion(scene.commands):
-            return NO_ZERO_VELOCITY.format('its turn ' + after_letter)
+            return NO_ZERO_VELOCITY.format('its turn ' + occasion)
         return ''
     if turn.slip:
-        after_letter += ', where the wheels slip,'
-    reason = f'{after_letter} {turned_text}, then stopped'
+        occasion += ', where the wheels slip,'
+    reason = f'{occasion} {turned_text}, then stopped'
     if scene.turned_deg * turn.requested_deg <= 0.0:
         return reason
     side = 'short of' if abs(scene.turned_deg) < abs(turn.requested_deg) else 'beyond'
@@ -155,21 +155,26 @@ def _why_not_deactivated(observation: Observation) -> Reason:
 
 
 def _why_not_driven_after_turn(observation: Observation) -> Reason:
-    forward_sign = forward_sign_of(observation)
-    if has_full_speed(observation.scene(stimuli.MOUSE_AFTER_TURN).commands, forward_sign):
+    if _has_driven_forward(observation, stimuli.MOUSE_AFTER_TURN):
         return ''
     return 'after a turn the mouse did not move the robot any more'
 
 
 def _why_not_driven_in_turn(observation: Observation) -> Reason:
-    forward_sign = forward_sign_of(observation)
     scene = observation.scene(stimuli.MOUSE_IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
-    if has_full_speed(scene.commands, forward_sign):
+    if _has_driven_forward(observation, stimuli.MOUSE_IN_TURN):
         return ''
     return ('the mouse, moved in the middle of a turn, had not driven the robot as before '
             f'{scene.end - scene.begin:.0f} s later')
+
+
+def _has_driven_forward(observation, name):
+    """Did the node drive as fast as a mouse at the upper edge requires?"""
+    forward_sign = forward_sign_of(observation)
+    forward_speeds = forward_sign * observation.scene(name).commands[:, LINEAR]
+    return (forward_speeds > MIN_EDGE_SPEED).any()
 
 
 def forward_sign_of(observation: Observation) -> float:
@@ -181,18 +186,12 @@ def forward_sign_of(observation: Observation) -> float:
     """
     if observation.mouse_y_sign:
         return 1.0
-    at_upper_edge = (stimuli.MOUSE_UP, stimuli.MOUSE_AFTER_TURN, stimuli.MOUSE_IN_TURN)
-    for name in filter(observation.has, at_upper_edge):
+    names = (stimuli.MOUSE_UP, stimuli.MOUSE_AFTER_TURN, stimuli.MOUSE_IN_TURN)
+    for name in filter(observation.has, names):
         for speed in observation.scene(name, may_die=True).commands[:, LINEAR]:
             if speed != 0.0:
                 return math.copysign(1.0, speed)
     return 1.0
-
-
-def has_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
-    """Does a command drive as fast as a mouse at the upper edge requires? The speed must have one
-    of the `signs`. A command is (time, linear, angular)."""
-    return any(sign * command[LINEAR] > MIN_EDGE_SPEED for command in commands for sign in signs)
 
 
 def _why_not_driven_by_mouse(observation: Observation) -> Reason:

@@ -146,7 +146,7 @@ class StudentNode:
 
     @property
     def printed(self):
-        """The output of the current stimulus, since `flush` is called when a stimulus begins."""
+        """The node's output after the start of the current stimulus."""
         return self._output.latest_text
 
     def flush(self):
@@ -154,8 +154,8 @@ class StudentNode:
             self._output.flush()
 
     def record_state(self):
-        """Record the output so far, and the node's topics. If the node has ended by itself, record
-        its end in place of its topics."""
+        """Record the output so far. Then record the node's topics, or the end of a node that ended
+        by itself."""
         if self._process is None:
             return
         self._output.flush()

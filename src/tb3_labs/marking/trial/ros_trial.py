@@ -52,17 +52,17 @@ class Trial:
         self._slip = 0.0
 
     @contextmanager
-    def stimulus(self, name, facts=None):
+    def stimulus(self, name, facts=()):
         """Record a ``with`` block as the stimulus `name`. The block may add facts to `facts`."""
         self._print_line(f'{self.part}: {name}')
         self.node.flush()
-        stimulus = SimpleNamespace(begin=self.recording.event('begin', name=name),
-                                   facts=dict(facts or {}))
+        begin = self.recording.event('begin', name=name)
+        stimulus = SimpleNamespace(begin=begin, facts=dict(facts))
         yield stimulus
         self.node.record_state()
         self.recording.event('end', facts=stimulus.facts, died=not self.node.is_alive)
 
-    def observe(self, name, seconds, act=lambda: None, facts=None):
+    def observe(self, name, seconds, act=lambda: None, facts=()):
         """Call `act()`, wait for `seconds` [s], and record both as the stimulus `name`."""
         with self.stimulus(name, facts):
             act()
@@ -107,8 +107,7 @@ class Trial:
     # -- patterns that several labs use
 
     def causes_motion(self, act, seconds):
-        """Call `act()`. Does the node command a movement before it ends, and within `seconds` [s]?
-        """
+        """Call `act()`. Returns True if the node commands a movement within `seconds` [s]."""
         begin = ros_time()
         act()
         wait_until(lambda: self.recorder.node_moved_since(begin) or not self.node.is_alive, seconds)
