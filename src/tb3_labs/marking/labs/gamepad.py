@@ -18,8 +18,7 @@ from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.lab_links import GAMEPAD_SECTION
 
-#: The bounds of the command for a full stick.
-FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)        # [m/s]
+FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)        # [m/s], for a full stick
 FULL_ANGULAR_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)       # [rad/s]
 HALF_STICK_SHARES = (0.25, 0.75)    # of the command for a full stick
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a

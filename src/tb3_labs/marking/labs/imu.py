@@ -17,7 +17,6 @@ HEADING_TOLERANCE_DEG = 1.0
 #: runs at the time of Ctrl+C prints one more heading.
 MAX_LATE_HEADINGS = 1
 
-LISTENING_STEP = HEADING_SECTION.at_step(2)
 EXERCISE_STEP = HEADING_SECTION.at_step(3)
 CTRL_C_STEP = HEADING_SECTION.at_step(4)
 
@@ -96,8 +95,8 @@ def _why_not_survived(observation: Observation) -> Reason:
 
 
 CRITERIA = [
-    Criterion('starts', stimuli.HEADING, 'runs and listens to imu', LISTENING_STEP, why_not_started,
-              limits=START_LIMITS),
+    Criterion('starts', stimuli.HEADING, 'runs and listens to imu', HEADING_SECTION.at_step(2),
+              why_not_started, limits=START_LIMITS),
     Criterion('prints_heading', stimuli.HEADING, f'prints "{PRINTED_HEADING.format("...")}."',
               EXERCISE_STEP, _why_no_heading,
               limits=f'{within(stimuli.READING_TIME)} at each heading'),

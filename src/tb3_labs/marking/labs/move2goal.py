@@ -3,7 +3,6 @@ resets this frame."""
 import math
 import re
 from functools import partial
-from typing import Callable
 
 import numpy as np
 
@@ -24,15 +23,13 @@ from tb3_labs.watch.broken_link import SheetStep
 from tb3_labs.watch.lab_links import (
     LOCAL_POSE_SECTION, RESET_SECTION, STATES_SECTION, TRANSFORMATION_SHEET)
 
-MAX_COMMAND_TIME_AT_GOAL = 0.5      # [s] after the arrival
+LAST_COMMAND_TIME = 0.5             # [s] after the arrival
 MIN_TURN_IN_DRIVE_DEG = 20.0        # of a correct node after a reset in a drive
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
 #: The robot may coast by this distance [m] and this angle after a stop command.
-COAST_DISTANCE = 0.02
-COAST_DEG = 2.0
-#: The tolerances of the criterion `exact`, which is beyond the handout.
-EXACT_DISTANCE = 0.02       # [m]
-EXACT_DEG = 1.0
+COAST_DISTANCE, COAST_DEG = 0.02, 2.0
+#: The tolerances of the criterion `exact`. The distance is in [m].
+EXACT_DISTANCE, EXACT_DEG = 0.02, 1.0
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = (
     f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun '
@@ -42,9 +39,7 @@ HEADING_LIMITS = (
     f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees), and {COAST_DEG:g} degrees for '
     'stopping')
 
-ANALYSIS_STEP = SheetStep(TRANSFORMATION_SHEET, '6. Analysis')
 SECOND_DRIVE_STEP = RESET_SECTION.at_step(2)
-TWO_ZEROS_STEP = LOCAL_POSE_SECTION.at_step(4)
 
 
 def _why_not_at_place(observation: Observation, name: str,
@@ -107,11 +102,8 @@ def _why_not_silent_at_goal(observation: Observation) -> Reason:
         return 'it never arrived'
     if ends_in_motion(drive.commands):
         return NO_ZERO_VELOCITY.format('its arrival')
-    at_goal = observation.scene(stimuli.AT_GOAL)
-    _, late_commands = at_goal.commands_before_and_after(MAX_COMMAND_TIME_AT_GOAL)
-    if not len(late_commands):
-        return ''
-    return 'it went on sending commands on cmd_vel after it had arrived'
+    _, later = observation.scene(stimuli.AT_GOAL).commands_before_and_after(LAST_COMMAND_TIME)
+    return 'it went on sending commands on cmd_vel after it had arrived' if len(later) else ''
 
 
 def _why_not_within_limits(observation: Observation) -> Reason:
@@ -190,8 +182,7 @@ def _why_not_arrived(observation: Observation, name: str) -> Reason:
     return _why_not_at_place(observation, name) or _why_not_at_heading(observation, name)
 
 
-def _why_failed_after_reset(observation: Observation, reset: str, judge: Callable[..., Reason],
-                            name: str) -> Reason:
+def _why_failed_after_reset(observation, reset, judge, name):
     """Judges the stimulus `reset`, then the drive `name` by ``judge(observation, name)``."""
     return _why_reset_failed(observation, reset) or judge(observation, name)
 
@@ -215,9 +206,8 @@ CRITERIA = [
     Criterion('says_reached', stimuli.DRIVE, f'says "{PRINTED_REACHED}!" once', STATES_SECTION,
               _why_not_printed_once),
     Criterion('silent_at_goal', stimuli.DRIVE, 'sends nothing on cmd_vel at the goal',
-              STATES_SECTION, _why_not_silent_at_goal,
-              limits=f'a zero velocity, then nothing from {MAX_COMMAND_TIME_AT_GOAL:g} s after its '
-              'arrival on'),
+              STATES_SECTION, _why_not_silent_at_goal, limits='a zero velocity, then nothing from '
+              f'{LAST_COMMAND_TIME:g} s after its arrival on'),
     Criterion('within_limits', stimuli.DRIVE, "keeps the robot's limits, "
               f'{MAX_LINEAR_SPEED:g} m/s and {MAX_ANGULAR_SPEED:g} rad/s', STATES_SECTION,
               _why_not_within_limits, limits=f'and {ROUNDING:g} for rounding'),
@@ -245,14 +235,14 @@ CRITERIA = [
               why_not_stopped_at_ctrl_c, extra=True, limits=STOP_LIMITS),
     Criterion('exact', stimuli.RESET,
               f'both drives are within {EXACT_DISTANCE:g} m and {EXACT_DEG:g} degree',
-              ANALYSIS_STEP, _why_not_exact, extra=True),
+              SheetStep(TRANSFORMATION_SHEET, '6. Analysis'), _why_not_exact, extra=True),
     Criterion('declared_pose', stimuli.DECLARED,
               'drives from a declared pose that is not the origin', EXTRAS,
               partial(_why_failed_after_reset, reset=stimuli.RESET_ELSEWHERE,
                       judge=_why_not_arrived, name=stimuli.DECLARED_DRIVE),
               extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', stimuli.OFFSET,
-              'drives although the zeros of IMU and odometry differ', TWO_ZEROS_STEP,
+              'drives although the zeros of IMU and odometry differ', LOCAL_POSE_SECTION.at_step(4),
               partial(_why_not_arrived, name=stimuli.OFFSET_DRIVE), extra=True,
               limits='as goal_place and goal_heading'),
     lost_device_criterion('lost_odometry', 'stops the robot', 'the odometry',

@@ -207,8 +207,8 @@ def try_mouse_with_turns(trial):
         time.sleep(INTERRUPTION_TIME)
         with trial.stimulus(stimuli.MOUSE_IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
             def has_driven():
-                return any(abs(linear) > MIN_EDGE_SPEED for _, linear, _
-                           in trial.recorder.commands_since(stimulus.begin))
+                commands = trial.recorder.commands_since(stimulus.begin)
+                return any(abs(linear) > MIN_EDGE_SPEED for _, linear, _ in commands)
             mouse.hold_at(0.0, 1.0)
             wait_until(has_driven, stimuli.MOUSE_REACTION_TIME)
         mouse.hold_at(0.0, 0.0, active=False, seconds=0.2)

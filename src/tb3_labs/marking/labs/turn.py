@@ -20,7 +20,6 @@ from tb3_labs.marking.trial.remarks import MAX_IDLE_TURN_DEG, why_idle
 from tb3_labs.watch.lab_links import TURN_SECTION
 
 MOUSE_STEP = TURN_SECTION.at_step(2)
-START_STEP = TURN_SECTION.at_step(4)
 LAW_STEP = TURN_SECTION.at_step(5)
 RIGHT_TURN_STEP = TURN_SECTION.at_step(6)
 CTRL_C_STEP = TURN_SECTION.at_step(7)
@@ -75,8 +74,8 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
     if scene.turned_deg * turn.requested_deg <= 0.0:
         return reason
     side = 'short of' if abs(scene.turned_deg) < abs(turn.requested_deg) else 'beyond'
-    return (f'{reason}: {error:.1f} degrees {side} the goal, where '
-            f'{min(tolerance, HDG_TOL):g} are allowed')
+    allowed_deg = min(tolerance, HDG_TOL)
+    return f'{reason}: {error:.1f} degrees {side} the goal, where {allowed_deg:g} are allowed'
 
 
 def _degrees(turned_deg):
@@ -229,8 +228,8 @@ def remarks_on_turns(observation: Observation) -> List[str]:
 
 
 CRITERIA = [
-    Criterion('starts', stimuli.TURNS, 'runs and listens to imu', START_STEP, why_not_started,
-              limits=START_LIMITS),
+    Criterion('starts', stimuli.TURNS, 'runs and listens to imu', TURN_SECTION.at_step(4),
+              why_not_started, limits=START_LIMITS),
     Criterion('left', stimuli.TURNS, f'l turns {TURN_DEG:g} degrees left', LAW_STEP,
               partial(why_not_turned, name=LEFT_KEY), limits=TURN_LIMITS),
     Criterion('right', stimuli.TURNS, f'r turns {TURN_DEG:g} degrees right', RIGHT_TURN_STEP,
