@@ -50,7 +50,7 @@ class Criterion:
 
     @property
     def label(self) -> str:
-        """The name. A criterion beyond the handout has 'extra_' before its name."""
+        """The name, with 'extra_' before the name of a criterion beyond the handout."""
         return 'extra_' + self.name if self.extra else self.name
 
 

@@ -112,9 +112,10 @@ def _why_not_within_limits(observation: Observation) -> Reason:
     if not len(commands):
         return 'it commanded nothing'
     linear, angular = np.abs(commands[:, LINEAR:]).max(axis=0)
-    is_slow = linear <= MAX_LINEAR_SPEED + ROUNDING
-    observation.set_moment_of_fastest(commands, ANGULAR if is_slow else LINEAR)
-    if is_slow and angular <= MAX_ANGULAR_SPEED + ROUNDING:
+    is_linear_slow = linear <= MAX_LINEAR_SPEED + ROUNDING
+    column = ANGULAR if is_linear_slow else LINEAR
+    observation.set_moment_of_fastest(commands, column)
+    if is_linear_slow and angular <= MAX_ANGULAR_SPEED + ROUNDING:
         return ''
     return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
 

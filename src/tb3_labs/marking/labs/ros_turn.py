@@ -139,9 +139,10 @@ def start_mouse(trial, names):
         trial.skip_part(names, str(problem))
     trial.add_remarks(remarks)
     package = message_class._type.split('/')[0]
-    y_sign = trial.source_findings(package)['mouse_y_sign']
-    trial.recording.event('mouse client', up=y_sign)
-    mouse = HeldMouse(message_class, field_names, -1 if y_sign < 0 else 1, trial.recording)
+    client_y_sign = trial.source_findings(package)['mouse_y_sign']
+    trial.recording.event('mouse client', up=client_y_sign)
+    y_sign = -1 if client_y_sign < 0 else 1
+    mouse = HeldMouse(message_class, field_names, y_sign, trial.recording)
     mouse.hold_at(0.0, 0.0, active=False)
     mouse.wait_for_subscriber()
     return mouse

@@ -1,6 +1,6 @@
 """Writes the bag of a trial, with the marker's actions and the node's reactions.
 
-The bag has these topics:
+The bag contains these topics:
 
     imu, odom, ctrl_relinq, joy, mouse_info, /rosout
     cmd_vel         the node's commands, without the marker's own commands
@@ -41,7 +41,7 @@ from tb3_labs.ros.rospy_internals import connection_of, record_connections
 
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
 ROBOT_NODE = 'turtlebot3'
-#: A bag has at most this many messages of each kind.
+#: A bag contains at most this many messages of each kind.
 MAX_COMMANDS = 40000
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LOG_LINES = 1000

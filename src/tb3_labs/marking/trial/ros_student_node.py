@@ -29,7 +29,7 @@ from tb3_labs.watch import with_probe
 PUBLISHER, SUBSCRIBER, SERVER = 0, 1, 2
 #: These topics are left out, because every node may have them.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
-#: If signal N ends a program in a sandbox, the sandbox has the exit status SIGNAL_STATUS_BASE + N.
+#: If signal N ends a program in a sandbox, the sandbox's exit status is SIGNAL_STATUS_BASE + N.
 SIGNAL_STATUS_BASE = 128
 
 
@@ -175,7 +175,7 @@ class Graph:
     def __init__(self, types):
         self.types = types
         self._master = rosgraph.Master(rospy.get_name())
-        self.node_names = set()     # of the student's process, which may have several nodes
+        self.node_names = set()     # of the student's process, which may run several nodes
 
     def roles_by_node(self):
         """Returns {name of a node: {(role, topic or service)}} for all nodes except the marker.

@@ -24,7 +24,8 @@ class Types:
 
     def __init__(self, student_types: Optional[Dict[str, Any]] = None) -> None:
         """`student_types` is the result of workspace.build; None if a student defined no types."""
-        student_types = student_types or {'msg': {}, 'srv': {}}
+        if student_types is None:
+            student_types = {'msg': {}, 'srv': {}}
         self._messages, self._services = student_types['msg'], student_types['srv']
 
     def message_class(self, type_name: str) -> Any:
