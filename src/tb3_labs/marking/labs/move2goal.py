@@ -38,7 +38,6 @@ PLACE_LIMITS = (
 HEADING_LIMITS = (
     f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees), and {COAST_DEG:g} degrees for '
     'stopping')
-
 SECOND_DRIVE_STEP = RESET_SECTION.at_step(2)
 
 
