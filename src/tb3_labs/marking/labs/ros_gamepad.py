@@ -5,6 +5,7 @@ ResetServices uses private parts of rospy 1.15.15 (Debian 12).
 """
 import math
 import time
+from contextlib import AbstractContextManager
 from functools import partial
 from io import BytesIO
 from types import SimpleNamespace
@@ -184,7 +185,7 @@ ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMs
                            _response_class=AnyMsg)
 
 
-class ResetServices:
+class ResetServices(AbstractContextManager):
     """Offers the reset services RESET_NAMES, until the end of a ``with`` block.
 
     The services accept requests of any type. The client's checksum shows the type. A known type
@@ -198,9 +199,6 @@ class ResetServices:
         self._services = {}
         self._recording = trial.recording
         self.offer(RESET_NAMES)
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *problem):
         self.offer(())

@@ -61,7 +61,6 @@ def version_errors(observation: Observation) -> List[str]:
 
 
 def _exceptions_before_ctrl_c(scene):
-    """Returns the exceptions that the process of the scene printed before Ctrl+C."""
     printed = scene.process.printed
     for stimulus in scene.observation.stimuli:
         if stimulus.name in CTRL_C and stimulus.begin >= scene.process.begin:
@@ -201,7 +200,6 @@ def _line_of(piece, file):
 
 
 def exceptions_in(scene: Scene) -> List[str]:
-    """Returns the `exceptions` that the node printed in a scene."""
     return exceptions(scene.printed, scene.observation.file)
 
 

@@ -2,7 +2,7 @@
 import math
 import threading
 import time
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 
 import rospy
 from dynamic_reconfigure.encoding import decode_config, encode_config
@@ -87,7 +87,7 @@ class Robot:
                 self._set_parameters(encode_config(self._settings))
 
 
-class Repeater:
+class Repeater(AbstractContextManager):
     """Repeats a message until the end of a ``with`` block, as a driver of a mouse or gamepad does.
     """
 
@@ -97,9 +97,6 @@ class Repeater:
         self._publisher = rospy.Publisher(
             topic, message_class, queue_size=1, tcp_nodelay=True)
         threading.Thread(target=self._repeat, daemon=True).start()
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *problem):
         self._message = None
