@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks a node by the criteria of its lab. The rostest has a test for each criterion, and a test
-for the total.
+"""Checks a node by the criteria of its lab. The rostest contains a test for each criterion, and a
+test for the total.
 
 The stimuli, the verdicts and the points are printed on the terminal. If `~strict` is false, the
 criteria beyond the handout cannot fail a test.
@@ -43,8 +43,8 @@ REMEDIES = {'not executable': 'Type: chmod +x FILE',
 
 
 def marks_of_node():
-    """Test the node. Returns the node's Marks. Returns None if mark.py started this check, since
-    mark.py judges the bag itself."""
+    """Test the node. Returns the node's Marks; None if mark.py started this check, since mark.py
+    judges the bag itself."""
     parameters = rospy.get_param('~')
     lab_name, package, executable = parameters['lab'], parameters['pkg'], parameters['type']
     node = parameters.get('node', FINISHED)
@@ -95,9 +95,10 @@ def file_of(package, executable):
 class Check(unittest.TestCase):
     """A test whose result is known already. Its failure is a sentence without a stack trace."""
 
-    def __init__(self, name, failure=None):
+    def __init__(self, name, failure=''):
         super().__init__()
-        self._name, self._failure = name, failure
+        self._name = name
+        self._failure = failure
 
     def runTest(self):
         pass    # unittest requires this method, and never calls it

@@ -36,7 +36,7 @@ def write_trial(path, seen):
     event(0.0, 'trial', lab=seen.lab, node=seen.node)
     for process in seen.processes:
         event(process.begin, 'start', needed=process.needed_topic)
-        event(process.begin, 'run', listens=process.subscribed, ended_by_itself=process.ended_by_itself)
+        event(process.begin, 'run', listens=process.subscribed_topics, ended_by_itself=process.ended_by_itself)
         if process.printed and not seen.stimuli:
             message(process.begin, 'printed', String(process.printed))
         if process.ready is not None:

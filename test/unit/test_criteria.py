@@ -9,10 +9,9 @@ import pytest
 from made_run import made, speeds_sent
 from test_marking import observation, recording, stimulus
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.labs import gamepad, stimuli
+from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, verdicts_of
 from tb3_labs.marking.labs.ros_turn import mouse_fields
-from tb3_labs.marking.labs.turn import TURN_STIMULI
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.marking.trial.remarks import remarks_on, version_errors
@@ -312,7 +311,7 @@ def test_one_drive_is_enough_to_see_its_speeds():
 
 def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
     still = scene((0.1, 0.0, 0.0), moved=False, rested=True)
-    parts = {name: still for name in TURN_STIMULI}
+    parts = {name: still for name in stimuli.TURN_STIMULI}
     assert {'clamped', 'on_the_spot'} <= missed('turn', observed('turn', **parts))
     none = {name: scene(moved=False, rested=True) for name in ('first drive', 'second drive')}
     assert 'within_limits' in missed('move2goal', observed('move2goal', **none))
@@ -321,7 +320,7 @@ def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
 @pytest.mark.parametrize('processes, misses_start, words', [
     ([], True, 'never started'), ([NodeProcess(0.0)], True, 'never listened'),
     ([NodeProcess(0.0, needed_topic='imu')], True, 'never came to rospy.init_node()'),
-    ([NodeProcess(0.0, needed_topic='imu', nodes=['/n'], subscribed=['/odom'])], True, 'listened to /odom'),
+    ([NodeProcess(0.0, needed_topic='imu', nodes=['/n'], subscribed_topics=['/odom'])], True, 'listened to /odom'),
     ([NodeProcess(0.0, end=1.0, ended_by_itself=True, status=0, printed='Bye')], True, 'nothing kept the node'),
     ([NodeProcess(0.0, end=1.0, ended_by_itself=True, status=1, printed=CRASH)], True,
      "at once: \"NameError: name 'x' is not defined (line 7, in f)\""),
@@ -357,9 +356,9 @@ def test_parts_are_those_of_the_lab():
         LABS['turn'].read_parts('mouse,heading')
 
 
-@pytest.mark.parametrize('name', TURN_STIMULI)
+@pytest.mark.parametrize('name', stimuli.TURN_STIMULI)
 def test_turns_across_180_and_0_degrees_cross_them_and_no_others_do(name):
-    turn = TURN_STIMULI[name]
+    turn = stimuli.TURN_STIMULI[name]
     begin, end = turn.begins_deg, turn.begins_deg + turn.requested_deg
     crossed = [jump for jump in (0, 180) if min(begin, end) - 20.0 < jump < max(begin, end) + 20.0]
     assert crossed == [jump for jump in (0, 180) if turn.crossing == 'across {}'.format(jump)]
@@ -511,7 +510,7 @@ def test_a_message_without_a_flag_or_two_numbers_holds_no_mouse(message):
     ('', {}, [], [[11.0, 'nan m/s and 0 rad/s']] * 3, '3 of its commands were not finite numbers, such as nan')])
 def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, odd, words):
     seen = observed('turn', l=turn(0.0, moved=False, printed=printed))
-    seen.processes[0].published, seen.processes[0].printed = publishes, printed
+    seen.processes[0].published_topics, seen.processes[0].printed = publishes, printed
     seen.recording, seen.not_finite = recording(commands), odd
     assert 'the robot did not turn: ' in missed_of('turn', 'left', seen)
     assert words in missed_of('turn', 'left', seen)
@@ -519,7 +518,7 @@ def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, od
 
 def test_a_speed_that_no_wheel_follows_is_told():
     at, zero = np.arange(10.0, 18.0), np.zeros(8)
-    seen = observed('gamepad', **{gamepad.LEFT_STICK_UP: scene(*((t, 0.0, 0.0) for t in np.arange(8.0)))})
+    seen = observed('gamepad', **{stimuli.LEFT_STICK_UP: scene(*((t, 0.0, 0.0) for t in np.arange(8.0)))})
     assert missed_of('gamepad', 'drives', seen) == \
         'with the left stick up nothing was commanded: only zeros came on cmd_vel'
     seen.recording = made(commands=replace(speeds_sent(at, at, zero, zero), sideways=zero + 0.22))

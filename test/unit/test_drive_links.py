@@ -266,7 +266,7 @@ def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame
     first = run.resets.take(slice(0, 1))
     seen = Observation(
         'move2goal', 'lab7_tf/move2goal_tf.py', run, processes=[NodeProcess(0.0), NodeProcess(70.0)],
-        stimuli=[Stimulus('second drive', 61.0, 65.0)], calls=[
+        stimuli=[Stimulus('second drive', 61.0, 65.0)], reset_calls=[
             [first.arrival[0] + 0.05, [0.0, 0.0, 0.0], ''], [50.0, [0.2, 0.3, 1.0], ''],
             [60.0, [0.0, 0.0, 0.0], 'it was refused']])
     shown = with_stimuli(replace(run, resets=first), seen)

@@ -18,8 +18,8 @@ from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.marking import marks
 from tb3_labs.marking import limits
 from tb3_labs.marking.intake import archives
-from tb3_labs.marking.labs import imu, stimuli, turn
-from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Verdict
+from tb3_labs.marking.labs import stimuli
+from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
@@ -112,9 +112,9 @@ def test_the_sheet_for_instructors_lists_every_part():
 
 def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     sheet = (ROOT / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
-    words, turns = ' '.join(sheet.split()), turn.TURN_STIMULI.values()
+    words, turns = ' '.join(sheet.split()), stimuli.TURN_STIMULI.values()
     for said in (
-            'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDING_HEADINGS.values()),
+            'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*stimuli.STANDING_HEADINGS.values()),
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
                 *[each.begins_deg for each in turns]),
             '{:g} MB or {} files'.format(archives.MAX_SUBMISSION_BYTES / 1e6, archives.MAX_FILES),
@@ -133,7 +133,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     (False, True, True), (False, False, False), (True, True, False)])
 def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, took):
     """Python 3.13 does not end while input() waits. A node that turned the robot did not wait for a letter."""
-    node = SimpleNamespace(is_alive=True, interrupt=lambda limit: False, record_state=lambda: None,
+    node = SimpleNamespace(is_alive=True, send_ctrl_c=lambda limit: False, record_state=lambda: None,
                            flush=lambda: None, status=0, stop=lambda: None)
     node.type = lambda line: setattr(node, 'is_alive', not (waits and line == ''))
     events = []
@@ -141,8 +141,8 @@ def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, 
     vars(trial).update(
         node=node, part='', _print_line=lambda said: None, recorder=SimpleNamespace(now=1.0),
         recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts) or 0.0))
-    trial.ctrl_c(was_moving=was_moving)
-    assert (events[-1]['facts'][EXIT_SECONDS] is not None) is took
+    trial.send_ctrl_c(was_moving=was_moving)
+    assert (events[-1]['facts'][stimuli.EXIT_SECONDS] is not None) is took
 
 
 def test_findings_are_kept_once_and_not_without_end():

@@ -132,11 +132,11 @@ def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most,
     monkeypatch.setattr(processes, 'LIMITS_POLL_PERIOD', 0.01)
     monkeypatch.setattr(processes, 'MAX_OTHER_MEMORY_BYTES', 10 ** 12)
     calm = ResourceWatch(family.pid, [], os.getpid())
-    calm.is_over.set()
-    assert calm._exceeded_limit() == ''
+    calm.stop_requested.set()
+    assert calm._find_exceeded_limit() == ''
     monkeypatch.setattr(processes, limit, most)
     watch = ResourceWatch(family.pid, ['/tmp'], os.getpid())
-    assert family.wait(100.0) == -9 and watch.exceeded == words
+    assert family.wait(100.0) == -9 and watch.exceeded_limit == words
 
 
 #: The layouts of a workspace: the paths of this package, of its builds, and of Python.

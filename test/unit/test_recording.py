@@ -80,7 +80,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     whole = seen.truth[-1][3] - seen.truth[0][3]
     assert math.degrees(whole) == pytest.approx(200.0, abs=1e-6)     # continuous
     [run] = seen.processes
-    assert run.ready is not None and run.end is None and run.subscribed == ['/imu']
+    assert run.ready is not None and run.end is None and run.subscribed_topics == ['/imu']
     assert run.printed == 'Input l or rl\ndone\nand this comes after it'
     assert not seen.has('r') and seen.not_offered == {
         'mouse up': 'it does not listen to mouse_info'}

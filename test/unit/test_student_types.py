@@ -64,9 +64,9 @@ def bytes_of(message):
 
 
 def test_a_message_of_theirs_is_made_and_filled(described, theirs):
-    kind = Types(described).message('lab2/Mouse')
+    kind = Types(described).message_class('lab2/Mouse')
     assert (kind._type, kind._md5sum) == ('lab2/Mouse', MouseController._md5sum)
-    for made in (kind(), Types().message('tb3_labs/MouseController')()):
+    for made in (kind(), Types().message_class('tb3_labs/MouseController')()):
         made.put('header', 7, 8)
         made.put('status', True)
         made.put('xPos', 0.5)
@@ -74,7 +74,7 @@ def test_a_message_of_theirs_is_made_and_filled(described, theirs):
         read = MouseController().deserialize(bytes_of(made))
         assert (read.status.data, read.xPos, read.yPos) == (True, 0.5, -1.0)
         assert read.header.stamp == genpy.Time(7, 8)
-    odd = Types(described).message('lab2/Odd')()    # its constant is code, which does not run
+    odd = Types(described).message_class('lab2/Odd')()    # its constant is code, which does not run
     assert bytes_of(odd) == bytes_of(theirs[0].Odd())
     for name, value in (('b', True), ('e', 1.5), ('f', -2.5)):
         odd.put(name, value)
@@ -87,8 +87,8 @@ def test_a_message_of_theirs_is_made_and_filled(described, theirs):
 def test_a_service_of_theirs_is_made(described, theirs):
     """The request declares the origin, and the response reports success."""
     types = Types(described)
-    assert types.service('lab2/Same') is types.service('tb3_labs/SetInitialPose') is SetInitialPose
-    kind = types.service('lab2/Set')
+    assert types.service_class('lab2/Same') is types.service_class('tb3_labs/SetInitialPose') is SetInitialPose
+    kind = types.service_class('lab2/Set')
     request = kind._request_class()
     assert not fill_pose(request, Pose2(1.0, 2.0, 3.0))
     assert is_origin(request) and is_unit(request) and has_covariance(request)
@@ -105,13 +105,13 @@ def test_a_service_of_theirs_is_made(described, theirs):
     'lab2/Broken', 'lab2/Lacking', 'lab2/None', 'lab2/Itself', 'lab2/Huge', 'lab2/Large',
     'nowhere/Thing', '*', '', '/', '../x', 'os/path', 'lab2/Mouse\n', 'a\0b/c'])
 def test_what_cannot_be_made_is_none(described, kind):
-    assert not Types(described).message(kind) and not Types(described).service(kind)
+    assert not Types(described).message_class(kind) and not Types(described).service_class(kind)
 
 
 def test_an_example_that_a_box_forged_is_no_more_than_bytes():
     fields = [['__class__', 'bool', 3], ['y', 'float32', 2]]
     forged = {'msg': {'a/B': {'sum': 'x', 'data': '00' * 4, 'fields': fields}}, 'srv': {}}
-    made = Types(forged).message('a/B')()
+    made = Types(forged).message_class('a/B')()
     made.put('__class__', True)
     assert bytes_of(made) == b'\0\0\0\1' and type(made).__name__ == 'B'
     with pytest.raises(struct.error):

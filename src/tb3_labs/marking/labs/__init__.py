@@ -1,1 +1,1 @@
-"""What must a node of a lab do? LAB.py has a lab's criteria, and ros_LAB.py has its trials."""
+"""What must a node of a lab do? LAB.py contains a lab's criteria, ros_LAB.py its trials."""

@@ -1,4 +1,4 @@
-"""Defines criteria and verdicts, and has the criteria that several labs share.
+"""Defines criteria, verdicts, and the criteria that several labs share.
 
 Students read the `meaning` and the `sheet_step` of a criterion, and the Reason that the function
 `judge` returns. No text that students read contains the solution.
@@ -9,17 +9,16 @@ from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.marking.labs.stimuli import (
-    DEVICE_LOST, EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, START_TIME, STOP_TIME)
+from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.trial.observation import (
-    CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
+    CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation)
 from tb3_labs.marking.trial.remarks import (
     CLOSED_TOPIC, exceptions_in, other_fields, reason_of, why_idle, why_missing)
 from tb3_labs.watch.broken_link import SheetStep
 from tb3_labs.watch.lab_links import IMU_SHEET, TRANSFORMATION_SHEET
 
-#: A clause that says why a node does not meet a criterion; '' if the node meets the criterion. The
-#: functions why_... return a Reason. The expression `a or b` gives the first Reason that is not ''.
+#: Why a node does not meet a criterion, a clause; '' if the node meets the criterion. The functions
+#: why_... return a Reason. The expression `a or b` gives the first Reason that is not ''.
 Reason = str
 #: The Reason of an untried criterion, if an earlier verdict already names the fault.
 NOT_TRIED = 'this could not be tried'
@@ -51,7 +50,7 @@ class Criterion:
 
     @property
     def label(self) -> str:
-        """The name. A criterion beyond the handout has 'extra_' before its name."""
+        """The name, with 'extra_' before the name of a criterion beyond the handout."""
         return 'extra_' + self.name if self.extra else self.name
 
 
@@ -122,7 +121,7 @@ def within(seconds: float) -> str:
     return f'within {seconds:g} s'
 
 
-START_LIMITS, STOP_LIMITS = within(START_TIME), within(STOP_TIME)
+START_LIMITS, STOP_LIMITS = within(stimuli.START_TIME), within(stimuli.STOP_TIME)
 
 
 def why_not_started(observation: Observation) -> Reason:
@@ -133,22 +132,22 @@ def why_not_started(observation: Observation) -> Reason:
 
 
 def clean_exit_criterion(part: str, sheet_step: SheetStep) -> Criterion:
-    """Returns a criterion. The node must end by itself at Ctrl+C, and print no traceback."""
+    """Returns the criterion that a node ends by itself at Ctrl+C, and prints no traceback."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', sheet_step,
         _why_no_clean_exit,
-        limits=f'{within(EXIT_TIME)}; "{CLOSED_TOPIC}", which rospy raises, does not count')
+        limits=f'{within(stimuli.EXIT_TIME)}; "{CLOSED_TOPIC}", which rospy raises, does not count')
 
 
 def _why_no_clean_exit(observation: Observation) -> Reason:
     for scene in observation.scenes(CTRL_C, may_die=True):
-        if scene.facts[EXIT_SECONDS] is None:
-            return f'it was still running {EXIT_TIME:g} s after Ctrl+C and had to be killed'
+        if scene.facts[stimuli.EXIT_SECONDS] is None:
+            return f'it was still running {stimuli.EXIT_TIME:g} s after Ctrl+C and had to be killed'
         errors = exceptions_in(scene)
         if errors:
             return f'it ended with a traceback: {errors[-1]!r}'
-        if scene.facts[EXIT_SIGNAL] not in (0, 2, 15):       # no signal, SIGINT, SIGTERM
-            return f'it was ended by signal {scene.facts[EXIT_SIGNAL]}'
+        if scene.facts[stimuli.EXIT_SIGNAL] not in (0, 2, 15):      # no signal, SIGINT, SIGTERM
+            return f'it was ended by signal {scene.facts[stimuli.EXIT_SIGNAL]}'
     return ''
 
 
@@ -159,9 +158,8 @@ def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
-        soon, _ = scene.commands_before_and_after(STOP_TIME)
-        is_zero = (soon[:, 1:] == 0.0).all(axis=1)
-        if is_zero.any():
+        soon, _ = scene.commands_before_and_after(stimuli.STOP_TIME)
+        if (soon[:, LINEAR:] == 0.0).all(axis=1).any():
             return ''
     observation.moment = scenes[-1].begin
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
@@ -181,34 +179,36 @@ NO_ZERO_VELOCITY = 'it sent no zero velocity after {}: the robot went on until i
 
 def ends_in_motion(commands: np.ndarray) -> bool:
     """Does the last command move the robot? Returns False if there is no command."""
-    return len(commands) > 0 and bool(commands[-1, 1:].any())
+    return len(commands) > 0 and bool(commands[-1, LINEAR:].any())
 
 
-def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
-    """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
-    `event`, a clause that says how the scene began."""
-    soon, late = scene.commands_before_and_after(limit)
-    if late[:, LINEAR:].any():
+def why_not_stopped(observation: Observation, name: str, event: str,
+                    limit: float = stimuli.STOP_TIME) -> Reason:
+    """Judges whether the node stopped the robot by a zero velocity within `limit` [s]. The `event`
+    is a clause on the start of the stimulus `name`."""
+    soon, later = observation.scene(name).commands_before_and_after(limit)
+    if later[:, LINEAR:].any():
         return f'the robot was still driven {limit:g} s after {event}'
-    is_stopped = len(soon) > 0 and not ends_in_motion(soon)
-    return '' if is_stopped else NO_ZERO_VELOCITY.format(event)
+    if len(soon) and not ends_in_motion(soon):
+        return ''
+    return NO_ZERO_VELOCITY.format(event)
 
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
                           sheet_step: SheetStep) -> Criterion:
     """Returns a criterion beyond the handout: if a `device` falls silent, the robot must stop."""
     def why_not_stopped_when_lost(observation: Observation) -> Reason:
-        scene = observation.scene(stimulus)
-        if not scene.facts[WAS_MOVING]:
+        if not observation.scene(stimulus).facts[WAS_MOVING]:
             return f'the robot was not moving when {device} fell silent'
-        return why_not_stopped(scene, device + ' fell silent', LOST_STOP_TIME)
-    return Criterion(name, DEVICE_LOST, f'{meaning} after {device} fell silent', sheet_step,
-                     why_not_stopped_when_lost, extra=True, limits=within(LOST_STOP_TIME))
+        return why_not_stopped(
+            observation, stimulus, device + ' fell silent', stimuli.LOST_STOP_TIME)
+    return Criterion(name, stimuli.DEVICE_LOST, f'{meaning} after {device} fell silent', sheet_step,
+                     why_not_stopped_when_lost, extra=True, limits=within(stimuli.LOST_STOP_TIME))
 
 
 # ----- criteria of several labs: driving by a stick or a mouse -----
 
-Bounds = Tuple[float, float]    # the least and the greatest value of a command
+Bounds = Tuple[float, float]        # the least and the greatest value of a command
 TIME, LINEAR, ANGULAR = 0, 1, 2     # the columns of an array of commands
 ZERO_TOLERANCE = 0.05       # [m/s or rad/s] of a speed that should be zero
 ZERO_BOUNDS = (-ZERO_TOLERANCE, ZERO_TOLERANCE)
@@ -226,20 +226,22 @@ def why_not_steered(observation: Observation, name: str, linear: Bounds = ZERO_B
     if not ends_in_motion(commands):
         subject = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
         return f'with the {name} {subject} commanded: {why_idle(scene)}'
-    linear_speed, angular_speed = commands[-1, 1:]
+    linear_speed, angular_speed = commands[-1, LINEAR:]
     is_linear_right = linear[0] <= linear_speed <= linear[1]
     is_angular_right = angular[0] <= angular_speed <= angular[1]
     if is_linear_right and is_angular_right:
         return ''
-    asked = []
-    if linear not in (ZERO_BOUNDS, ANY_BOUNDS):
-        asked.append('{:.2f} to {:.2f} m/s'.format(*linear))
-    if angular not in (ZERO_BOUNDS, ANY_BOUNDS):
-        asked.append('{:.2f} to {:.2f} rad/s'.format(*angular))
+    demands = [f'{bounds_text(bounds)} {unit}'
+               for bounds, unit in ((linear, 'm/s'), (angular, 'rad/s'))
+               if bounds not in (ZERO_BOUNDS, ANY_BOUNDS)]
     if ZERO_BOUNDS in (linear, angular):
-        asked.append('nothing else')
+        demands.append('nothing else')
     return (f'with the {name} it commanded {linear_speed:.2f} m/s and {angular_speed:.2f} rad/s, '
-            f"where {' and '.join(asked)} were asked for")
+            f"where {' and '.join(demands)} were asked for")
+
+
+def bounds_text(bounds: Bounds) -> str:
+    return '{:.2f} to {:.2f}'.format(*bounds)
 
 
 def scaled(bounds: Bounds, factor: float) -> Bounds:

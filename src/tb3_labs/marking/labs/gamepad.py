@@ -9,21 +9,17 @@ import yaml
 
 from tb3_labs.handout import (
     CTRL_RELINQ_TOPIC, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE_SERVICE)
+from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY_BOUNDS, EXTRAS, LINEAR, ROUNDING, START_LIMITS, STOP_LIMITS, TIME, ZERO_TOLERANCE,
     Bounds, Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
     why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
-from tb3_labs.marking.labs.stimuli import (
-    BOTH_STICKS, BUTTONS, CALL_AFTER_Y_TIME, CALL_COUNT, HAND_OVER, IS_LATCHED, IS_ORIGIN, IS_UNIT,
-    LEFT_STICK_DOWN, LEFT_STICK_UP, NO_SERVICE, PAD_SILENT, PUBLISH_TIME, RELINQ_VALUE,
-    RESET_BUTTON, RESET_WITHOUT_SERVICE, RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT, SERVICE_NAME, STICKS,
-    STICKS_LET_GO, STICK_HOLD_TIME, STICK_UP_AFTER_A, STICK_UP_AFTER_B, TAKE_BACK)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.lab_links import GAMEPAD_SECTION
 
-FULL_STICK_SPEED_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
-FULL_STICK_RATE_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)        # [rad/s]
+FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)        # [m/s], for a full stick
+FULL_ANGULAR_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)       # [rad/s]
 HALF_STICK_SHARES = (0.25, 0.75)    # of the command for a full stick
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a
 #: service takes 1 s or more.
@@ -50,36 +46,36 @@ def pad_text(name: str) -> str:
 
 
 def _why_not_driven(observation: Observation) -> Reason:
-    back = scaled(FULL_STICK_SPEED_BOUNDS, -1.0)
-    reason = (why_not_steered(observation, LEFT_STICK_UP, linear=FULL_STICK_SPEED_BOUNDS)
-              or why_not_steered(observation, LEFT_STICK_DOWN, linear=back))
+    back_bounds = scaled(FULL_LINEAR_BOUNDS, -1.0)
+    reason = (why_not_steered(observation, stimuli.LEFT_STICK_UP, linear=FULL_LINEAR_BOUNDS)
+              or why_not_steered(observation, stimuli.LEFT_STICK_DOWN, linear=back_bounds))
     if reason:
         return reason
-    full = observation.scene(LEFT_STICK_UP).commands[-1, LINEAR]
-    half = scaled(HALF_STICK_SHARES, full)
-    return why_not_steered(observation, BOTH_STICKS, linear=half, angular=ANY_BOUNDS)
+    full_speed = observation.scene(stimuli.LEFT_STICK_UP).commands[-1, LINEAR]
+    return why_not_steered(observation, stimuli.BOTH_STICKS, angular=ANY_BOUNDS,
+                           linear=scaled(HALF_STICK_SHARES, full_speed))
 
 
 def _why_not_turned(observation: Observation) -> Reason:
-    right = scaled(FULL_STICK_RATE_BOUNDS, -1.0)
-    reason = (why_not_steered(observation, RIGHT_STICK_LEFT, angular=FULL_STICK_RATE_BOUNDS)
-              or why_not_steered(observation, RIGHT_STICK_RIGHT, angular=right))
+    right_bounds = scaled(FULL_ANGULAR_BOUNDS, -1.0)
+    reason = (why_not_steered(observation, stimuli.RIGHT_STICK_LEFT, angular=FULL_ANGULAR_BOUNDS)
+              or why_not_steered(observation, stimuli.RIGHT_STICK_RIGHT, angular=right_bounds))
     if reason:
         return reason
-    full = observation.scene(RIGHT_STICK_RIGHT).commands[-1, ANGULAR]
-    half = scaled(HALF_STICK_SHARES, full)
-    return why_not_steered(observation, BOTH_STICKS, linear=ANY_BOUNDS, angular=half)
+    full_speed = observation.scene(stimuli.RIGHT_STICK_RIGHT).commands[-1, ANGULAR]
+    return why_not_steered(observation, stimuli.BOTH_STICKS, linear=ANY_BOUNDS,
+                           angular=scaled(HALF_STICK_SHARES, full_speed))
 
 
 def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
-    if not len(observation.scene(RIGHT_STICK_RIGHT).moving_commands):
+    if not len(observation.scene(stimuli.RIGHT_STICK_RIGHT).moving_commands):
         raise NotObserved('the sticks did not move the robot at all')
-    return why_not_stopped(observation.scene(STICKS_LET_GO), 'the sticks were let go')
+    return why_not_stopped(observation, stimuli.STICKS_LET_GO, 'the sticks were let go')
 
 
 def _why_not_published(observation: Observation, name: str, expected: bool) -> Reason:
     scene = observation.scene(name)
-    published = scene.facts[RELINQ_VALUE]
+    published = scene.facts[stimuli.RELINQ_VALUE]
     if published is expected:
         return ''
     if published is not None:
@@ -90,45 +86,47 @@ def _why_not_published(observation: Observation, name: str, expected: bool) -> R
 
 
 def _require_hand_over(observation):
-    if _why_not_published(observation, HAND_OVER, expected=True):
+    if _why_not_published(observation, stimuli.HAND_OVER, expected=True):
         raise NotObserved('A did not hand the robot over')
 
 
 def _why_not_silent(observation: Observation) -> Reason:
     _require_hand_over(observation)
-    if not len(observation.scene(STICK_UP_AFTER_A).commands):
+    if not len(observation.scene(stimuli.STICK_UP_AFTER_A).commands):
         return ''
     return 'the stick still sent velocities while the robot was handed over'
 
 
 def _why_not_regained(observation: Observation) -> Reason:
     _require_hand_over(observation)
-    reason = _why_not_published(observation, TAKE_BACK, expected=False)
-    if not reason and not len(observation.scene(STICK_UP_AFTER_B).moving_commands):
+    reason = _why_not_published(observation, stimuli.TAKE_BACK, expected=False)
+    if not reason and not len(observation.scene(stimuli.STICK_UP_AFTER_B).moving_commands):
         reason = 'after B the stick did not move the robot'
     return reason
 
 
 def _why_not_reset(observation: Observation) -> Reason:
-    scene = observation.scene(RESET_BUTTON)
+    scene = observation.scene(stimuli.RESET_BUTTON)
     facts = scene.facts
-    if not facts[CALL_COUNT]:
+    if not facts[stimuli.CALL_COUNT]:
         printed = 'nothing: does it read the button of Y?'
         if scene.printed.strip():
             printed = last_line(scene.printed) + ': has its client one of these names?'
         return ('after Y no reset service was called (reset_pose, set_pose, reset, ... were '
                 f'there), and it printed {printed}')
-    if facts[SERVICE_NAME] != SET_POSE_SERVICE:
-        return (f'after Y it called {facts[SERVICE_NAME]}, not /{SET_POSE_SERVICE}, which '
+    if facts[stimuli.SERVICE_NAME] != SET_POSE_SERVICE:
+        return (f'after Y it called {facts[stimuli.SERVICE_NAME]}, not /{SET_POSE_SERVICE}, which '
                 'move2goal_tf.py offers')
-    if not facts[IS_ORIGIN]:
+    if not facts[stimuli.IS_ORIGIN]:
         return 'after Y the reset was called with another pose than (0, 0, 0)'
-    return '' if facts[IS_UNIT] else (
-        'after Y the orientation of the call was not a rotation: its quaternion is not of length 1')
+    if facts[stimuli.IS_UNIT]:
+        return ''
+    return ('after Y the orientation of the call was not a rotation: its quaternion is not of '
+            'length 1')
 
 
 def _why_blocked(observation: Observation) -> Reason:
-    scene = observation.scene(RESET_WITHOUT_SERVICE)
+    scene = observation.scene(stimuli.RESET_WITHOUT_SERVICE)
     if not len(scene.moving_commands):
         return 'after Y without a reset service the stick did not drive any more'
     delay = scene.moving_commands[0, TIME] - scene.begin
@@ -138,7 +136,7 @@ def _why_blocked(observation: Observation) -> Reason:
 
 
 def _why_no_error_printed(observation: Observation) -> Reason:
-    scene = observation.scene(RESET_WITHOUT_SERVICE)
+    scene = observation.scene(stimuli.RESET_WITHOUT_SERVICE)
     if exceptions_in(scene):
         return 'after Y without a reset service there was a traceback'
     if PRINTED_RESET.lower() in scene.printed.lower():
@@ -153,62 +151,66 @@ def _why_no_error_printed(observation: Observation) -> Reason:
 
 
 def _why_no_success_printed(observation: Observation) -> Reason:
-    printed = observation.scene(RESET_BUTTON).printed
+    printed = observation.scene(stimuli.RESET_BUTTON).printed
     if PRINTED_RESET.lower() in printed.lower():
         return ''
     return f'"{PRINTED_RESET}." was not printed after Y'
 
 
 def _why_not_latched(observation: Observation) -> Reason:
-    if observation.scene(HAND_OVER).facts[IS_LATCHED]:
+    if observation.scene(stimuli.HAND_OVER).facts[stimuli.IS_LATCHED]:
         return ''
     return 'a subscriber that came after A heard nothing on ctrl_relinq'
 
 
 def _why_not_called_once(observation: Observation) -> Reason:
-    call_count = observation.scene(RESET_BUTTON).facts[CALL_COUNT]
+    call_count = observation.scene(stimuli.RESET_BUTTON).facts[stimuli.CALL_COUNT]
     return '' if call_count == 1 else f'Y, held for a moment, called the reset {call_count} times'
 
 
 def _stick_limits(bounds: Bounds, unit: str) -> str:
-    return (f'{bounds[0]:g} to {bounds[1]:g} {unit} {within(STICK_HOLD_TIME)}, and at most '
+    return (f'{bounds[0]:g} to {bounds[1]:g} {unit} {within(stimuli.STICK_HOLD_TIME)}, and at most '
             f'{ZERO_TOLERANCE:g} of the other speed; half way, beside the other stick, '
             f'{HALF_STICK_SHARES[0]:g} to {HALF_STICK_SHARES[1]:g} of full')
 
 
 CRITERIA = [
-    Criterion('starts', STICKS, 'runs and listens to joy', GAMEPAD_SECTION, why_not_started,
+    Criterion('starts', stimuli.STICKS, 'runs and listens to joy', GAMEPAD_SECTION, why_not_started,
               limits=START_LIMITS),
-    Criterion('drives', STICKS, f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} '
-              'm/s', GAMEPAD_SECTION, _why_not_driven,
-              limits=_stick_limits(FULL_STICK_SPEED_BOUNDS, 'm/s')),
-    Criterion('turns', STICKS, f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} '
-              'rad/s', GAMEPAD_SECTION, _why_not_turned,
-              limits=_stick_limits(FULL_STICK_RATE_BOUNDS, 'rad/s')),
-    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', GAMEPAD_SECTION,
-              _why_not_stopped_when_let_go, limits='zero velocity ' + STOP_LIMITS),
-    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', GAMEPAD_SECTION,
-              partial(_why_not_published, name=HAND_OVER, expected=True),
-              limits=within(PUBLISH_TIME)),
-    Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              GAMEPAD_SECTION, _why_not_silent,
-              limits=f'the stick is up for {STICK_HOLD_TIME:g} s'),
-    Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
-              GAMEPAD_SECTION, _why_not_regained,
-              limits=f'within {PUBLISH_TIME:g} s; the stick within {STICK_HOLD_TIME:g} s'),
-    Criterion('resets', BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP,
-              _why_not_reset, limits=within(CALL_AFTER_Y_TIME) + ', by a quaternion of length 1'),
-    Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
-              _why_no_success_printed, limits=within(CALL_AFTER_Y_TIME)),
-    clean_exit_criterion(BUTTONS, GAMEPAD_SECTION),
-    Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service',
-              GAMEPAD_SECTION, _why_no_error_printed, limits=within(CALL_AFTER_Y_TIME)),
-    Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', EXTRAS,
+    Criterion('drives', stimuli.STICKS,
+              f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} m/s',
+              GAMEPAD_SECTION, _why_not_driven, limits=_stick_limits(FULL_LINEAR_BOUNDS, 'm/s')),
+    Criterion('turns', stimuli.STICKS,
+              f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} rad/s',
+              GAMEPAD_SECTION, _why_not_turned, limits=_stick_limits(FULL_ANGULAR_BOUNDS, 'rad/s')),
+    Criterion('lets_go', stimuli.STICKS, 'the robot stops when the sticks are let go',
+              GAMEPAD_SECTION, _why_not_stopped_when_let_go, limits='zero velocity ' + STOP_LIMITS),
+    Criterion('relinquishes', stimuli.BUTTONS, 'A publishes True on ctrl_relinq', GAMEPAD_SECTION,
+              partial(_why_not_published, name=stimuli.HAND_OVER, expected=True),
+              limits=within(stimuli.PUBLISH_TIME)),
+    Criterion('silent_meanwhile', stimuli.BUTTONS,
+              'sends no velocity while the robot is handed over', GAMEPAD_SECTION, _why_not_silent,
+              limits=f'the stick is up for {stimuli.STICK_HOLD_TIME:g} s'),
+    Criterion('regains', stimuli.BUTTONS,
+              'B publishes False on ctrl_relinq, and the sticks drive again', GAMEPAD_SECTION,
+              _why_not_regained, limits=f'{within(stimuli.PUBLISH_TIME)}; the stick '
+              f'{within(stimuli.STICK_HOLD_TIME)}'),
+    Criterion('resets', stimuli.BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP,
+              _why_not_reset,
+              limits=f'{within(stimuli.CALL_AFTER_Y_TIME)}, by a quaternion of length 1'),
+    Criterion('says_success', stimuli.BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
+              _why_no_success_printed, limits=within(stimuli.CALL_AFTER_Y_TIME)),
+    clean_exit_criterion(stimuli.BUTTONS, GAMEPAD_SECTION),
+    Criterion('says_why_not', stimuli.NO_SERVICE, 'says why the reset failed without a service',
+              GAMEPAD_SECTION, _why_no_error_printed, limits=within(stimuli.CALL_AFTER_Y_TIME)),
+    Criterion('stops_robot', stimuli.BUTTONS, 'at Ctrl+C while driving sends zero velocity', EXTRAS,
               why_not_stopped_at_ctrl_c, extra=True, limits=STOP_LIMITS),
-    Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', EXTRAS,
-              _why_blocked, extra=True, limits='the stick drives ' + within(UNBLOCKED_TIME)),
-    Criterion('once', BUTTONS, 'a long Y is one call', EXTRAS, _why_not_called_once, extra=True),
-    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', EXTRAS,
-              _why_not_latched, extra=True, limits='heard ' + within(PUBLISH_TIME)),
-    lost_device_criterion('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, EXTRAS),
+    Criterion('not_blocked', stimuli.NO_SERVICE, 'Y without a service does not block the sticks',
+              EXTRAS, _why_blocked, extra=True,
+              limits='the stick drives ' + within(UNBLOCKED_TIME)),
+    Criterion('once', stimuli.BUTTONS, 'a long Y is one call', EXTRAS, _why_not_called_once,
+              extra=True),
+    Criterion('latched', stimuli.BUTTONS, 'ctrl_relinq is latched', EXTRAS, _why_not_latched,
+              extra=True, limits='heard ' + within(stimuli.PUBLISH_TIME)),
+    lost_device_criterion('lost_pad', 'stops the robot', 'the pad', stimuli.PAD_SILENT, EXTRAS),
 ]

@@ -4,13 +4,11 @@ from typing import List
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
+from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
-    CTRL_C, IMU_EXTRAS, START_LIMITS, Criterion, Reason, clean_exit_criterion, why_not_printed,
-    why_not_started)
-from tb3_labs.marking.labs.stimuli import (
-    HEADING, HEADING_DEG, JUST_BELOW_ZERO, ODD_SAMPLES, READING_TIME, STANDING_HEADINGS,
-    VALID_HEADING_DEG, VALID_HEADING_TIME, ZERO_QUATERNION)
-from tb3_labs.marking.trial.observation import NotObserved, Observation
+    IMU_EXTRAS, START_LIMITS, Criterion, Reason, clean_exit_criterion, why_not_printed,
+    why_not_started, within)
+from tb3_labs.marking.trial.observation import CTRL_C, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
 from tb3_labs.watch.lab_links import HEADING_SECTION
 
@@ -19,7 +17,6 @@ HEADING_TOLERANCE_DEG = 1.0
 #: runs at the time of Ctrl+C prints one more heading.
 MAX_LATE_HEADINGS = 1
 
-LISTENING_STEP = HEADING_SECTION.at_step(2)
 EXERCISE_STEP = HEADING_SECTION.at_step(3)
 CTRL_C_STEP = HEADING_SECTION.at_step(4)
 
@@ -33,15 +30,16 @@ def printed_headings(text: str) -> List[float]:
 def _headings_at_rest(observation):
     """Yields for each stimulus the IMU's heading [deg] and the list of the printed headings [deg].
     Raises ``NotObserved`` if the node printed no heading in any stimulus."""
-    scenes = [observation.scene(name) for name in STANDING_HEADINGS]
+    scenes = [observation.scene(name) for name in stimuli.STANDING_HEADINGS]
     if not any(printed_headings(scene.printed) for scene in scenes):
         early_count = len(printed_headings(scenes[0].process.printed))
         why = f'it printed {early_count} at its start, and then none'
         if not early_count:
             why = why_unprinted(scenes[-1])
         raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {why}')
-    for scene in map(observation.scene, STANDING_HEADINGS):    # scene() sets observation.moment
-        yield scene.facts[HEADING_DEG], printed_headings(scene.printed)
+    for name in stimuli.STANDING_HEADINGS:
+        scene = observation.scene(name)     # sets observation.moment
+        yield scene.facts[stimuli.HEADING_DEG], printed_headings(scene.printed)
 
 
 def _why_no_heading(observation: Observation) -> Reason:
@@ -79,7 +77,7 @@ def _why_no_goodbye(observation: Observation) -> Reason:
 
 
 def _why_360_printed(observation: Observation) -> Reason:
-    headings = printed_headings(observation.scene(JUST_BELOW_ZERO).printed)
+    headings = printed_headings(observation.scene(stimuli.JUST_BELOW_ZERO).printed)
     if not headings:
         return 'nothing was printed while the IMU was just below zero'
     greatest = max(headings)
@@ -87,30 +85,30 @@ def _why_360_printed(observation: Observation) -> Reason:
 
 
 def _why_not_survived(observation: Observation) -> Reason:
-    scene = observation.scene(ZERO_QUATERNION)
+    scene = observation.scene(stimuli.ZERO_QUATERNION)
     if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
-    errors = [abs(heading - VALID_HEADING_DEG) for heading in printed_headings(scene.printed)]
-    if any(error < HEADING_TOLERANCE_DEG for error in errors):
-        return ''
+    for heading in printed_headings(scene.printed):
+        if abs(heading - stimuli.VALID_HEADING_DEG) < HEADING_TOLERANCE_DEG:
+            return ''
     return 'after a quaternion of zeros the heading was not printed any more'
 
 
 CRITERIA = [
-    Criterion('starts', HEADING, 'runs and listens to imu', LISTENING_STEP, why_not_started,
-              limits=START_LIMITS),
-    Criterion('prints_heading', HEADING, 'prints "{}."'.format(PRINTED_HEADING.format('...')),
-              EXERCISE_STEP, _why_no_heading, limits=f'within {READING_TIME:g} s at each heading'),
-    Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE_STEP,
+    Criterion('starts', stimuli.HEADING, 'runs and listens to imu', HEADING_SECTION.at_step(2),
+              why_not_started, limits=START_LIMITS),
+    Criterion('prints_heading', stimuli.HEADING, f'prints "{PRINTED_HEADING.format("...")}."',
+              EXERCISE_STEP, _why_no_heading,
+              limits=f'{within(stimuli.READING_TIME)} at each heading'),
+    Criterion('heading_right', stimuli.HEADING, 'prints the heading of the IMU', EXERCISE_STEP,
               _why_wrong_heading, limits=f'within {HEADING_TOLERANCE_DEG:g} degree'),
-    Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE_STEP,
-              _why_not_from_0_to_360),
-    Criterion('says_goodbye', HEADING, f'at Ctrl+C says "{IMU_GOODBYE}", then nothing',
-              CTRL_C_STEP, _why_no_goodbye,
-              limits=f'{MAX_LATE_HEADINGS} more heading may follow'),
-    clean_exit_criterion(HEADING, CTRL_C_STEP),
-    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _why_360_printed,
-              extra=True),
-    Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', IMU_EXTRAS,
-              _why_not_survived, extra=True, limits=f'within {VALID_HEADING_TIME:g} s'),
+    Criterion('from_0_to_360', stimuli.HEADING, 'counts the heading from 0 to 360 degrees',
+              EXERCISE_STEP, _why_not_from_0_to_360),
+    Criterion('says_goodbye', stimuli.HEADING, f'at Ctrl+C says "{IMU_GOODBYE}", then nothing',
+              CTRL_C_STEP, _why_no_goodbye, limits=f'{MAX_LATE_HEADINGS} more heading may follow'),
+    clean_exit_criterion(stimuli.HEADING, CTRL_C_STEP),
+    Criterion('never_360', stimuli.ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS,
+              _why_360_printed, extra=True),
+    Criterion('survives_nonsense', stimuli.ODD_SAMPLES, 'goes on after a quaternion of zeros',
+              IMU_EXTRAS, _why_not_survived, extra=True, limits=within(stimuli.VALID_HEADING_TIME)),
 ]

@@ -5,6 +5,7 @@ ResetServices uses private parts of rospy 1.15.15 (Debian 12).
 """
 import math
 import time
+from contextlib import AbstractContextManager
 from functools import partial
 from io import BytesIO
 from types import SimpleNamespace
@@ -30,7 +31,7 @@ class HeldPad(Repeater):
     """The gamepad that the marker plays. At first the sticks are in the middle."""
 
     def __init__(self, numbers):
-        """`numbers` is a dict {name of an axis or a button: number}."""
+        """`numbers` is {name of an axis or a button: number}."""
         super().__init__(JOY_TOPIC, Joy)
         self.numbers = SimpleNamespace(**numbers)
         self._buttons = [0] * PAD_BUTTONS
@@ -77,7 +78,7 @@ def try_buttons(trial):
         if not trial.node.is_alive:
             trial.node.start()
         with HeldPad(trial.pad) as pad:
-            _hand_over(trial, pad)
+            _try_hand_over(trial, pad)
             with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
                 for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # offer the right name first
                     if calls:
@@ -86,17 +87,18 @@ def try_buttons(trial):
                     pad.press(pad.numbers.reset_button, Y_PRESS_TIME)
                     wait_until(lambda: calls, stimuli.CALL_AFTER_Y_TIME - Y_PRESS_TIME)
                     time.sleep(DELIVERY_TIME)
+                service_names = [name for name, _ in calls]
                 requests = [request for _, request in calls]
                 stimulus.facts.update({
                     stimuli.CALL_COUNT: len(calls),
-                    stimuli.SERVICE_NAME: calls[0][0] if calls else '',
+                    stimuli.SERVICE_NAME: [*service_names, ''][0],
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
-            trial.remark(f'{remark} See {Y_STEP}.'
-                         for remark in trial.source_findings()['remarks'])
+            remarks = trial.source_findings()['remarks']
+            trial.add_remarks(f'{remark} See {Y_STEP}.' for remark in remarks)
             if not all(map(has_covariance, requests)):
-                trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
-            trial.ctrl_c_in_motion(lambda: _start_driving(trial, pad))
+                trial.add_remarks(['The covariance of its reset is all zeros: TODO 4 is open.'])
+            trial.send_ctrl_c_in_motion(lambda: _start_driving(trial, pad))
 
 
 def _start_driving(trial, pad):
@@ -108,8 +110,9 @@ def _start_driving(trial, pad):
     return trial.set_in_motion(lambda: trial.node.is_alive, push, 1.5)
 
 
-def _hand_over(trial, pad):
-    values, late_values = [], []
+def _try_hand_over(trial, pad):
+    values = [None]
+    late_values = []
     subscriber = rospy.Subscriber(
         CTRL_RELINQ_TOPIC, Bool, lambda message: values.append(message.data))
     with trial.stimulus(stimuli.HAND_OVER) as stimulus:
@@ -118,14 +121,14 @@ def _hand_over(trial, pad):
         time.sleep(DELIVERY_TIME)
         late_subscriber = rospy.Subscriber(CTRL_RELINQ_TOPIC, Bool, late_values.append)
         stimulus.facts[stimuli.IS_LATCHED] = wait_until(lambda: late_values, stimuli.PUBLISH_TIME)
-        stimulus.facts[stimuli.RELINQ_VALUE] = values[-1] if values else None
+        stimulus.facts[stimuli.RELINQ_VALUE] = values[-1]
         late_subscriber.unregister()
     _push_stick_up(trial, pad, stimuli.STICK_UP_AFTER_A)
-    values.clear()
+    values.append(None)
     with trial.stimulus(stimuli.TAKE_BACK) as stimulus:
         pad.press(pad.numbers.regain_button)
-        wait_until(lambda: values and not values[-1], stimuli.PUBLISH_TIME)
-        stimulus.facts[stimuli.RELINQ_VALUE] = values[-1] if values else None
+        wait_until(lambda: values[-1] is False, stimuli.PUBLISH_TIME)
+        stimulus.facts[stimuli.RELINQ_VALUE] = values[-1]
     subscriber.unregister()
     time.sleep(DELIVERY_TIME)
     _push_stick_up(trial, pad, stimuli.STICK_UP_AFTER_B)
@@ -160,12 +163,9 @@ def is_origin(request):
 
 def is_unit(request):
     """Does each quaternion in a request have the length 1?"""
-    for _, type_name, q in fields_of(request):
-        if type_name == 'geometry_msgs/Quaternion':
-            length = math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2)
-            if not abs(length - 1.0) < 0.01:
-                return False
-    return True
+    quaternions = [value for _, type_name, value in fields_of(request)
+                   if type_name == 'geometry_msgs/Quaternion']
+    return all(abs(math.hypot(q.x, q.y, q.z, q.w) - 1.0) < 0.01 for q in quaternions)
 
 
 def has_covariance(request):
@@ -185,11 +185,12 @@ ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMs
                            _response_class=AnyMsg)
 
 
-class ResetServices:
-    """Offers the reset services RESET_NAMES, until the end of a ``with`` block. The services accept
-    calls of any type, which the client's checksum shows. A request of a known type gets a success,
-    and a request of an unknown type gets an error. `calls` is a list of (name, request), with an
-    Empty in place of a request of an unknown type. The fields of a student's type are not read.
+class ResetServices(AbstractContextManager):
+    """Offers the reset services RESET_NAMES, until the end of a ``with`` block.
+
+    The services accept requests of any type. The client's checksum shows the type. A known type
+    gets a success, an unknown type gets an error. `calls` is a list of (name, request). A request
+    of an unknown type is replaced by an Empty. The fields of a student's type are not read.
     """
 
     def __init__(self, trial):
@@ -198,9 +199,6 @@ class ResetServices:
         self._services = {}
         self._recording = trial.recording
         self.offer(RESET_NAMES)
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *problem):
         self.offer(())

@@ -16,7 +16,7 @@ from tb3_labs.handout import CTRL_RELINQ_TOPIC, SET_POSE_SERVICE
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MAX_SENTENCE_LENGTH, WAS_MOVING)
-from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, STOP_REST_TIME, INTERRUPTION_TIME
+from tb3_labs.marking.trial.ros_stimuli import INTERRUPTION_TIME, ODOM_SWITCH, STOP_REST_TIME
 from tb3_labs.marking.trial.ros_student_node import SERVER
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import to_quaternion
@@ -24,14 +24,13 @@ from tb3_labs.srv import ResetPoseRequest
 
 ODOMETRY_RESET_TOPIC = 'reset'      # the robot's board listens to this topic
 #: A robot has arrived if it rests, and if its node has sent no command to move for this time [s].
-ARRIVAL_REST_TIME = 1.5
+ARRIVAL_IDLE_TIME = 1.5
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))     # of the part `declared`
 OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The names of the reset service in the handouts, the likeliest name first.
 RESET_NAMES = ('reset_pose', 'reset', SET_POSE_SERVICE, 'reset_local_pose', 'set_local_pose')
-#: If no service has one of RESET_NAMES, the marker calls a service that has one of these words in
-#: its name.
+#: The name of a reset service contains one of these words.
 RESET_WORDS = ('reset', 'pose')
 
 
@@ -67,12 +66,12 @@ class ResetCaller:
         graph = trial.node.graph
         self._recording = trial.recording
         last_names = {name: name.rsplit('/', 1)[-1].lower() for name in graph.names_in_role(SERVER)}
-        likely = sorted(name for name, last in last_names.items()
-                        if any(word in last for word in RESET_WORDS))
-        usual = [name for name in likely if last_names[name] in RESET_NAMES]
-        usual.sort(key=lambda name: RESET_NAMES.index(last_names[name]))
+        resets = sorted(name for name, last_name in last_names.items()
+                        if any(word in last_name for word in RESET_WORDS))
+        usual_resets = [name for usual_name in RESET_NAMES for name in resets
+                        if last_names[name] == usual_name]
         #: The name of the reset service; '' if the node offers no reset service.
-        self.name = next(iter(usual + likely), '')
+        self.name = [*usual_resets, *resets, ''][0]
         #: A wrong name of the reset service; '' if the service is called SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
         self._service_class = graph.service_class(self.name) if self.name else None
@@ -83,8 +82,8 @@ class ResetCaller:
                 and fill_pose(self._service_class._request_class(), Pose2()))
 
     def call(self, pose=Pose2()):
-        """Call the reset service with a Pose2, and record the call. Returns the reason why the call
-        failed; '' for a success."""
+        """Call the reset service with a Pose2, and record the call. Returns why the call failed; ''
+        for a success."""
         problem = self._problem_of_call(pose)[:MAX_SENTENCE_LENGTH]
         self._recording.event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
                               problem=problem)
@@ -128,17 +127,18 @@ class ControlGiver:
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """Give control as the stimulus `name`, which ends when the robot arrives or is too far.
+        """Give control as the stimulus `name`, until the robot arrives or is too far from `start`.
 
         At the true pose `start`, the robot's pose in the local frame is `local_T_base`. By default
         `start` is the robot's pose at the call.
         """
         recorder = self._trial.recorder
-        start = start or recorder.pose
+        if start is None:
+            start = recorder.pose
         local_T_world = local_T_base @ start.inverse()
         self._trial.record_motion(
-            name, self.give, begins_within=stimuli.DRIVE_REACTION_TIME, rest_time=ARRIVAL_REST_TIME,
-            ends_within=stimuli.MAX_DRIVE_TIME, facts={
+            name, self.give, reaction_time=stimuli.DRIVE_REACTION_TIME, idle_time=ARRIVAL_IDLE_TIME,
+            max_duration=stimuli.MAX_DRIVE_TIME, facts={
                 GOAL_POSE: stimuli.GOAL,
                 LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]},
             is_astray=lambda: recorder.pose.distance_to(start) > stimuli.MAX_DRIVE_DISTANCE)
@@ -146,9 +146,9 @@ class ControlGiver:
     def start_driving(self):
         """Make the node drive. Returns True if the robot drives. A node that runs gets a reset. A
         node that ended, or cannot be reset, is started again."""
-        return self._trial.set_in_motion(self._is_ready, self.give, stimuli.DRIVE_REACTION_TIME)
+        return self._trial.set_in_motion(self._prepare, self.give, stimuli.DRIVE_REACTION_TIME)
 
-    def _is_ready(self):
+    def _prepare(self):
         self.take()
         node = self._trial.node
         is_idle = node.is_alive and wait_until(self._trial.recorder.is_at_rest, STOP_REST_TIME)
@@ -183,7 +183,7 @@ def try_reset(trial):
     trial.robot.turn_to(trial.recorder.heading_deg + stimuli.TURN_BEFORE_RESET_DEG)
     caller = ResetCaller(trial)
     if not caller.name:
-        trial.not_offered([stimuli.RESET_TO_ORIGIN, stimuli.SECOND_DRIVE], OFFERS_NO_RESET)
+        trial.skip_part([stimuli.RESET_TO_ORIGIN, stimuli.SECOND_DRIVE], OFFERS_NO_RESET)
     if _record_reset(trial, stimuli.RESET_TO_ORIGIN, caller):
         control.drive(stimuli.SECOND_DRIVE)
         _try_reset_in_drive(trial, control, caller)
@@ -224,7 +224,7 @@ def try_taking_control(trial):
     control = ControlGiver(trial)
     facts = {WAS_MOVING: control.start_driving()}
     trial.observe(stimuli.CONTROL_TAKEN, stimuli.OBSERVATION_TIME, control.take, facts)
-    trial.ctrl_c_in_motion(control.start_driving)
+    trial.send_ctrl_c_in_motion(control.start_driving)
     control.take()
 
 
@@ -235,21 +235,21 @@ def try_declared_pose(trial):
     caller = ResetCaller(trial)
     if not caller.takes_pose():
         reason = 'its reset takes no pose' if caller.name else OFFERS_NO_RESET
-        trial.not_offered([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE], reason)
+        trial.skip_part([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE], reason)
     if _record_reset(trial, stimuli.RESET_ELSEWHERE, caller, DECLARED_POSE):
         control.drive(stimuli.DECLARED_DRIVE, DECLARED_POSE)
 
 
 def try_offset_imu(trial):
-    """Reset the robot's board, which sets the odometry to zero, but not the IMU. Then give control
-    for a drive."""
+    """Reset the robot's board: the odometry becomes zero, the IMU does not. Then give control for a
+    drive."""
     control = ControlGiver(trial)
     trial.node.stop()
     board = rospy.Publisher(ODOMETRY_RESET_TOPIC, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
     if not trial.robot.turn_to(100.0):     # [deg], so that IMU and odometry get different zeros
-        trial.not_offered([stimuli.OFFSET_DRIVE],
-                          'the robot did not come to rest, so that it could not be reset')
+        trial.skip_part([stimuli.OFFSET_DRIVE],
+                        'the robot did not come to rest, so that it could not be reset')
     board.publish()
     time.sleep(3.2)     # the board calibrates itself in a shorter time
     trial.node.start()

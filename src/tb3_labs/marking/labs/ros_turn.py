@@ -12,7 +12,7 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.imu import printed_headings
-from tb3_labs.marking.labs.turn import any_full_speed
+from tb3_labs.marking.labs.turn import MIN_EDGE_SPEED
 from tb3_labs.marking.trial.observation import REQUESTED_DEG, WAS_MOVING, NotOffered
 from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, INTERRUPTION_TIME, Repeater
 from tb3_labs.marking.trial.ros_student_node import SUBSCRIBER
@@ -22,10 +22,11 @@ from tb3_labs.ros.conversions import to_quaternion
 
 #: The topic of the IMU that the marker plays. The marker remaps the node's topic imu to this topic.
 MARKERS_IMU = 'probe/imu'
+ENOUGH_HEADINGS = 3             # lines of the node, after which the robot turns to its next heading
 ODD_SAMPLE_TIME = 0.6           # [s]
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))     # [rad]
 #: A turn is over if the robot rests, and if the node has commanded no movement for this time [s].
-TURN_REST_TIME = 0.4
+TURN_IDLE_TIME = 0.4
 MAX_START_ERROR_DEG = 25.0      # of the heading at which a turn begins
 
 
@@ -38,14 +39,15 @@ def stand_at_headings(trial):
         trial.robot.turn_to(degrees - offset)
         heading = (trial.recorder.heading_deg + offset) % 360.0
         with trial.stimulus(name, {stimuli.HEADING_DEG: heading}):
-            wait_until(lambda: not node.is_alive or len(printed_headings(node.printed)) > 2,
-                       stimuli.READING_TIME)
-    trial.ctrl_c()
+            wait_until(
+                lambda: not node.is_alive or len(printed_headings(node.printed)) >= ENOUGH_HEADINGS,
+                stimuli.READING_TIME)
+    trial.send_ctrl_c()
 
 
 def send_odd_samples(trial):
     """Play an IMU, and send samples that a real IMU seldom sends."""
-    trial.node.start('imu:=' + MARKERS_IMU, needed=[MARKERS_IMU])
+    trial.node.start('imu:=' + MARKERS_IMU, needed_topics=[MARKERS_IMU])
     with Repeater(MARKERS_IMU, Imu) as sensor:
         def send(orientation, seconds):
             sensor.hold(Imu(orientation=orientation))
@@ -62,25 +64,23 @@ def send_odd_samples(trial):
 # ----- the lab -----
 
 class HeldMouse(Repeater):
-    """The mouse that the marker plays. Its messages have the type that the node uses on mouse_info.
-    Raises ``ValueError`` if this type has no fields for a mouse."""
+    """The mouse that the marker plays."""
 
-    def __init__(self, graph, recording):
-        self.y_sign = 1     # of y in the upper half of the screen
+    def __init__(self, message_class, field_names, y_sign, recording):
+        """`field_names` are the fields for status, x and y. `y_sign` is the sign of y in the upper
+        half of the screen."""
+        self._message_class = message_class
+        self._field_names = field_names
+        self._y_sign = y_sign
         self._recording = recording
         self._last_sent = None
-        self._message_class = graph.message_class(MOUSE_INFO_TOPIC)
-        if self._message_class is None:
-            self._message_class = graph.types.message(MouseController._type)
-        self.message_package = self._message_class._type.split('/')[0]
-        self._names, self.remarks = mouse_fields(self._message_class.fields)
-        super().__init__(MOUSE_INFO_TOPIC, self._message_class)
+        super().__init__(MOUSE_INFO_TOPIC, message_class)
 
     def hold_at(self, x, y, active=True, seconds=0.0):
         """Hold the mouse at (x, y) from now on, and wait for `seconds` [s]. x is positive to the
         right, y upward, both from -1 to 1."""
         message = self._message_class()
-        for name, value in zip(self._names, (active, x, self.y_sign * y)):
+        for name, value in zip(self._field_names, (active, x, self._y_sign * y)):
             message.put(name, value)
         self._last_sent = Bool(active), x, y
         self.hold(message)
@@ -102,9 +102,8 @@ NUMBER_TYPES = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 def mouse_fields(fields):
-    """Returns two lists. The first list has the names of the fields for status, x and y. The second
-    list has a sentence on each name that differs from the name in the mouse lab. `fields` is a list
-    of (name, type, ...).
+    """Returns the names of the fields for status, x and y, and a sentence on each name that differs
+    from the name in the mouse lab. `fields` is a list of (name, type, ...).
 
     The fields for x and y are the first numbers whose names begin with x and y. If no name begins
     with x, or no name begins with y, the fields for x and y are the first two numbers. Raises
@@ -113,31 +112,37 @@ def mouse_fields(fields):
     flags = [name for name, type_name, *_ in fields if type_name in FLAG_TYPES]
     numbers = [name for name, type_name, *_ in fields if type_name in NUMBER_TYPES]
     if not flags or len(numbers) < 2:
-        found = ', '.join(f'{type_name} {name}' for name, type_name, *_ in fields)
-        raise ValueError(f"its message has no flag and two numbers, but {found or 'no field'}")
-    with_x = [name for name in numbers if name.lower().startswith('x')]
-    with_y = [name for name in numbers if name.lower().startswith('y')]
-    x_and_y = [with_x[0], with_y[0]] if with_x and with_y else numbers[:2]
+        found = ', '.join(f'{type_name} {name}' for name, type_name, *_ in fields) or 'no field'
+        raise ValueError(f'its message has no flag and two numbers, but {found}')
+    x_names = [name for name in numbers if name.lower().startswith('x')]
+    y_names = [name for name in numbers if name.lower().startswith('y')]
+    x_and_y = [x_names[0], y_names[0]] if x_names and y_names else numbers[:2]
     status = STATUS if STATUS in flags else flags[0]
-    chosen = [status, *x_and_y]
+    field_names = [status, *x_and_y]
     remarks = [f'Your {name} was taken for {usual}.'
-               for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
-    return chosen, remarks
+               for name, usual in zip(field_names, (STATUS, X, Y)) if name != usual]
+    return field_names, remarks
 
 
 def start_mouse(trial, names):
-    """Returns a HeldMouse, inactive and in the middle. If the node does not listen to a mouse,
-    record the stimuli `names` as not offered, and end the part by ``NotOffered``."""
-    if rospy.resolve_name(MOUSE_INFO_TOPIC) not in trial.node.graph.names_in_role(SUBSCRIBER):
-        trial.not_offered(names, 'it does not listen to mouse_info')
+    """Returns a HeldMouse, inactive and in the middle, with the type that the node uses on
+    mouse_info. If the node uses no suitable type, end the part, and with it the stimuli `names`."""
+    graph = trial.node.graph
+    if rospy.resolve_name(MOUSE_INFO_TOPIC) not in graph.names_in_role(SUBSCRIBER):
+        trial.skip_part(names, 'it does not listen to mouse_info')
+    message_class = graph.message_class(MOUSE_INFO_TOPIC)
+    if message_class is None:
+        message_class = graph.types.message_class(MouseController._type)
     try:
-        mouse = HeldMouse(trial.node.graph, trial.recording)
+        field_names, remarks = mouse_fields(message_class.fields)
     except ValueError as problem:
-        trial.not_offered(names, str(problem))
-    trial.remark(mouse.remarks)
-    y_sign = trial.source_findings(mouse.message_package)['mouse_y_sign']
-    trial.recording.event('mouse client', up=y_sign)
-    mouse.y_sign = y_sign or 1
+        trial.skip_part(names, str(problem))
+    trial.add_remarks(remarks)
+    package = message_class._type.split('/')[0]
+    client_y_sign = trial.source_findings(package)['mouse_y_sign']
+    trial.recording.event('mouse client', up=client_y_sign)
+    y_sign = -1 if client_y_sign < 0 else 1
+    mouse = HeldMouse(message_class, field_names, y_sign, trial.recording)
     mouse.hold_at(0.0, 0.0, active=False)
     mouse.wait_for_subscriber()
     return mouse
@@ -169,8 +174,8 @@ def _begin_at(trial, heading_deg):
 
 def _try_turn(trial, name, typed, facts=(), seconds=stimuli.MAX_TURN_TIME):
     trial.record_motion(
-        name, lambda: trial.node.type(typed), begins_within=stimuli.TURN_REACTION_TIME,
-        rest_time=TURN_REST_TIME, ends_within=seconds, facts=facts)
+        name, lambda: trial.node.type(typed), reaction_time=stimuli.TURN_REACTION_TIME,
+        idle_time=TURN_IDLE_TIME, max_duration=seconds, facts=facts)
 
 
 def try_mouse(trial):
@@ -204,7 +209,7 @@ def try_mouse_with_turns(trial):
         with trial.stimulus(stimuli.MOUSE_IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
             def has_driven():
                 commands = trial.recorder.commands_since(stimulus.begin)
-                return any_full_speed(commands, 1.0, -1.0)
+                return any(abs(linear) > MIN_EDGE_SPEED for _, linear, _ in commands)
             mouse.hold_at(0.0, 1.0)
             wait_until(has_driven, stimuli.MOUSE_REACTION_TIME)
         mouse.hold_at(0.0, 0.0, active=False, seconds=0.2)
@@ -212,7 +217,7 @@ def try_mouse_with_turns(trial):
 
 def _is_idle(trial):
     return trial.node.is_alive and wait_until(
-        lambda: trial.recorder.is_at_rest(TURN_REST_TIME), 1.0)
+        lambda: trial.recorder.is_at_rest(TURN_IDLE_TIME), 1.0)
 
 
 def _set_turning(trial):
@@ -236,5 +241,5 @@ def try_lost_devices(trial):
 EXERCISE_PARTS = {stimuli.HEADING: stand_at_headings, stimuli.ODD_SAMPLES: send_odd_samples}
 PARTS = {stimuli.TURNS: try_turns, stimuli.MOUSE: try_mouse,
          stimuli.MOUSE_AND_TURNS: try_mouse_with_turns,
-         stimuli.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _set_turning(trial)),
+         stimuli.SHUTDOWN: lambda trial: trial.send_ctrl_c_in_motion(lambda: _set_turning(trial)),
          stimuli.DEVICE_LOST: try_lost_devices}

@@ -1,5 +1,4 @@
-"""Has the names, the values and the times of the labs' stimuli, and the keys of the stimuli's
-facts.
+"""Defines the names, values and times of the labs' stimuli, and the keys of the stimuli's facts.
 
 mark.py repeats all trials after a change of this file.
 """
@@ -67,7 +66,7 @@ TURN_STIMULI = {
 }
 NONSENSE = 'nonsense'       # the stimulus of an invalid input
 TYPED_NONSENSE = 'x'        # the invalid input
-TURN_REACTION_TIME = 3.0    # [s] from the letter to the begin of the turn
+TURN_REACTION_TIME = 3.0    # [s] from the letter to the start of the turn
 MAX_TURN_TIME = 8.0         # [s]
 #: A turn may take this time [s] while the mouse is active. The turn is slow if the node sends a
 #: zero velocity for each message of the mouse.

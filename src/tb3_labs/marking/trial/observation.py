@@ -1,5 +1,4 @@
-"""An Observation has the stimuli of a trial, and the node's reactions. The criteria judge a node by
-its Observation.
+"""The criteria judge a node by its Observation: the stimuli of a trial, and the node's reactions.
 
 :mod:`tb3_labs.marking.trial.from_bag` reads an Observation from the bag of a trial.
 
@@ -58,8 +57,8 @@ class Stimulus:
     name: str
     begin: float
     end: float = math.nan
-    printed: str = ''           # the final part of the node's output in the stimulus
-    line_count: int = 0         # of the whole output
+    printed: str = ''           # the end of the node's output in the stimulus
+    line_count: int = 0         # of the whole output in the stimulus
     died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
 
@@ -72,16 +71,16 @@ class NodeProcess:
     ready: Optional[float] = None   # the time of the subscription to the needed topic, or None
     end: Optional[float] = None     # None while the process runs
     ended_by_itself: bool = False
-    printed: str = ''               # the first and the final part of the output
-    #: The subscribed topics that nobody publishes. The list is empty if the node subscribes to all
-    #: topics that it needs.
+    printed: str = ''               # the start and the end of the output
+    #: The subscribed topics that nobody publishes; [] if the node subscribes to all topics that it
+    #: needs.
     silent_topics: List[str] = field(default_factory=list)
     needed_topic: str = ''          # the topic to which the node must subscribe
     nodes: List[str] = field(default_factory=list)      # the node's names at the ROS master
-    subscribed: List[str] = field(default_factory=list)         # topics
-    published: Dict[str, str] = field(default_factory=dict)     # {topic: type}
+    subscribed_topics: List[str] = field(default_factory=list)
+    published_topics: Dict[str, str] = field(default_factory=dict)      # {topic: type}
     #: The subscribed topics on which the node has no connection to the robot.
-    unconnected: List[str] = field(default_factory=list)
+    unconnected_topics: List[str] = field(default_factory=list)
     status: Optional[int] = None    # of a process that ended by itself; -N if signal N ended it
 
 
@@ -106,15 +105,15 @@ class Observation:
     not_finite: List[List[Any]] = field(default_factory=list)
     #: [begin, end] of each movement that the marker commanded.
     marker_moves: List[List[float]] = field(default_factory=list)
-    #: The sign of the y that the submission's mouse client sends in the upper half of the screen; 0
-    #: if this sign is unknown.
+    #: The sign of y in the upper half of the screen, by the submission's mouse client; 0 if this
+    #: sign is unknown.
     mouse_y_sign: int = 0
     #: {variable: the lines of the node's file that assign the variable}
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
-    calls: List[List[Any]] = field(default_factory=list)
+    reset_calls: List[List[Any]] = field(default_factory=list)
     #: The moment [s] in the timeline to which the current verdict belongs. The method `scene` sets
-    #: `moment` to the start of the stimulus, or to None if the stimulus was not tried.
+    #: the moment to the start of the stimulus, or to None if the stimulus was not tried.
     moment: Optional[float] = None
 
     @property
@@ -174,9 +173,11 @@ class Observation:
         return Scene(self, stimulus)
 
     def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
-        """Yields the Scene of each tried stimulus in `names`. If no stimulus was tried, the method
-        `scene` raises an exception."""
-        tried = list(filter(self.has, names)) or names[:1]
+        """Returns the Scenes of the tried stimuli in `names`. Raises the exceptions of `scene` if
+        no stimulus was tried."""
+        tried = [name for name in names if self.has(name)]
+        if not tried:
+            self.scene(names[0])
         return (self.scene(name, may_die) for name in tried)
 
     def set_moment_of_fastest(self, commands: np.ndarray, column: int) -> None:
@@ -212,9 +213,9 @@ class Scene(Stimulus):
     @property
     def process(self) -> NodeProcess:
         """The process of the node that ran when the stimulus began."""
-        processes = self.observation.processes or [NodeProcess(self.begin)]
-        begun = [process for process in processes if process.begin <= self.begin]
-        return begun[-1] if begun else processes[-1]
+        earlier = [process for process in self.observation.processes
+                   if process.begin <= self.begin]
+        return earlier[-1] if earlier else NodeProcess(self.begin)
 
     @property
     def moving_commands(self) -> np.ndarray:
@@ -223,8 +224,8 @@ class Scene(Stimulus):
 
     def commands_before_and_after(self, seconds: float) -> Tuple[np.ndarray, np.ndarray]:
         """Returns the commands in the first `seconds` [s], and the commands after this time."""
-        is_late = self.commands[:, 0] > self.begin + seconds
-        return self.commands[~is_late], self.commands[is_late]
+        is_later = self.commands[:, 0] > self.begin + seconds
+        return self.commands[~is_later], self.commands[is_later]
 
     @property
     def turned_deg(self) -> float:

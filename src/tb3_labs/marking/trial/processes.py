@@ -1,5 +1,5 @@
-"""Runs a program, and records its output. Kills the programs of a submission if they are too many,
-or use too much memory or disk.
+"""Runs a program, and records its output. Kills a submission's program if its processes are too
+many, or use too much memory or disk.
 
 Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
 size of a folder. Therefore this module adds up the memory of processes and the sizes of files.
@@ -25,22 +25,22 @@ MAX_CHARACTERS_PER_SECOND = 20000
 
 class RunningProgram:
     """Runs a command, a list of words, in its own process group and pseudo-terminal, as a shell
-    does. ``on_text(text)`` is called with each part of the command's output and errors."""
+    does. ``on_text(text)`` is called with each piece of the command's output and errors."""
 
     def __init__(self, command, environment, on_text, files=None):
         """`files` are three open files: a file for this class, the program's input, and the
         program's output. By default the files are the two ends of a pseudo-terminal."""
         self._on_text = on_text
         if files is None:
-            ours, theirs = pty.openpty()
-            files = ours, theirs, theirs
-        self._terminal, typed, printed = files
+            own_end, program_end = pty.openpty()
+            files = own_end, program_end, program_end
+        self._terminal, program_input, program_output = files
         self._process = subprocess.Popen(
-            command, stdin=typed, stdout=printed, stderr=printed,
+            command, stdin=program_input, stdout=program_output, stderr=program_output,
             # without PYTHONUNBUFFERED, Python would delay its output to a pipe
             env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
-        os.close(printed)
+        os.close(program_output)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -89,12 +89,12 @@ class NodeOutput:
         self._omitted_characters = self._omitted_lines = 0
         #: Before this time [s], the output is collected, and only `flush` records the output.
         self._collects_until = 0.0
-        #: The final part of the output since the latest call of `flush`.
+        #: The output since the latest call of `flush`; only the end of a long output.
         self.latest_text = ''
 
     def add(self, text):
-        """Record a part of the output. A part that comes too soon is recorded later, by `flush` or
-        with the next part."""
+        """Record a piece of the output. A piece that comes too soon is recorded later, by `flush`
+        or with the next piece."""
         with self._lock:
             self.latest_text = (self.latest_text + text)[-MAX_CHARACTERS_PER_SECOND:]
             self._unrecorded += text
@@ -125,14 +125,14 @@ class NodeOutput:
         if self._omitted_characters:
             self._recording.event('unprinted', characters=self._omitted_characters,
                                   lines=self._omitted_lines)
-        at = self._recording.output(self._unrecorded)
-        self._collects_until = at + len(self._unrecorded) / self._max_characters
+        output_time = self._recording.output(self._unrecorded)
+        self._collects_until = output_time + len(self._unrecorded) / self._max_characters
         self._unrecorded = ''
         self._omitted_characters = self._omitted_lines = 0
 
 
 class ResourceWatch:
-    """Kills a process group that exceeds a limit, until the event `is_over` is set."""
+    """Kills a process group that exceeds a limit, until the event `stop_requested` is set."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], check_parent_pid: int) -> None:
         """`pid` is the number of the group's first process, which starts the sandbox. `own_folders`
@@ -141,27 +141,28 @@ class ResourceWatch:
         self._pid = pid
         self._own_folders = own_folders
         self._check_parent_pid = check_parent_pid
-        self.is_over = threading.Event()
+        self.stop_requested = threading.Event()
         #: A clause on the exceeded limit; '' if no limit was exceeded.
-        self.exceeded = ''
+        self.exceeded_limit = ''
         threading.Thread(target=self._watch_limits, daemon=True).start()
 
     def _watch_limits(self):
-        while not self.is_over.wait(LIMITS_POLL_PERIOD):
-            self.exceeded = self._exceeded_limit()
-            if self.exceeded:
+        while not self.stop_requested.wait(LIMITS_POLL_PERIOD):
+            self.exceeded_limit = self._find_exceeded_limit()
+            if self.exceeded_limit:
                 with suppress(ProcessLookupError):      # it has ended already
                     os.killpg(self._pid, signal.SIGKILL)    # the signal ends the whole sandbox
                 return
 
-    def _exceeded_limit(self):
+    def _find_exceeded_limit(self):
         processes = _descendants(self._pid)
         if len(processes) > MAX_PROCESSES:
             return f'more than {MAX_PROCESSES} processes'
         if sum(map(_memory, processes)) > MAX_NODE_MEMORY_BYTES:
             return f'more than {MAX_NODE_MEMORY_BYTES / 1e9:g} GB of memory'
-        family = {self._check_parent_pid, *_descendants(self._check_parent_pid)}
-        if sum(map(_memory, family - {self._pid, *processes})) > MAX_OTHER_MEMORY_BYTES:
+        all_processes = {self._check_parent_pid, *_descendants(self._check_parent_pid)}
+        others = all_processes - {self._pid, *processes}
+        if sum(map(_memory, others)) > MAX_OTHER_MEMORY_BYTES:
             return (f'more than {MAX_OTHER_MEMORY_BYTES / 1e6:g} MB of the memory of master, robot '
                     'and check')
         if not processes:
@@ -195,7 +196,7 @@ def _disk_used(pid, folder):
     """Returns the size [bytes] of the files in a folder of a sandbox. `pid` is the number of a
     process in the sandbox."""
     try:
-        state = os.statvfs(f'/proc/{pid}/root{folder}')
+        file_system = os.statvfs(f'/proc/{pid}/root{folder}')
     except OSError:
         return 0
-    return (state.f_blocks - state.f_bfree) * state.f_frsize
+    return (file_system.f_blocks - file_system.f_bfree) * file_system.f_frsize

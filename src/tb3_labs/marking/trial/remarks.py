@@ -60,18 +60,17 @@ def version_errors(observation: Observation) -> List[str]:
             for line in dict.fromkeys(VERSION_ERROR.findall(printed))]
 
 
-def exceptions_before_ctrl_c(observation: Observation, process: NodeProcess) -> List[str]:
-    """Returns the exceptions that a process printed before Ctrl+C."""
-    text = process.printed
-    for stimulus in observation.stimuli:
-        if stimulus.name in CTRL_C and stimulus.begin >= process.begin:
-            text = text.replace(stimulus.printed, '')
-    return exceptions(text, observation.file)
+def _exceptions_before_ctrl_c(scene):
+    printed = scene.process.printed
+    for stimulus in scene.observation.stimuli:
+        if stimulus.name in CTRL_C and stimulus.begin >= scene.process.begin:
+            printed = printed.replace(stimulus.printed, '')
+    return exceptions(printed, scene.observation.file)
 
 
 def why_idle(scene: Scene) -> str:
     """Returns a clause on the first reason why the node did not move the robot in the scene."""
-    errors = exceptions_before_ctrl_c(scene.observation, scene.process)
+    errors = _exceptions_before_ctrl_c(scene)
     if errors:
         return f'an exception had stopped it, {errors[0]!r}'
     if scene.not_finite:
@@ -84,19 +83,19 @@ def why_idle(scene: Scene) -> str:
     if len(scene.commands):
         return f'only zeros came on {CMD_VEL_TOPIC}'
     printed = re.sub(r'^\w\r?\n', '', scene.printed)   # without the letter that the marker typed
-    return f'{_why_no_command(scene.process)}, and {_printed(printed)}'
+    return f'{_why_no_command(scene.process)}, and {_printed_clause(printed)}'
 
 
 def other_fields(scene: Scene) -> str:
-    """Returns a clause on the values that the commands have in fields such as linear.y, which move
-    no wheel; '' if these fields are zero."""
+    """Returns a clause on the commands' fields that move no wheel, such as linear.y; '' if these
+    fields are zero."""
     commands = scene.observation.recording.commands
     is_inside = (commands.arrival >= scene.begin) & (commands.arrival <= scene.end)
     return wrong_field_text(commands.take(is_inside))
 
 
 def _why_no_command(process):
-    type_name = process.published.get('/' + CMD_VEL_TOPIC)
+    type_name = process.published_topics.get('/' + CMD_VEL_TOPIC)
     if type_name not in (None, TWIST):
         return f'it publishes {CMD_VEL_TOPIC} as {type_name}, and the robot takes {TWIST} alone'
     return other_topics(process, CMD_VEL_TOPIC) or f'nothing came on {CMD_VEL_TOPIC}'
@@ -105,24 +104,23 @@ def _why_no_command(process):
 def other_topics(process: NodeProcess, topic: str) -> str:
     """Returns a clause on the topics that a node publishes in place of `topic`. Returns '' if the
     node publishes `topic`, or if the node's topics are unknown."""
-    if not process.published or '/' + topic in process.published:
+    if not process.published_topics or '/' + topic in process.published_topics:
         return ''
-    return f"it does not publish {topic}, but {' and '.join(sorted(process.published))}"
+    return f"it does not publish {topic}, but {' and '.join(sorted(process.published_topics))}"
 
 
-def _printed(text):
-    return f'it printed {last_line(text)}' if text.strip() else 'it printed nothing'
+def _printed_clause(printed):
+    return f'it printed {last_line(printed)}' if printed.strip() else 'it printed nothing'
 
 
 def why_unprinted(scene: Scene) -> str:
     """Returns a clause on the reason why the node did not print its line in the scene."""
-    process = scene.process
-    errors = exceptions_before_ctrl_c(scene.observation, process)
+    errors = _exceptions_before_ctrl_c(scene)
     if errors:
         return f'its callback failed: {errors[0]!r}'
-    if not process.unconnected:
-        return _printed(scene.printed)
-    topics = ' and '.join(process.unconnected)
+    if not scene.process.unconnected_topics:
+        return _printed_clause(scene.printed)
+    topics = ' and '.join(scene.process.unconnected_topics)
     return f'no message of {topics} reached it: does its type agree with that of the topic?'
 
 
@@ -142,24 +140,25 @@ def why_missing(observation: Observation) -> str:
     if not observation.processes:
         return 'it was never started'
     process = observation.processes[-1]
+    was_ready = process.ready is not None
     if process.ended_by_itself:
         ending = last_error(process.printed, observation.file)
         if process.status == 0 and not exceptions(process.printed):
             ending = 'its main program was over, and nothing kept the node running'
-        return f'it ended at once: {ending}' if process.ready is None else f'it had ended: {ending}'
-    if process.ready is None:
-        clauses = [_never_ready(process), observation.clause_on_silent_topics]
+        return f'it had ended: {ending}' if was_ready else f'it ended at once: {ending}'
+    if not was_ready:
+        clauses = [_why_never_ready(process), observation.clause_on_silent_topics]
         return ': '.join(filter(None, clauses))
     return 'the time was up before this was tried' if process.end is None else 'this was not tried'
 
 
-def _never_ready(process):
+def _why_never_ready(process):
     if process.needed_topic and not process.nodes:
         return 'it ran, but never came to rospy.init_node()'
-    if '/' + process.needed_topic in process.subscribed:
+    if '/' + process.needed_topic in process.subscribed_topics:
         return f'it was not ready in time, though it listened to {process.needed_topic}'
     reason = f"it ran, but never listened to {process.needed_topic or 'the robot'}"
-    heard = [topic for topic in process.subscribed if topic not in process.silent_topics]
+    heard = [topic for topic in process.subscribed_topics if topic not in process.silent_topics]
     return f"{reason}; it listened to {' and '.join(heard)}" if heard else reason
 
 
@@ -179,29 +178,28 @@ def exceptions(printed: str, file: str = '') -> List[str]:
     for piece in pieces[1:]:
         if CAUSE_OF_NEXT.search(piece):
             continue
-        lines = [line for line in piece.splitlines()[1:] if line.strip()]
-        error = next((line for line in lines if ERROR_LINE.match(line)), '')
+        error = next(filter(ERROR_LINE.match, piece.splitlines()[1:]), '')
         if not any(text in (error or piece) for text in CLOSED_TOPIC_TEXTS):
             errors.append((error or 'an exception')[:MAX_QUOTE_LENGTH] + _line_of(piece, file))
     return errors
 
 
 def _line_of(piece, file):
-    """Returns the text ' (line N, in FUNCTION)' for a traceback; '' if the line is unknown."""
+    """Returns ' (line N, in FUNCTION)' for a traceback; '' if the line is unknown."""
     frames = TRACEBACK_FRAME.findall(piece)
-    own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file]
-    if not own:
-        own = [frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
-    if not own:
-        if "'NoneType' object is not callable" in piece:    # rospy got self.f(), which is None
-            return ' (was a callback given as self.f(), not as self.f?)'
-        return ''
-    _, line, function = own[-1]
-    return f' (line {line}, in {function})' if function.isidentifier() else f' (line {line})'
+    own_frames = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file]
+    if not own_frames:
+        own_frames = [
+            frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
+    if own_frames:
+        _, line, function = own_frames[-1]
+        return f' (line {line}, in {function})' if function.isidentifier() else f' (line {line})'
+    if "'NoneType' object is not callable" in piece:    # rospy got self.f(), which is None
+        return ' (was a callback given as self.f(), not as self.f?)'
+    return ''
 
 
 def exceptions_in(scene: Scene) -> List[str]:
-    """Returns the `exceptions` that the node printed in a scene."""
     return exceptions(scene.printed, scene.observation.file)
 
 

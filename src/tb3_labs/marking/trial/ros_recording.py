@@ -1,6 +1,6 @@
 """Writes the bag of a trial, with the marker's actions and the node's reactions.
 
-The bag has these topics:
+The bag contains these topics:
 
     imu, odom, ctrl_relinq, joy, mouse_info, /rosout
     cmd_vel         the node's commands, without the marker's own commands
@@ -17,6 +17,7 @@ import os
 import queue
 import threading
 from bisect import bisect_left
+from collections import Counter
 from io import BytesIO
 
 import numpy as np
@@ -40,7 +41,7 @@ from tb3_labs.ros.rospy_internals import connection_of, record_connections
 
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
 ROBOT_NODE = 'turtlebot3'
-#: A bag has at most this many messages of each kind.
+#: A bag contains at most this many messages of each kind.
 MAX_COMMANDS = 40000
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LOG_LINES = 1000
@@ -52,11 +53,12 @@ SAME_COMMAND_TIME = 0.04
 FULL_BAG_BYTES = 3 * 10 ** 6
 #: If the bag is full, only these topics are recorded.
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL_TOPIC}
-CHUNK_BYTES = 2 ** 17           # rosbag compresses the messages in parts of this size
+CHUNK_BYTES = 2 ** 17           # rosbag compresses the messages in chunks of this size
 #: A robot rests if it moved less than these limits in the last ROBOT_REST_TIME.
 MAX_REST_DISTANCE = 0.002       # [m]
 MAX_REST_ANGLE = 0.005          # [rad]
 ROBOT_REST_TIME = 0.4           # [s]
+MIN_REST_POSES = 5              # in this time
 
 
 class Recording:
@@ -75,30 +77,30 @@ class Recording:
         self._writer = threading.Thread(target=self._write, daemon=True)
         self._writer.start()
 
-    def add(self, topic, message, at=None):
-        """Record a message at the time `at` [s], and return this time. By default `at` is the
-        current time. No two default times are equal. `message` is a ROS message, or the tuple
-        (type, bytes, checksum, class)."""
+    def add(self, topic, message, time=None):
+        """Record a message at a `time` [s], and return this time. By default `time` is the current
+        time. No two default times are equal. `message` is a ROS message, or the tuple (type, bytes,
+        checksum, class)."""
         with self._lock:
-            if at is None:
-                at = self._last_time = max(ros_time(), self._last_time + 1e-6)
+            if time is None:
+                time = self._last_time = max(ros_time(), self._last_time + 1e-6)
             if self.problem is None:
-                self._waiting.put(('/' + topic.lstrip('/'), message, at))
-        return at
+                self._waiting.put(('/' + topic.lstrip('/'), message, time))
+        return time
 
-    def event(self, kind, at=None, **facts):
-        """Record an event of the trial, and return its time [s]. A recorded text in `facts` has at
-        most MAX_SENTENCE_LENGTH characters."""
+    def event(self, kind, time=None, **facts):
+        """Record an event of the trial, and return its time [s]. A text in `facts` is cut after
+        MAX_SENTENCE_LENGTH characters."""
         self._event_count += 1
         if self._event_count > MAX_EVENTS:      # a node could cause events without end
             return ros_time()
         for name, fact in facts.items():
             if isinstance(fact, str):
                 facts[name] = fact[:MAX_SENTENCE_LENGTH]
-        return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), at)
+        return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), time)
 
     def output(self, text):
-        """Record a part of the node's output, and return its time [s]."""
+        """Record a piece of the node's output, and return its time [s]."""
         return self.add(PRINTED, String(text))
 
     @property
@@ -107,16 +109,16 @@ class Recording:
 
     def close(self):
         """Write the waiting messages, and close the bag. If the bag cannot be written, `problem` is
-        the error. The bag is removed, since an incomplete bag would cost the node points."""
+        the error, and the bag is removed, since an incomplete bag would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
 
     def _write(self):
         try:
-            for topic, message, at in iter(self._waiting.get, None):
+            for topic, message, time in iter(self._waiting.get, None):
                 if not self.is_full or topic in JUDGED_TOPICS:
-                    self._bag.write(topic, message, rospy.Time.from_sec(at),
+                    self._bag.write(topic, message, rospy.Time.from_sec(time),
                                     raw=isinstance(message, tuple))
                     self.is_full = os.path.getsize(self._path) > FULL_BAG_BYTES
             self._bag.close()
@@ -134,7 +136,7 @@ class Recorder:
         self._lock = threading.Lock()
         self._truth = []        # [time, x, y, yaw]; the yaw is continuous over whole turns
         self._commands = []     # [time, linear, angular]
-        self._counts = {}       # {kind of message: the number of messages so far}
+        self._counts = Counter()    # {kind of message: the number of messages so far}
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         record_connections()
@@ -156,52 +158,53 @@ class Recorder:
         with open(path, 'rb') as pipe:
             os.remove(path)     # now only the robot can write into the pipe
             for line in pipe:
-                at = ros_time()
+                time = ros_time()
                 x, y, yaw = map(float, line.split())
                 with self._lock:
-                    yaw = unwrap(yaw, self._truth[-1][3]) if self._truth else yaw
-                    self._truth.append([at, x, y, yaw])
-                self.recording.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', at), at)
+                    if self._truth:
+                        yaw = unwrap(yaw, self._truth[-1][3])
+                    self._truth.append([time, x, y, yaw])
+                self.recording.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', time), time)
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
-    def _count_within(self, kind, max_count):
-        """Count a message. Returns True if at most `max_count` of this kind were counted."""
-        self._counts[kind] = self._counts.get(kind, 0) + 1
-        return self._counts[kind] <= max_count
+    def _count(self, kind):
+        """Count a message, and return the number of messages of this kind so far."""
+        self._counts[kind] += 1
+        return self._counts[kind]
 
     def _on_command(self, message):
-        at = ros_time()
-        linear, angular = message.linear.x, message.angular.z
+        time = ros_time()
         if connection_of(message)['process'] == rospy.get_node_uri():
             return      # the marker itself sent this command
+        linear, angular = message.linear.x, message.angular.z
         if not (math.isfinite(linear) and math.isfinite(angular)):
-            if self._count_within(NOT_FINITE, MAX_NOT_FINITE):
+            if self._count(NOT_FINITE) <= MAX_NOT_FINITE:
                 self.recording.event('odd', text=f'{linear:g} m/s and {angular:g} rad/s')
             return
         with self._lock:
             if self._commands:
-                last_at, *last = self._commands[-1]
-                if last == [linear, angular] and at - last_at < SAME_COMMAND_TIME:
+                last_time, *last_speeds = self._commands[-1]
+                if last_speeds == [linear, angular] and time - last_time < SAME_COMMAND_TIME:
                     return
-            if not self._count_within('commands', MAX_COMMANDS):
+            if self._count('commands') > MAX_COMMANDS:
                 return
-            self._commands.append([at, linear, angular])
-        self.recording.add(CMD_VEL_TOPIC, message, at)
+            self._commands.append([time, linear, angular])
+        self.recording.add(CMD_VEL_TOPIC, message, time)
 
     def _on_message(self, message, topic_and_class):
-        at = ros_time()
-        topic, kind = topic_and_class
+        time = ros_time()
+        topic, message_class = topic_and_class
+        checksum = message_class._md5sum
         buffer = BytesIO()
         message.serialize(buffer)
         data = buffer.getvalue()
-        if connection_of(message)['md5sum'] != kind._md5sum or len(data) > MAX_MESSAGE_BYTES:
-            return
-        self.recording.add(topic, (kind._type, data, kind._md5sum, kind), at)
+        if connection_of(message)['md5sum'] == checksum and len(data) <= MAX_MESSAGE_BYTES:
+            self.recording.add(topic, (message_class._type, data, checksum, message_class), time)
 
     def _on_log(self, line):
         if line.name in (rospy.get_name(), '/' + ROBOT_NODE):
             return
-        if self._count_within('log lines', MAX_LOG_LINES):
+        if self._count('log lines') <= MAX_LOG_LINES:
             self.recording.add('/rosout', Log(
                 header=Header(stamp=line.header.stamp), level=line.level,
                 name=line.name[:MAX_LOG_LINE_LENGTH], msg=line.msg[:MAX_LOG_LINE_LENGTH]),
@@ -210,7 +213,7 @@ class Recorder:
     def finish(self):
         """Record how many messages were not recorded."""
         for kind, max_count in (('commands', MAX_COMMANDS), (NOT_FINITE, MAX_NOT_FINITE)):
-            if self._counts.get(kind, 0) > max_count:
+            if self._counts[kind] > max_count:
                 self.recording.event('left out', what=f'{kind} after the first {max_count}',
                                      number=self._counts[kind] - max_count)
 
@@ -234,14 +237,14 @@ class Recorder:
         """Has the node commanded a movement since `begin` [s]?"""
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
-    def is_at_rest(self, without_command=0.0):
+    def is_at_rest(self, idle_time=0.0):
         """Has the robot rested for ROBOT_REST_TIME, and has the node sent no command to move for
-        `without_command` [s]?"""
-        if without_command and self.node_moved_since(ros_time() - without_command):
+        `idle_time` [s]?"""
+        if idle_time and self.node_moved_since(ros_time() - idle_time):
             return False
         with self._lock:
             recent = self._truth[bisect_left(self._truth, [ros_time() - ROBOT_REST_TIME]):]
-        if len(recent) < 5:     # the robot has just started
+        if len(recent) < MIN_REST_POSES:    # the robot has just started
             return False
         _, x, y, yaw = np.subtract(recent, recent[0]).T
         return bool(np.hypot(x, y).max() < MAX_REST_DISTANCE and np.abs(yaw).max() < MAX_REST_ANGLE)

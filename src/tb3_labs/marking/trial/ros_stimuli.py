@@ -2,7 +2,7 @@
 import math
 import threading
 import time
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 
 import rospy
 from dynamic_reconfigure.encoding import decode_config, encode_config
@@ -20,7 +20,7 @@ from tb3_labs.ros.node import guarded
 #: The settings of the robot that make a sensor silent.
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 STOP_REST_TIME = 2.0        # [s] from the robot's last command until the robot rests
-INTERRUPTION_TIME = 0.5     # [s] from the begin of a movement to the stimulus that interrupts it
+INTERRUPTION_TIME = 0.5     # [s] from the start of a movement to the stimulus that interrupts it
 DELIVERY_TIME = 0.3         # [s] until a node's output and messages reach the marker
 
 
@@ -40,7 +40,7 @@ class Robot:
                          guarded(self._on_settings))
 
     def _move(self, command, seconds):
-        """Send the speeds (linear, angular) of ``command()``. End after `seconds` [s], or if
+        """Send the speeds (linear, angular) of ``command()`` for `seconds` [s], or until
         ``command()`` returns None. At the end send zero, even after an exception."""
         begin = time.monotonic()
         try:
@@ -76,7 +76,8 @@ class Robot:
 
     def _on_settings(self, message):
         current = decode_config(message)
-        self._settings = self._settings or current
+        if not self._settings:
+            self._settings = current
         changed = {name for name, _ in self._settings.items() ^ current.items()}
         if changed:
             names = ', '.join(sorted(changed))
@@ -86,18 +87,16 @@ class Robot:
                 self._set_parameters(encode_config(self._settings))
 
 
-class Repeater:
+class Repeater(AbstractContextManager):
     """Repeats a message until the end of a ``with`` block, as a driver of a mouse or gamepad does.
     """
 
-    def __init__(self, topic, kind):
+    def __init__(self, topic, message_class):
         self._message = None
         self._is_closed = False
-        self._publisher = rospy.Publisher(topic, kind, queue_size=1, tcp_nodelay=True)
+        self._publisher = rospy.Publisher(
+            topic, message_class, queue_size=1, tcp_nodelay=True)
         threading.Thread(target=self._repeat, daemon=True).start()
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *problem):
         self._message = None

@@ -25,11 +25,11 @@ from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import with_probe
 
-#: The roles of a node. The master's system state has a list for each role, in this order.
+#: The roles of a node. The master's system state contains a list for each role, in this order.
 PUBLISHER, SUBSCRIBER, SERVER = 0, 1, 2
-#: Every node may have these topics, so these topics are left out.
+#: These topics are left out, because every node may have them.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
-#: If signal N ends a program in a sandbox, the sandbox has the exit status SIGNAL_STATUS_BASE + N.
+#: If signal N ends a program in a sandbox, the sandbox's exit status is SIGNAL_STATUS_BASE + N.
 SIGNAL_STATUS_BASE = 128
 
 
@@ -37,8 +37,7 @@ class StudentNode:
     """Starts, ends and records the processes of a node. One process runs at a time."""
 
     def __init__(self, node, sensors, recording):
-        """`node` is package/file. `sensors` are the topics that the node needs. The node is ready
-        when it subscribes to the first of the `sensors`."""
+        """`node` is package/file. `sensors` are the topics that the node usually needs."""
         self._sensors = sensors
         self._recording = recording
         self._needed_topics = []    # of the current process; resolved names
@@ -46,7 +45,7 @@ class StudentNode:
         program = self._node_start.program
         self._command = [program] if program else ['rosrun', *node.split('/', 1)]
         self._process = self._resource_watch = self._output = None
-        self._was_ready = None      # was any process ready? None before the first process
+        self._was_first_ready = None    # was the first process ready? None before its end
         self._got_ctrl_c = False
         self.graph = Graph(Types(self._node_start.types))
 
@@ -56,23 +55,24 @@ class StudentNode:
 
     @property
     def status(self):
-        """The exit status of the process; None while the process runs, -N if signal N ended the
-        process."""
+        """The exit status of the process; None while it runs, -N if signal N ended it."""
         status = self._process.status
-        if self._node_start.is_sandboxed and status is not None:
-            return status if status <= SIGNAL_STATUS_BASE else SIGNAL_STATUS_BASE - status
-        return status
+        if not self._node_start.is_sandboxed or status is None:
+            return status
+        return status if status <= SIGNAL_STATUS_BASE else SIGNAL_STATUS_BASE - status
 
-    def start(self, *arguments, needed=()):
+    def start(self, *arguments, needed_topics=None):
         """End the current process of the node, and start a new process.
 
-        The node needs the topics `needed`, by default its `sensors`. The new process is ready when
+        The node needs the `needed_topics`, by default its `sensors`. The new process is ready when
         it subscribes to the first needed topic. Raises ``NotTried`` if the process is not ready in
         time, or if the first process of the trial was not ready.
         """
-        self._needed_topics = list(map(rospy.resolve_name, needed or self._sensors))
+        if needed_topics is None:
+            needed_topics = self._sensors
+        self._needed_topics = list(map(rospy.resolve_name, needed_topics))
         self.stop()
-        if self._was_ready is False:
+        if self._was_first_ready is False:
             raise NotTried
         earlier_nodes = set(self.graph.roles_by_node())
         self._got_ctrl_c = False
@@ -85,52 +85,55 @@ class StudentNode:
         if self._node_start.program:        # mark.py has prepared a submission
             own_folders = WRITABLE_FOLDERS if self._node_start.is_sandboxed else ()
             self._resource_watch = ResourceWatch(self._process.pid, own_folders, os.getppid())
-        is_ready = self._is_ready_in_time(earlier_nodes)
-        self._was_ready = self._was_ready or is_ready
+        is_ready = self._wait_until_ready(earlier_nodes)
+        if self._was_first_ready is None:
+            self._was_first_ready = is_ready
         if not is_ready:
             self.stop()
             raise NotTried
         self._recording.event('ready')
 
-    def _is_ready_in_time(self, earlier_nodes):
-        own_roles, changed_at = {}, time.monotonic()
+    def _wait_until_ready(self, earlier_nodes):
+        """Returns True when the node is ready, False if the node is not ready in time."""
+        own_roles = {}
+        change_time = time.monotonic()
 
         def is_ready():
             """Has the node subscribed to its first topic, and registered nothing new for 0.5 s?"""
-            nonlocal own_roles, changed_at
+            nonlocal own_roles, change_time
             current = {name: roles for name, roles in self.graph.roles_by_node().items()
                        if name not in earlier_nodes}
             if current != own_roles:
-                own_roles, changed_at = current, time.monotonic()
+                own_roles = current
+                change_time = time.monotonic()
             is_subscribed = any((SUBSCRIBER, self._needed_topics[0]) in roles
                                 for roles in own_roles.values())
-            return is_subscribed and time.monotonic() - changed_at >= 0.5
+            return is_subscribed and time.monotonic() - change_time >= 0.5
         # a computer with a load of 2 for each processor is twice as slow
-        load, _, _ = os.getloadavg()
-        slowness = clamp(load / (os.cpu_count() or 1), 1.0, 4.0)
-        is_decided = wait_until(lambda: not self.is_alive or is_ready(), START_TIME * slowness, 0.1)
+        slowness = clamp(os.getloadavg()[0] / (os.cpu_count() or 1), 1.0, 4.0)
+        is_in_time = wait_until(lambda: not self.is_alive or is_ready(), START_TIME * slowness, 0.1)
         self.graph.node_names = set(own_roles)
         silent = self.graph.silent_topics(self._needed_topics) if self.is_alive else []
         self._recording.event('run', nodes=sorted(own_roles), unheard=silent)
-        return is_decided and self.is_alive
+        return is_in_time and self.is_alive
 
     def stop(self):
         """End the node by Ctrl+C. If the node still runs after 2 s, SIGKILL ends it."""
         if self._process is None:
             return
-        self.interrupt(2.0)
+        self.send_ctrl_c(2.0)
         self._process.kill()
         if self._resource_watch is not None:
-            self._resource_watch.is_over.set()
-            if self._resource_watch.exceeded:
-                self._output.add(
-                    f'\nThe marker ended it, since it used {self._resource_watch.exceeded}.\n')
+            self._resource_watch.stop_requested.set()
+            limit = self._resource_watch.exceeded_limit
+            if limit:
+                self._output.add(f'\nThe marker ended it, since it used {limit}.\n')
         self._output.flush()
         self._recording.event('stop')
         self._process = None
         self.graph.unregister()
 
-    def interrupt(self, seconds):
+    def send_ctrl_c(self, seconds):
         """Send Ctrl+C. Returns True as soon as the node has ended, False after `seconds` [s]."""
         self.record_state()
         self._got_ctrl_c = True
@@ -143,7 +146,7 @@ class StudentNode:
 
     @property
     def printed(self):
-        """The output since the latest `flush`, which is the output of the current stimulus."""
+        """The node's output after the start of the current stimulus."""
         return self._output.latest_text
 
     def flush(self):
@@ -151,16 +154,17 @@ class StudentNode:
             self._output.flush()
 
     def record_state(self):
-        """Record the output so far, and the node's topics. If the node has ended by itself, record
-        its end in place of its topics."""
+        """Record the output so far. Then record the node's topics, or the end of a node that ended
+        by itself."""
         if self._process is None:
             return
         self._output.flush()
         if self.is_alive:
             with suppress(OSError, rosgraph.MasterException):   # the master does not answer
                 subscribed, published = self.graph.topics()
+                unconnected = self.graph.unconnected_topics(self._needed_topics)
                 self._recording.event('run', listens=subscribed, publishes=published,
-                                      unconnected=self.graph.unconnected(self._needed_topics))
+                                      unconnected=unconnected)
         elif not self._got_ctrl_c:
             self._recording.event('run', ended_by_itself=True, status=self.status)
 
@@ -171,7 +175,7 @@ class Graph:
     def __init__(self, types):
         self.types = types
         self._master = rosgraph.Master(rospy.get_name())
-        self.node_names = set()     # of the student's process, which may have several nodes
+        self.node_names = set()     # of the student's process, which may run several nodes
 
     def roles_by_node(self):
         """Returns {name of a node: {(role, topic or service)}} for all nodes except the marker.
@@ -186,20 +190,17 @@ class Graph:
         return nodes
 
     def names_in_role(self, role):
-        """Returns the names of the topics that the student's node publishes (PUBLISHER) or
-        subscribes to (SUBSCRIBER), or of the services that the node offers (SERVER).
-
-        Raises an error if the master does not answer. The error ends the trial, so that the silence
-        of the master does not cost the node points.
-        """
+        """Returns the topics that the student's node publishes (PUBLISHER) or subscribes to
+        (SUBSCRIBER), or the services that the node offers (SERVER). If the master does not answer,
+        an error ends the trial, so that the silence of the master costs the node no points."""
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.node_names.intersection(names)}
 
-    def silent_topics(self, needed):
+    def silent_topics(self, needed_topics):
         """Returns the topics that the student's node subscribes to although nobody publishes them.
-        Returns [] if the node subscribes to all topics in `needed`."""
+        Returns [] if the node subscribes to all `needed_topics`."""
         subscribed = self.names_in_role(SUBSCRIBER)
-        if subscribed.issuperset(needed):
+        if subscribed.issuperset(needed_topics):
             return []
         roles = set().union(*self.roles_by_node().values())
         published = {topic for role, topic in roles if role == PUBLISHER}
@@ -215,9 +216,9 @@ class Graph:
         published = self.names_in_role(PUBLISHER) - IGNORED_TOPICS
         return sorted(subscribed), {topic: types.get(topic, '') for topic in sorted(published)}
 
-    def unconnected(self, needed):
-        """Returns the topics in `needed` to which the student's node subscribes without a
-        connection to the robot. Different types prevent a connection."""
+    def unconnected_topics(self, needed_topics):
+        """Returns the `needed_topics` to which the student's node subscribes without a connection
+        to the robot. Different types prevent a connection."""
         connections = []
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))
@@ -226,13 +227,13 @@ class Graph:
         if not connections:
             return []
         connected = {topic for _, name, _, _, topic, *_ in connections if name in self.node_names}
-        return [topic.strip('/') for topic in needed
+        return [topic.strip('/') for topic in needed_topics
                 if topic in subscribed and topic not in connected]
 
     def message_class(self, topic):
         """Returns the class of a topic's messages; None for an unknown class."""
         type_name = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
-        return self.types.message(type_name) if type_name else None
+        return self.types.message_class(type_name) if type_name else None
 
     def service_class(self, name):
         """Returns the class of an offered service; None for an unknown class."""
@@ -240,10 +241,10 @@ class Graph:
             type_name = rosservice.get_service_type(name)
         except (rosservice.ROSServiceException, OSError):
             return None
-        return self.types.service(type_name) if type_name else None
+        return self.types.service_class(type_name) if type_name else None
 
     def unregister(self):
         """Remove the node from the master, since a killed node does not unregister itself."""
-        registered = [name for name in self.node_names if name in self.roles_by_node()]
+        registered = self.node_names.intersection(self.roles_by_node())
         if registered:
-            rosnode.cleanup_master_blacklist(self._master, registered)
+            rosnode.cleanup_master_blacklist(self._master, list(registered))

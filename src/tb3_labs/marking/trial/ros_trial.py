@@ -37,8 +37,8 @@ class Trial:
     """One robot, one node, and the recording of both."""
 
     def __init__(self, lab, package, executable, bag_path, pad, print_line):
-        """`pad` has the numbers of the gamepad's axes and buttons. A call of ``print_line(line)``
-        announces each step of the trial."""
+        """`pad` contains the numbers of the gamepad's axes and buttons. ``print_line(line)`` is
+        called to announce each step of the trial."""
         node = f'{package}/{executable}'
         self.recording = Recording(bag_path)
         self.recording.event('trial', lab=lab, node=node)
@@ -52,17 +52,17 @@ class Trial:
         self._slip = 0.0
 
     @contextmanager
-    def stimulus(self, name, facts=None):
+    def stimulus(self, name, facts=()):
         """Record a ``with`` block as the stimulus `name`. The block may add facts to `facts`."""
         self._print_line(f'{self.part}: {name}')
         self.node.flush()
-        stimulus = SimpleNamespace(begin=self.recording.event('begin', name=name),
-                                   facts=dict(facts or {}))
+        begin = self.recording.event('begin', name=name)
+        stimulus = SimpleNamespace(begin=begin, facts=dict(facts))
         yield stimulus
         self.node.record_state()
         self.recording.event('end', facts=stimulus.facts, died=not self.node.is_alive)
 
-    def observe(self, name, seconds, act=lambda: None, facts=None):
+    def observe(self, name, seconds, act=lambda: None, facts=()):
         """Call `act()`, wait for `seconds` [s], and record both as the stimulus `name`."""
         with self.stimulus(name, facts):
             act()
@@ -72,9 +72,9 @@ class Trial:
     def source_findings(self, *packages):
         """Returns the findings of source_analysis.read_findings in the submission. If mark.py has
         prepared no submission, the findings come from the node's package and from `packages`."""
-        copy = NodeStart.from_environment().submission_folder
-        if copy:
-            return read_findings([copy])
+        submission = NodeStart.from_environment().submission_folder
+        if submission:
+            return read_findings([submission])
         ros = rospkg.RosPack()
         names = {self._package, *packages} - {OWN_PACKAGE}
         return read_findings([ros.get_path(name) for name in names.intersection(ros.list())])
@@ -94,51 +94,50 @@ class Trial:
         assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
         self.recording.event('program', assigned=assigned)
 
-    def not_offered(self, names, reason):
-        """Record that the node cannot get the stimuli `names`. `reason` is a clause. Then raise
-        ``NotOffered``, which ends the part."""
+    def skip_part(self, names, reason):
+        """Record that the node cannot get the stimuli `names`. `reason` is a clause. Then end the
+        part by ``NotOffered``."""
         self.recording.event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
-    def remark(self, sentences):
+    def add_remarks(self, sentences):
         for sentence in sentences:
             self.recording.event('remark', text=sentence)
 
     # -- patterns that several labs use
 
     def causes_motion(self, act, seconds):
-        """Call `act()`. Does the node command a movement before it ends, and within `seconds` [s]?
-        """
+        """Call `act()`. Returns True if the node commands a movement within `seconds` [s]."""
         begin = ros_time()
         act()
         wait_until(lambda: self.recorder.node_moved_since(begin) or not self.node.is_alive, seconds)
         return self.recorder.node_moved_since(begin)
 
-    def record_motion(self, name, act, begins_within, rest_time, ends_within, facts=(),
+    def record_motion(self, name, act, reaction_time, idle_time, max_duration, facts=(),
                       is_astray=lambda: False):
         """Record the stimulus `name`, in which `act()` should start a motion of the robot. All
         times are in [s].
 
-        The stimulus ends if no motion begins within `begins_within`, if the robot rests and got no
-        command to move for `rest_time`, if the node ends, if `is_astray()` is True, or if
-        `ends_within` has passed since the motion began.
+        The stimulus ends after `reaction_time` if no motion begins, or `max_duration` after the
+        motion began. It ends earlier if the robot rests and got no command to move for `idle_time`,
+        if the node ends, or if `is_astray()` is True.
         """
         def is_over():
-            return not self.node.is_alive or self.recorder.is_at_rest(rest_time) or is_astray()
+            return not self.node.is_alive or self.recorder.is_at_rest(idle_time) or is_astray()
         with self.stimulus(name, facts) as stimulus:
-            stimulus.facts[MOVED] = self.causes_motion(act, begins_within)
+            stimulus.facts[MOVED] = self.causes_motion(act, reaction_time)
             if stimulus.facts[MOVED]:
-                wait_until(is_over, ends_within)
-            stimulus.facts[RESTED] = self.recorder.is_at_rest(rest_time)
+                wait_until(is_over, max_duration)
+            stimulus.facts[RESTED] = self.recorder.is_at_rest(idle_time)
 
-    def set_in_motion(self, is_ready, act, reaction_time):
+    def set_in_motion(self, prepare, act, reaction_time):
         """Call `act()`. Returns whether the node moves the robot within `reaction_time` [s].
 
-        If `is_ready()` is False, the node is started first. The second attempt has a new process,
-        because the previous stimulus may have disturbed the node.
+        If ``prepare()`` returns False, the node is started first. The second attempt has a new
+        process, because the previous stimulus may have disturbed the node.
         """
         for _ in range(2):
-            if not is_ready():
+            if not prepare():
                 self.node.start()
             if self.causes_motion(act, reaction_time):
                 time.sleep(INTERRUPTION_TIME)
@@ -158,14 +157,14 @@ class Trial:
         self.robot.change_settings(**{switch: False})
 
     def set_slip(self, share):
-        """Make the wheels slip by a share of their travel. First end the node, because a running
-        node may report the change of the slip as a fault of a sensor."""
+        """Make the wheels slip by a share of their travel. First end the node, since a running node
+        may report the change as a fault of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change_settings(slip=share)
             self._slip = share
 
-    def ctrl_c_in_motion(self, set_in_motion):
+    def send_ctrl_c_in_motion(self, set_in_motion):
         """Send Ctrl+C while the node moves the robot. If the node sends no zero velocity, try
         again, up to three times in all.
 
@@ -174,28 +173,31 @@ class Trial:
         for name in CTRL_C:
             was_moving = set_in_motion()
             begin = ros_time()
-            self.ctrl_c(name, was_moving)
-            zeros = [at for at, linear, angular in self.recorder.commands_since(begin)
-                     if linear == angular == 0.0]
-            if zeros and zeros[0] <= begin + STOP_TIME:
+            self.send_ctrl_c(name, was_moving)
+            zero_times = [command_time
+                          for command_time, linear, angular in self.recorder.commands_since(begin)
+                          if linear == angular == 0.0]
+            if any(zero_time <= begin + STOP_TIME for zero_time in zero_times):
                 return
 
-    def ctrl_c(self, name=CTRL_C[0], was_moving=False):
+    def send_ctrl_c(self, name=CTRL_C[0], was_moving=False):
         """Send Ctrl+C as the stimulus `name`. Then kill the node if it still runs."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as stimulus:
-            ended = self.node.interrupt(EXIT_TIME)
-            if not (ended or was_moving):   # in Python 3.13 input() waits for Enter after Ctrl+C
+            has_ended = self.node.send_ctrl_c(EXIT_TIME)
+            if not (has_ended or was_moving):   # in Python 3.13 input() waits for Enter
                 self.node.type('')
-                ended = wait_until(lambda: not self.node.is_alive, STOP_TIME)
-            stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin if ended else None
-            stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status) if ended else 0
+                has_ended = wait_until(lambda: not self.node.is_alive, STOP_TIME)
+            stimulus.facts.update({EXIT_SECONDS: None, EXIT_SIGNAL: 0})
+            if has_ended:
+                stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin
+                stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status)
             time.sleep(DELIVERY_TIME)
         self.node.stop()
 
 
-def end_with_the_marker(recording):
-    """End this process at once when ROS shuts it down. After a shutdown this process would get no
-    messages, and would therefore record a wrong behaviour of the node."""
+def exit_at_shutdown(recording):
+    """End this process at once when ROS shuts it down. Otherwise the process would go on without
+    messages, and would record a wrong behaviour of the node."""
     def on_shutdown():
         if not recording.is_closed:
             recording.event('finding', text='The marker was ended while the node ran.')
@@ -208,7 +210,7 @@ def record_trial(lab, package, executable, parts, bag_path, pad, print_line):
     """Test a node in the `parts` of a lab, or in all parts if `parts` is empty, and write the bag
     of the trial. The class Trial explains all other arguments."""
     trial = Trial(lab, package, executable, bag_path, pad, print_line)
-    end_with_the_marker(trial.recording)
+    exit_at_shutdown(trial.recording)
     try:
         trial.record_assigned_lines()
         for name, act in SCRIPTS[lab].items():

@@ -24,24 +24,25 @@ class Types:
 
     def __init__(self, student_types: Optional[Dict[str, Any]] = None) -> None:
         """`student_types` is the result of workspace.build; None if a student defined no types."""
-        student_types = student_types or {'msg': {}, 'srv': {}}
+        if student_types is None:
+            student_types = {'msg': {}, 'srv': {}}
         self._messages, self._services = student_types['msg'], student_types['srv']
 
-    def message(self, type_name: str) -> Any:
+    def message_class(self, type_name: str) -> Any:
         """Returns a subclass of Example for a message type, such as 'lab2/MouseController'; None
         for an unknown type."""
-        imported = _class_in_a_package(type_name, 'msg')
-        example = example_of(imported) if imported else self._messages.get(type_name)
+        known_class = _class_in_a_package(type_name, 'msg')
+        example = example_of(known_class) if known_class else self._messages.get(type_name)
         if example is None:
             return None
         return _example_class(type_name, example['sum'], example['data'], example['fields'])
 
-    def service(self, type_name: str) -> Any:
+    def service_class(self, type_name: str) -> Any:
         """Returns the class of a service type; None for an unknown type."""
-        imported = _class_in_a_package(type_name, 'srv')
-        if imported is None and type_name in self._services:
-            return self.services_by_checksum().get(self._services[type_name]['sum'])
-        return imported
+        known_class = _class_in_a_package(type_name, 'srv')
+        if known_class is None and type_name in self._services:
+            return self.services_by_checksum()[self._services[type_name]['sum']]
+        return known_class
 
     def services_by_checksum(self) -> Dict[str, Any]:
         """Returns {checksum: class} of all known services."""
@@ -70,8 +71,9 @@ class Example(genpy.Message):
     def put(self, name: str, *value: Any) -> None:
         """Replace the value of a field, or the stamp of a header. The type of the field must be in
         FIELD_FORMATS."""
-        type_name, first_byte = {field: rest for field, *rest in self.fields}[name]
-        struct.pack_into(FIELD_FORMATS[type_name], self._data, first_byte, *value)
+        for field, type_name, first_byte in self.fields:
+            if field == name:
+                struct.pack_into(FIELD_FORMATS[type_name], self._data, first_byte, *value)
 
     def serialize(self, buff: BinaryIO) -> None:
         """Write the message into a stream, as genpy's messages do."""

@@ -1,10 +1,10 @@
-"""Finds facts in the program text of a submission that no trial shows:
+"""Finds facts that no trial shows, in the program text of a submission:
 
 * the sign of y in the submission's own mouse client,
 * a function that assigns an angle, and not a quaternion, to an orientation,
 * the lines that assign each variable.
 
-The text comes from a stranger, so a separate process with limited memory and time reads the text.
+Because the text comes from a stranger, a process with limited memory and time reads it.
 """
 import ast
 import json
@@ -25,18 +25,19 @@ from tb3_labs.marking.trial import source_analysis
 print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1:]))))
 '''
 MAX_TEXT_BYTES = 200000     # a larger file is not read
-#: The result has at most MAX_NAMES variables, and for each variable at most MAX_LISTED_LINES lines.
+#: The result contains at most MAX_NAMES variables, each with at most MAX_LISTED_LINES lines.
 MAX_NAMES, MAX_LISTED_LINES = 200, 6
 #: The call by which a mouse client's program publishes its messages.
 PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # of a variable whose value is y
-#: A variable or a function with such a name has a position in pixels, where y points down.
+#: A variable or a function with such a name contains a position in pixels, where y points down.
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
 #: The results of these functions grow with their arguments.
 GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
 ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
-ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a yaw becomes a ' \
-    'quaternion by sine and cosine of its half. Y sends 0, so it costs no points.'
+ANGLE_AS_ORIENTATION = (
+    'In {} the angle itself is given to the orientation: a yaw becomes a quaternion by sine and '
+    'cosine of its half. Y sends 0, so it costs no points.')
 
 #: {variable: slope}. The slope is positive if the variable grows with the pixel's y, negative if
 #: the variable falls, 0 if the variable does not depend on y, and NaN if the dependence is unknown.
@@ -47,8 +48,8 @@ def read_findings(paths: Iterable[str]) -> Dict[str, Any]:
     """Returns the findings in programs. Each of the `paths` is a program or a folder of programs.
 
     `mouse_y_sign` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction
-    is unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
-    variable.
+    is unknown. `remarks` are sentences for the student. `assigned` contains the lines that assign
+    each variable.
     """
     done = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', ANALYSE_FILES, *paths], cwd='/',
@@ -58,17 +59,18 @@ def read_findings(paths: Iterable[str]) -> Dict[str, Any]:
 
 def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     """Returns the findings in `texts`; see `read_findings`."""
-    signs: Set[int] = set()
+    y_signs: Set[int] = set()
     remarks: List[str] = []
     lines: Dict[str, List[int]] = {}
     for text in texts:
         nodes = syntax_nodes_of(text)
         if PUBLISHES_MOUSE.search(text):
-            signs |= {1 if slope > 0.0 else -1 for slope in _sent_slopes(nodes)}
+            # pixels count y down
+            y_signs |= {-1 if slope > 0.0 else 1 for slope in _sent_slopes(nodes)}
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
         lines.update(assigned_lines(nodes))
-    y_sign = -min(signs) if len(signs) == 1 else 0      # pixels count y down
+    y_sign = y_signs.pop() if len(y_signs) == 1 else 0
     return {'mouse_y_sign': y_sign, 'remarks': remarks, 'assigned': lines}
 
 
@@ -85,13 +87,15 @@ def assigned_lines(nodes: Iterable[Any]) -> Dict[str, List[int]]:
                     names.append(f'{node.value.attr}.{node.attr}')
             for name in names:
                 lines.setdefault(name, []).append(node.lineno)
-    return {name: sorted(set(at))[:MAX_LISTED_LINES] for name, at in lines.items()}
+    return {name: sorted(set(numbers))[:MAX_LISTED_LINES] for name, numbers in lines.items()}
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
     """Does a function assign its last argument, an angle, to a field of an orientation? An argument
     with the name of a quaternion's component, such as z or q_w, is not an angle."""
-    angle = function.args.args[-1].arg if function.args.args else 'x'
+    if not function.args.args:
+        return False
+    angle = function.args.args[-1].arg
     if re.fullmatch('(.*q.*)?[xyzw]', angle):
         return False
     for node in ast.walk(function):
@@ -117,20 +121,21 @@ def _last_name(node: Any) -> str:
 
 def _sent_slopes(nodes: List[Any]) -> List[float]:
     """Returns the known slopes of the values that a mouse client assigns to y in a message."""
-    steps: List[Any] = [node for node in nodes if isinstance(node, ASSIGNMENTS)]
+    assignments: List[Any] = [node for node in nodes if isinstance(node, ASSIGNMENTS)]
     # in Python 3.8 a keyword has no line number
-    steps.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
+    assignments.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
-    for step in steps + steps:      # two passes are needed, since the callback may be the last step
-        for name, slope in _assigned_slopes(step, slopes):
+    for assignment in assignments * 2:      # the callback may come last, so two passes are needed
+        for name, slope in _assigned_slopes(assignment, slopes):
             # a later constant, such as a reset to 0, does not change a known slope
             if slope or not slopes.get(name):
                 slopes[name] = slope
-    y_fields = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
+    sent_fields = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
     read_names = {_dotted_name(node) for node in nodes
                   if isinstance(getattr(node, 'ctx', None), ast.Load)}
-    unread_fields = y_fields - read_names   # a client does not read the fields of its message
-    sent_slopes = [slopes[name] for name in unread_fields or y_fields]
+    if sent_fields - read_names:
+        sent_fields -= read_names   # a client does not read the fields of its message
+    sent_slopes = [slopes[name] for name in sent_fields]
     return [slope for slope in sent_slopes if slope > 0.0 or slope < 0.0]       # neither 0 nor NaN
 
 
@@ -151,8 +156,8 @@ def _assigned_slopes(node: Any, slopes: Slopes) -> Iterator[Tuple[str, float]]:
             if not isinstance(target, ast.Tuple):
                 yield _dotted_name(target), _slope(node.value, slopes)
             elif len(target.elts) > 1:          # `x, y = position` means `y = position[1]`
-                part = ast.Subscript(node.value, ast.Constant(1), ast.Load())
-                yield _dotted_name(target.elts[1]), _slope(part, slopes)
+                second = ast.Subscript(node.value, ast.Constant(1), ast.Load())
+                yield _dotted_name(target.elts[1]), _slope(second, slopes)
 
 
 def _slope(node: Any, slopes: Slopes) -> float:
