@@ -48,6 +48,10 @@ class Samples:
         """Returns the samples with `time` in [begin, end) [s]. The times must be in order."""
         return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
+    def arrived_between(self: SamplesType, begin: float, end: float) -> SamplesType:
+        """Returns the samples with `arrival` in [begin, end) [s]."""
+        return self.take((self.arrival >= begin) & (self.arrival < end))
+
     @classmethod
     def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
         if not parts:
@@ -118,7 +122,8 @@ class Poses(Yaws):
 
     def at(self, times: np.ndarray) -> 'Poses':
         """Returns the interpolated poses at the `times` [s], as in `yaw_at`."""
-        x, y = (np.interp(times, self.time, column) for column in (self.x, self.y))
+        x = np.interp(times, self.time, self.x)
+        y = np.interp(times, self.time, self.y)
         return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
 
     def pose_at(self, time: float) -> Pose2:

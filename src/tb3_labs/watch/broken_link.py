@@ -21,8 +21,8 @@ MAX_UNJUDGED_READINGS = 10
 
 
 class BrokenLink(NamedTuple):
-    """A mistake of a node. `message` describes the mistake in a sentence, without the period at its
-    end. `moment` [s] is a time at which the mistake is visible."""
+    """A mistake of a node. `message` is a sentence on the mistake, without the period. `moment` [s]
+    is a time at which the mistake is visible."""
 
     message: str
     moment: float
@@ -34,7 +34,7 @@ Check = Callable[['NodeRun'], Iterator[BrokenLink]]
 
 
 class NodeRun:
-    """One node of a recorded run, with its variables and its commands."""
+    """The variables and the commands of one node of a recorded run."""
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         """`run` is a RunData. `node` is the node's name, by default the name of the node with the
@@ -55,7 +55,9 @@ class NodeRun:
     def boolean_variable(self, name: str) -> Optional[Series]:
         """Returns ``variable(name)`` if all its values are True, False, 1 or 0; else None."""
         series = self.variable(name)
-        return series if series is not None and set(series.value) <= {0.0, 1.0} else None
+        if series is None or not set(series.value) <= {0.0, 1.0}:
+            return None
+        return series
 
     @cached_property
     def reading_times(self) -> np.ndarray:
@@ -66,7 +68,7 @@ class NodeRun:
     def runs_at(self, time: float) -> bool:
         """Was a variable read at most MAX_READING_GAP before this time?"""
         earlier_times = self.reading_times[self.reading_times < time]
-        return len(earlier_times) > 0 and bool(time - earlier_times[-1] <= MAX_READING_GAP)
+        return bool((time - earlier_times <= MAX_READING_GAP).any())
 
     def end_after(self, time: float) -> float:
         """Returns the time of the last reading before the next gap in the readings. Returns inf if
@@ -93,7 +95,7 @@ class SheetStep(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A link of a chain. A student can answer the `question` by looking at the node. `parts` names
+    """A link of a chain. A student can answer the `question` by looking at the node. `parts` are
     the parts of the lab that use the link, as in marking/labs. If `is_remarked`, a mistake gets a
     remark even if it costs no points."""
 
@@ -120,7 +122,8 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
     """Returns the sentence on a broken link. `assigned` is {variable: line numbers of its
     assignments in the node's file}."""
     name, message = broken.variable, broken.message
-    lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
+    attribute = name.rpartition('.')[2]
+    lines = assigned.get(name) or assigned.get(attribute, ())
     place = ''
     if lines:
         word = 'line' if len(lines) == 1 else 'lines'
@@ -155,13 +158,13 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
     return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
 
 
-def should_be(observation: str, correct: Any) -> str:
-    """Returns a clause with the observation and the correct value."""
+def expectation_clause(observation: str, correct: Any) -> str:
+    """Returns the observation, followed by the correct value."""
     return f'{observation}; it should be {correct}'
 
 
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink at the time `begin` if commands at these `times` come too seldom."""
+    """Yields a BrokenLink at the time `begin` if the `times` of commands are too far apart."""
     pause = np.median(np.diff(times))
     if pause > MAX_COMMAND_PAUSE:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
@@ -172,7 +175,7 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
                  ('pitching', 'angular.y'))
 
 
-def wrong_field_text(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
+def used_field_text(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
     """Returns a clause on the first of these `fields` that is not 0; '' if all are 0."""
     for field, field_text in fields:
         speeds = getattr(sent, field)
@@ -183,5 +186,5 @@ def wrong_field_text(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELD
 
 def other_field_text(node_run: NodeRun) -> str:
     """Returns a clause on linear.x or an unused field that is not 0; '' if all are 0."""
-    clause = wrong_field_text(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
+    clause = used_field_text(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return f'; {clause}' if clause else ''

@@ -15,8 +15,8 @@ MAX_LETTER_DELAY = 3.0      # [s]
 #: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
 UNKNOWN_LETTER = 'a letter'
-LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}       # sides as in RunData.letters
-TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG}
+LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY, 0.0: ''}      # sides as in RunData.letters
+TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, UNKNOWN_LETTER: np.nan}
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
     `turning` shows when the letters were typed."""
     run = node_run.run
     times = run.letters.arrival
-    letters = [LETTER_OF_SIDE.get(side, '') for side in run.letters.value]
+    letters = [LETTER_OF_SIDE[side] for side in run.letters.value]
     if not len(times):
         times = unrecorded_letters(node_run)
         letters = [UNKNOWN_LETTER] * len(times)
@@ -153,9 +153,10 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
     commands = node_run.commands
     is_after = commands.arrival > max(begin, read_at - 2.0 * READING_PERIOD)
     commands = commands.take(is_after & (commands.arrival < end))
-    times, yaws = commands.arrival, heading.at(commands.arrival)
+    times = commands.arrival
+    yaws = heading.at(times)
     if goal is None:
-        goal_yaw = begin_yaw + TURNS_DEG.get(letter, np.nan) * heading.per_degree
+        goal_yaw = begin_yaw + TURNS_DEG[letter] * heading.per_degree
         goals = np.full(len(times), goal_yaw)
     else:
         shown_at = np.maximum(times, read_at) + READING_PERIOD

@@ -92,8 +92,10 @@ def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     """Returns {name: Series} of `node`, by default of the node with the most readings."""
     nodes = variables_by_node(run.variables)
+    if not nodes:
+        return {}
     if node is None:
-        node = max(nodes, default='', key=lambda name: np.sum(run.variables.node == name))
+        node = max(nodes, key=lambda name: np.sum(run.variables.node == name))
     return nodes.get(node, {})
 
 
