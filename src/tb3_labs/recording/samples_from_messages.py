@@ -35,16 +35,16 @@ MIN_IN_TIME_SHARE = 0.25
 
 @dataclass(frozen=True)
 class RecordedClock:
-    """The clock of a sender is `lag` [s] behind the recorder's clock. `stamps` [s] has the stamp of
-    each message of the sender."""
+    """The clock of a sender is `lag` [s] behind the recorder's clock. `stamps` [s] are the stamps
+    of the sender's messages."""
 
     lag: float
     stamps: np.ndarray
 
     @classmethod
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
-        """Returns the clock of a sender with at least one message. The clock is computed from the
-        messages with the shortest delays. Outliers are ignored."""
+        """Returns the clock of a sender, computed from the messages with the shortest delays. The
+        sender must have sent a message. Outliers are ignored."""
         lags = np.sort(arrival - stamp)
         median = lags[(len(lags) - 1) // 2]
         lags = lags[np.abs(lags - median) < MIN_LATENESS]
@@ -79,8 +79,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
 
 
 # -- Each function returns (header, rows). The header is None if the message has no stamp.
-# A row has the values of a sample. `prefix` is the robot's namespace. An invalid quaternion raises
-# ValueError.
+# A row contains the values of a sample. `prefix` is the robot's namespace. An invalid quaternion
+# raises ValueError.
 
 def _yaw(q):
     return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
@@ -108,9 +108,9 @@ def _odometry(message, sender, prefix):
 def _command(message, sender, prefix):
     linear, angular = message.linear, message.angular
     # no wheel follows these speeds, so a NaN or infinite speed does not make a command invalid
-    unused_speeds = [max(-MAX_UNUSED_SPEED, min(MAX_UNUSED_SPEED, speed))     # the maximum for NaN
-                     for speed in (linear.y, linear.z, angular.x, angular.y)]
-    return None, [(linear.x, angular.z, *unused_speeds, sender)]
+    unused_speeds = np.nan_to_num([linear.y, linear.z, angular.x, angular.y], nan=MAX_UNUSED_SPEED)
+    limited_speeds = unused_speeds.clip(-MAX_UNUSED_SPEED, MAX_UNUSED_SPEED)
+    return None, [(linear.x, angular.z, *limited_speeds, sender)]
 
 
 def _frames(message, sender, prefix):
@@ -158,8 +158,8 @@ def stamped_samples(field, message, prefix, start, received):
     a sample is its stamp on the sender's clock.
 
     `field` is a field of RunData, and `prefix` is the robot's namespace. `start` is the arrival of
-    the recording's first message [s since 1970]. `received` has (arrival [s], sender, bytes) of
-    each message. All messages are read into the one object `message`.
+    the recording's first message [s since 1970]. `received` contains (arrival [s], sender, bytes)
+    of each message. All messages are read into the one object `message`.
     """
     samples_type, read = FIELD_READERS[field]
     rows = []
@@ -178,7 +178,7 @@ def stamped_samples(field, message, prefix, start, received):
         rows += [(arrival, stamp, *row) for row in contents]
     samples = samples_type.from_rows(rows)
     is_valid = np.ones(len(samples), bool)
-    for column in samples.contents:
+    for column in samples.columns[2:]:      # without the times
         if column.dtype != object:
             is_valid &= np.abs(column) < MAX_NUMBER     # False for NaN
     return samples.take(is_valid), dropped + int((~is_valid).sum())

@@ -51,7 +51,7 @@ def drive_reports(run: RunData) -> List[DriveReport]:
             groups[-1].append(state)
         else:
             groups.append([state])
-    next_states = [*(group[0] for group in groups[1:]), None]
+    next_states = [group[0] for group in groups[1:]] + [None]
     return [_drive_report(run, frames, group, next_state)
             for group, next_state in zip(groups, next_states) if group[0].state in DRIVING]
 
@@ -59,9 +59,8 @@ def drive_reports(run: RunData) -> List[DriveReport]:
 def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
     """Returns the FrameInterval in which a drive from `begin` to `end` [s] took place.
 
-    A reset may begin the drive, and the pose may show this reset a moment after `begin`. A reset in
-    the second half of the drive has ended the drive, so the interval after this reset is not
-    returned.
+    A reset that begins the drive may change the pose a moment after `begin`. A reset in the second
+    half of the drive has ended the drive, so the interval before this reset is returned.
     """
     latest = min(begin + MAX_RESET_DELAY, (begin + end) / 2.0)
     begun = [interval for interval in frames if interval.begin <= latest]
@@ -74,9 +73,10 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
         return following.state in DRIVING or is_stopped(following.state)
     # after a stop, or if the final error is too large, the robot drives to the same goal again
     may_repeat = previous.state == FINAL_TURN or is_stopped(previous.state)
-    interval, next_interval = (
-        frame_interval_of(frames, each.begin, each.end) for each in (previous, following))
-    return may_repeat and previous.goal == following.goal and interval is next_interval
+    if not may_repeat or previous.goal != following.goal:
+        return False
+    interval = frame_interval_of(frames, previous.begin, previous.end)
+    return interval is frame_interval_of(frames, following.begin, following.end)
 
 
 def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequence[RecordedState],
@@ -89,10 +89,11 @@ def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequenc
     measured_until = end
     if next_state is not None and next_state.state != TURN_TO_GOAL:
         measured_until = min(end + SETTLE_TIME, next_state.end)
-    local, truth = (poses.between(interval.begin, min(measured_until, interval.end))
-                    for poses in (run.local_pose, run.ground_truth))
+    measured_until = min(measured_until, interval.end)
+    local = run.local_pose.between(interval.begin, measured_until)
     true_error = UNKNOWN_ERROR
     if interval.local_T_world is not None:
+        truth = run.ground_truth.between(interval.begin, measured_until)
         true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
     return DriveReport(begin, end, goal, _outcome(next_state), _final_error(local, goal, end),
                        true_error, _drift(run, states))
@@ -118,5 +119,6 @@ def _drift(run: RunData, states: Sequence[RecordedState]) -> float:
 def _outcome(next_state: Optional[RecordedState]) -> str:
     if next_state is None:
         return 'recording ended'
-    outcomes = {GoalState.GOAL_REACHED.name: 'reached', TURN_TO_GOAL: 'begun anew'}
-    return outcomes.get(next_state.state, next_state.state)
+    if next_state.state == GoalState.GOAL_REACHED.name:
+        return 'reached'
+    return 'begun anew' if next_state.state == TURN_TO_GOAL else next_state.state

@@ -68,8 +68,7 @@ def movements(run: RunData) -> List[Movement]:
     cuts = np.concatenate([run.resets.time, run.control.time[run.control.value == 0.0]])
     cuts_before = np.searchsorted(np.sort(cuts), time[moves])
     is_cut = np.diff(cuts_before) > 0
-    begins, previous_ends = time[moves[1:]], ends[moves[:-1]]
-    is_pause = begins - previous_ends >= MOVEMENT_PAUSE_TIME
+    is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE_TIME
     first_indices = np.flatnonzero(is_cut | is_pause) + 1
     return [_movement(run, indices, ends) for indices in np.split(moves, first_indices)]
 
@@ -107,12 +106,14 @@ def has_control(run: RunData, time: float) -> bool:
     if not len(run.control):
         return False
     earlier_values = run.control.value[run.control.time <= time]
-    return bool(earlier_values[-1]) if len(earlier_values) else not run.control.value[0]
+    if not len(earlier_values):
+        return not run.control.value[0]
+    return bool(earlier_values[-1])
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
-    computed, and `derived` has its name. If there are no recorded goals, all drives have this
+    computed, and its name is added to `derived`. Without recorded goals, all drives have this
     `goal`."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ run.odometry.at(run.frames.time)

@@ -83,7 +83,8 @@ def _separate_turns(run: RunData, movement: Movement,
 
 def _turn_report(run: RunData, begin: float, end: float, next_command: float,
                  previous_end: float) -> Optional[TurnReport]:
-    """Returns the report of the turn by the commands from `begin` to `end`; None if it is none."""
+    """Returns the report of the turn by the commands from `begin` to `end`; None if the commands
+    make no turn."""
     times_before = begin - np.arange(0.0, MAX_MISSED_TIME, RATE_MEAN_TIME / 3.0)
     before = _first_rest(run.imu, times_before - RATE_MEAN_TIME, times_before)
     latest = min(end + MAX_STOPPING_TIME, next_command)
@@ -91,7 +92,8 @@ def _turn_report(run: RunData, begin: float, end: float, next_command: float,
     after = _first_rest(run.imu, times_after, np.minimum(times_after + RATE_MEAN_TIME, latest))
     if before is None or after is None:
         return None
-    rest_before, rest_after = float(times_before[before]), float(times_after[after])
+    rest_before = float(times_before[before])
+    rest_after = float(times_after[after])
     last = min(rest_after + RATE_MEAN_TIME + HEADING_MEAN_TIME, next_command)
     imu = run.imu.between(rest_before - RATE_MEAN_TIME, last)
     yaw = np.unwrap(imu.yaw)
@@ -126,8 +128,8 @@ def _requested_angle(run: RunData, begin: float, end: float, turned: float) -> f
         return float(requests.value.sum())
     if abs(turned) < MIN_TURN_ANGLE:
         return 0.0
-    quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
-    return math.copysign(quarters * math.pi / 2.0, turned)
+    nearest = math.pi / 2.0 if abs(turned) < 0.75 * math.pi else math.pi
+    return math.copysign(nearest, turned)
 
 
 def _true_angle(run: RunData, begin: float, end: float) -> float:

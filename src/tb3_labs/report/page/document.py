@@ -9,15 +9,14 @@ from tb3_labs.watch.broken_link import BrokenLink, Link
 
 STYLE_FILE = Path(__file__).with_name('document.css')
 PAGE = '''<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{0}</title>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>
-{1}
+{style}
 </style></head><body>
-<h1>{0}</h1>
-{2}
+<h1>{title}</h1>
+{body}
 </body></html>
 '''
-FOLDED_HINT = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
 UNKNOWN_NUMBER = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
 #: Finds the places at which a spreadsheet would begin a formula. A spreadsheet may also begin a new
@@ -44,9 +43,9 @@ def degrees_text(angle: float, form: str) -> str:
 
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:
-    """Returns an HTML page with these `parts`, which are HTML. `style` is additional CSS."""
+    """Returns an HTML page with these `parts` in HTML. `style` is additional CSS."""
     style = STYLE_FILE.read_text(encoding='utf-8') + style
-    return PAGE.format(escape(title), style, '\n'.join(parts))
+    return PAGE.format(title=escape(title), style=style, body='\n'.join(parts))
 
 
 def table(titles: Sequence[str], rows: Sequence[Sequence[str]], text_columns: Sequence[str] = (),
@@ -81,13 +80,19 @@ def hints_section(first_broken_link: Optional[Tuple[Link, BrokenLink]], mistake:
     if first_broken_link is None:
         return ''
     link, broken = first_broken_link
-    anchor = f' <a href="#t={broken.moment:.1f}">Watch it</a>' if has_timeline else ''
-    third = FOLDED_HINT.format('The mistake', escape(mistake) + anchor, '')
+    mistake = escape(mistake)
+    if has_timeline:
+        mistake += f' <a href="#t={broken.moment:.1f}">Watch it</a>'
+    third = _folded_hint('The mistake', mistake)
     place = escape(f'See {link.place}.')
-    second = FOLDED_HINT.format('Hint 2: where it is explained', place, third)
-    first = FOLDED_HINT.format('Hint 1: what to look at', escape(link.question), second)
-    return '<section id="hints"><h2>What went wrong</h2>\n<p>Open one hint, then try again ' \
-        f'before you open the next.</p>\n{first}</section>'
+    second = _folded_hint('Hint 2: where it is explained', place, third)
+    first = _folded_hint('Hint 1: what to look at', escape(link.question), second)
+    return ('<section id="hints"><h2>What went wrong</h2>\n<p>Open one hint, then try again '
+            f'before you open the next.</p>\n{first}</section>')
+
+
+def _folded_hint(title: str, hint: str, next_hint: str = '') -> str:
+    return f'<details><summary>{title}</summary>\n<p>{hint}</p>\n{next_hint}</details>\n'
 
 
 def safe_cell(text: str) -> str:

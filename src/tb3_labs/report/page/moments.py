@@ -55,14 +55,16 @@ def timeline_events(run: RunData, turns: Sequence[TurnReport],
 
 def _turn_event(k: int, turn: TurnReport) -> TimelineEvent:
     requested = degrees_text(turn.requested, '{:+.0f}')
-    text = f"turn {k}: asked {requested}, turned {degrees_text(turn.turned, '{:+.1f}')} deg"
+    turned = degrees_text(turn.turned, '{:+.1f}')
+    text = f'turn {k}: asked {requested}, turned {turned} deg'
     return timeline_event('turn', turn.begin, text, turn.end)
 
 
 def _drive_event(k: int, drive: DriveReport) -> TimelineEvent:
-    distance, angle = drive.error
-    error = f"{number_text(distance, '{:.3f}')} m and {degrees_text(angle, '{:.1f}')} deg off"
-    return timeline_event('drive', drive.begin, f'drive {k}: {drive.outcome}, {error}', drive.end)
+    distance = number_text(drive.error[0], '{:.3f}')
+    angle = degrees_text(drive.error[1], '{:.1f}')
+    text = f'drive {k}: {drive.outcome}, {distance} m and {angle} deg off'
+    return timeline_event('drive', drive.begin, text, drive.end)
 
 
 def _by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:

@@ -67,7 +67,8 @@ def turns_figure(run: RunData) -> Figure:
     angle_axes, rate_axes = figure.subplots(2, 1, sharex=True)
     next_begins = [turn.begin for turn in reports[1:]] + [math.inf]
     for number, (turn, next_begin) in enumerate(zip(reports, next_begins)):
-        begin, end = turn.begin - SHOWN_TIME_BEFORE, min(turn.end + SHOWN_TIME_AFTER, next_begin)
+        begin = turn.begin - SHOWN_TIME_BEFORE
+        end = min(turn.end + SHOWN_TIME_AFTER, next_begin)
         sign = math.copysign(1.0, turn.requested)
         imu = run.imu.between(begin, end)
         yaw = np.unwrap(imu.yaw)
@@ -131,8 +132,8 @@ def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
 
 def draw_path(panel: Axes, poses: Poses, **style: Any) -> None:
     """Draw a line through the poses. The line has a gap where the poses leap."""
-    x, y = (np.insert(column, poses.leap_indices, np.nan) for column in (poses.x, poses.y))
-    panel.plot(x, y, **style)
+    panel.plot(np.insert(poses.x, poses.leap_indices, np.nan),
+               np.insert(poses.y, poses.leap_indices, np.nan), **style)
 
 
 def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,

@@ -46,8 +46,8 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
     Source: Douglas and Peucker (1973), but distances are measured along the axis of the values.
     """
     is_kept = np.zeros(len(time), dtype=bool)
-    begins = [0, *breaks]
-    stretches = [(begin, end - 1) for begin, end in zip(begins, [*begins[1:], len(time)])]
+    ends = [*breaks, len(time)]
+    stretches = [(begin, end - 1) for begin, end in zip([0, *breaks], ends)]
     while stretches:
         first, last = stretches.pop()
         is_kept[[first, last]] = True
@@ -77,7 +77,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[floa
     # numbers with a bound of 0.002 get four digits
     digits = [1 - math.floor(math.log10(bound)) for bound in bounds]
     return {'time': np.round(time[kept], 3),
-            'columns': list(map(np.round, values[kept].T, digits)),
+            'columns': [np.round(column, k) for column, k in zip(values[kept].T, digits)],
             'breaks': np.unique(np.searchsorted(kept, begins))}
 
 
@@ -86,7 +86,8 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = frame_intervals(run)
-    local_resets, goal_resets = _resets(frames, local.time), _resets(frames, time)
+    local_resets = _resets(frames, local.time)
+    goal_resets = _resets(frames, time)
     wraps = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
     # at the beginning of each interval, local_pose is assumed to be exact
     truth = [run.ground_truth.between(interval.begin, interval.end).seen_from(
@@ -149,8 +150,8 @@ def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> Time
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
-    return [[round(float(at), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
-            for at, level, node, text in zip(log.time, log.level, log.node, log.text)
+    return [[round(float(time), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
+            for time, level, node, text in zip(log.time, log.level, log.node, log.text)
             if node.rpartition('/')[2] != RECORDER_NODE]
 
 
