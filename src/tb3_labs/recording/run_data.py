@@ -1,13 +1,12 @@
-"""Holds the recorded data of one run in arrays.
+"""Contains the recorded data of one run in arrays.
 
 Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
 sample arrived at the recorder. `time` is the stamp of the sample, converted from the sender's clock
 to the recorder's clock. The clocks of a real robot and a recorder differ by up to a second. If a
 message has no stamp, `time` equals `arrival`.
 
-Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages.
-Edge cases: a topic that was not recorded has samples of length 0. A message is dropped and counted
-if its quaternion is invalid (see :mod:`tb3_labs.geometry.angles`) or a number is not finite.
+Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages. A topic that was not
+recorded has samples of length 0.
 """
 from dataclasses import dataclass, fields, replace
 from functools import cached_property

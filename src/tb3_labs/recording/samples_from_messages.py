@@ -1,7 +1,7 @@
 """Makes the samples of each topic from the messages of a recording.
 
-The times of all samples are converted to one clock, the recorder's clock.
-Units: metres, radians, seconds since the recording's start on the recorder's clock.
+The times of all samples are converted to one clock, the recorder's clock. The units are those of
+RunData.
 """
 import math
 import struct

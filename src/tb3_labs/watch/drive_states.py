@@ -1,5 +1,4 @@
-"""Finds the local frames, the poses and the states of a node in the Transformation lab. The poses
-and the states come from the node's own variables.
+"""Finds the local frames of a node in the Transformation lab, and its own poses and states.
 
 In this file a place (x, y) is the complex number x + iy, so a rotation is a product.
 """

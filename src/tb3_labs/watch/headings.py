@@ -23,17 +23,17 @@ HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: (name, formula) of each range that a node may use for a yaw. The arguments of a formula are a yaw
 #: (from -180 to 180 degrees) and a whole turn, both in the node's unit.
 YAW_RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
-    ('from 0 to 360', lambda yaw, turn: np.where(yaw < 0.0, yaw + turn, yaw)),
-    ('from -180 to 180', lambda yaw, turn: yaw),
+    ('from 0 to 360', lambda yaw, whole_turn: np.where(yaw < 0.0, yaw + whole_turn, yaw)),
+    ('from -180 to 180', lambda yaw, whole_turn: yaw),
     ('its number plus 360 where it is negative',
-     lambda yaw, turn: np.where(yaw < 0.0, yaw + 360.0, yaw)),
+     lambda yaw, whole_turn: np.where(yaw < 0.0, yaw + 360.0, yaw)),
     ('plus 180 where it is negative',
-     lambda yaw, turn: np.where(yaw < 0.0, yaw + turn / 2.0, yaw)),
-    ('plus 180', lambda yaw, turn: yaw + turn / 2.0),
-    ('plus 360, also where it is positive', lambda yaw, turn: yaw + turn),
-    ('without its sign', lambda yaw, turn: np.abs(yaw)),
-    ('mirrored, from 0 to 360', lambda yaw, turn: -yaw % turn),
-    ('mirrored, from -180 to 180', lambda yaw, turn: -yaw))
+     lambda yaw, whole_turn: np.where(yaw < 0.0, yaw + whole_turn / 2.0, yaw)),
+    ('plus 180', lambda yaw, whole_turn: yaw + whole_turn / 2.0),
+    ('plus 360, also where it is positive', lambda yaw, whole_turn: yaw + whole_turn),
+    ('without its sign', lambda yaw, whole_turn: np.abs(yaw)),
+    ('mirrored, from 0 to 360', lambda yaw, whole_turn: -yaw % whole_turn),
+    ('mirrored, from -180 to 180', lambda yaw, whole_turn: -yaw))
 #: (name, number per degree) of each unit that a node may use for a yaw.
 YAW_UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
              ('degrees, converted to degrees twice', 180.0 / math.pi))
@@ -56,13 +56,13 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     candidates = []
     for (name, angle), (unit, factor) in product(angles_of(imu).items(), YAW_UNITS):
         number = np.degrees(angle) * factor
-        turn = 360.0 * factor
+        whole_turn = 360.0 * factor
         is_yaw = name == 'yaw'
         ranges = YAW_RANGES if is_yaw else YAW_RANGES[:3]
-        per_degree = factor if is_yaw else 0.0
         candidates += [
-            Quantity(f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, turn),
-                     scale=min(turn, 360.0), per_degree=per_degree)
+            Quantity(f'the {name} in {unit}, {range_text}', imu.arrival,
+                     formula(number, whole_turn), scale=min(whole_turn, 360.0),
+                     per_degree=factor if is_yaw else 0.0)
             for range_text, formula in ranges]
     for component in 'wxyz':
         name = f'the {component} of the quaternion'

@@ -161,7 +161,7 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
     else:
         shown_at = np.maximum(times, read_at) + READING_PERIOD
         last_moment = np.nextafter(end, 0.0)    # at `end` the next letter has changed the goal
-        goals = np.array([goal.at(time) for time in np.minimum(shown_at, last_moment)])
+        goals = goal.at(np.minimum(shown_at, last_moment))
     return NodeTurn(
         begin=begin, end=end, is_cut=is_cut, letter=letter, begin_yaw=begin_yaw,
         goal_before=goal_before, goal_after=goal_after, time=times, command=commands.angular,

@@ -40,9 +40,10 @@ class Series:
     text: np.ndarray
     value: np.ndarray
 
-    def at(self, time: float) -> float:
-        """Returns the last number read up to this time, or the first number if all are later."""
-        return float(self.value[max(0, last_until(self.time, time))])
+    def at(self, time: Any) -> Any:
+        """Returns the last number read up to a time, or up to each time of an array. Returns the
+        first number if all are later."""
+        return self.value[last_until(self.time, time).clip(0)]
 
     def text_at(self, time: float) -> str:
         """Returns the last text read up to this time, or the first text if all are later."""

@@ -1,20 +1,16 @@
 """Finds the movements, states and goals of a run whose node publishes only `cmd_vel`.
 
 The robot's pose in ``local`` is (0, 0, 0) at the first sample, and the declared pose at a reset. As
-in the lab, the robot's place follows the odometry, and the robot's heading follows the IMU. If the
-odometry jumps, the pose in ``local`` jumps, too.
+in the lab, the robot's place follows the odometry, and the robot's heading follows the IMU.
 
 A *movement* is a series of commands that are not zero, with pauses shorter than
-`MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two.
-
-A turn has no command with a forward speed. A drive has a turn, a way forward and a second turn. One
-of the two turns of a drive may be missing. Any other movement is a movement by hand.
+`MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A turn has
+no forward speed. A drive has a turn, a way forward and a second turn, or only one of the two turns.
+Any other movement is by hand.
 
 If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
 at any other time. If `mouse_info` was recorded, no movement is a drive, and a turn must be faster
 than the mouse can command. Otherwise a person's drive by keys looks like a node's drive.
-
-Units: metres, radians, seconds since the recording's start.
 """
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -46,8 +42,8 @@ class MovementKind(Enum):
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement from `begin` to `end`. The commands have a forward speed from `forward_begin`
-    to `forward_end`. Both equal `end` if no command has a forward speed."""
+    """A movement, with a forward speed from `forward_begin` to `forward_end`. Both equal `end` if
+    no command has a forward speed."""
 
     kind: MovementKind
     begin: float

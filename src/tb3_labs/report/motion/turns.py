@@ -1,11 +1,8 @@
 """Finds the turns of the IMU lab in a recorded run, and measures each turn from rest to rest.
 
-A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
-rests before and after a turn. Topic `turn` gives the requested angle. Without a message on `turn`,
-the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees.
-
-Units: radians (positive to the left), seconds. The IMU's yaw is unwrapped, so that an angle may be
-larger than half a turn. Edge case: without ground truth, the true values are NaN.
+The topic `turn` gives the requested angle. Without a message on `turn`, the requested angle is the
+nearest of the lab's angles, +/-90 and +/-180 degrees. Angles are positive to the left. The IMU's
+yaw is unwrapped, so an angle may be larger than half a turn.
 """
 import math
 from dataclasses import dataclass
@@ -50,7 +47,7 @@ class TurnReport:
 @lru_cache(maxsize=1)
 def turn_reports(run: RunData) -> List[TurnReport]:
     """Returns a TurnReport for each turn, in order."""
-    driving_states = [state for state in recorded_states(run) if state.state in DRIVING]
+    driving_states = [state for state in recorded_states(run) if state.name in DRIVING]
     all_movements = movements(run)
     next_begins = [movement.begin for movement in all_movements[1:]] + [run.duration]
     reports: List[TurnReport] = []

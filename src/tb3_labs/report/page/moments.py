@@ -40,8 +40,8 @@ def timeline_events(run: RunData, turns: Sequence[TurnReport],
             events.append(_by_hand(run, movement.begin, movement.end))
     events += [timeline_event('reset', interval.begin, f'reset {k} of local')
                for k, interval in enumerate(frame_intervals(run)[1:], 1)]
-    events += [timeline_event('stop', interval.begin, interval.state)
-               for interval in recorded_states(run) if ':' in interval.state]
+    events += [timeline_event('stop', state.begin, state.name)
+               for state in recorded_states(run) if ':' in state.name]
     for k in np.flatnonzero(changed_rows(run.control.value[:, np.newaxis])):
         kind, text = CONTROL_EVENTS[bool(run.control.value[k])]
         events.append(timeline_event(kind, run.control.time[k], text))

@@ -104,8 +104,8 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
         'distance': track(time, [distance], [PLACE_BOUND], goal_resets),
         'angle': track(time, [np.degrees(angle)], [ANGLE_BOUND], [*goal_resets, *wraps]),
         'commands': _commands(run.commands),
-        'goals': [[round(interval.begin, 3), interval.state, _rounded(interval.goal)]
-                  for interval in recorded_states(run)],
+        'goals': [[round(state.begin, 3), state.name, _rounded(state.goal)]
+                  for state in recorded_states(run)],
         'marks': sorted(events, key=lambda event: event['begin']),
         'log': _lines(run.log),
         'nodes': [*dict.fromkeys(run.variables.node)], 'variables': variables(run)}
@@ -168,22 +168,20 @@ def variables(run: RunData) -> List[List[Any]]:
     return sorted(rows, key=lambda row: order.get(row[0], len(order)))[:MAX_SHOWN_VARIABLES]
 
 
-def _changes(variable: Series) -> Tuple[List[float], List[Optional[str]]]:
+def _changes(variable: Series) -> List[List[Any]]:
+    """Returns [times, texts]."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
     is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # a gap or the end follows
     follows_gap = np.append(False, is_last[:-1])
     is_new = follows_gap | changed_rows(values[:, np.newaxis])
-    times: List[float] = []
-    texts: List[Optional[str]] = []
+    changes: List[Tuple[float, Optional[str]]] = []
     for k in np.flatnonzero(is_new | is_last):
         time = round(float(variable.time[k]), 3)
         if is_new[k]:
-            times.append(time)
-            texts.append(_shown_text(variable.text[k], variable.value[k]))
+            changes.append((time, _shown_text(variable.text[k], variable.value[k])))
         if is_last[k]:
-            times.append(time)
-            texts.append(None)
-    return times, texts
+            changes.append((time, None))
+    return [list(column) for column in zip(*changes)]
 
 
 def _shown_text(text: str, number: float) -> str:
