@@ -64,9 +64,10 @@ def _run_of_bag(bag, path, namespace):
         for field, topic in topics.items():
             message = types[topic]()
             received = _in_order(bag, topic, types[topic])
-            samples[field], dropped = stamped_samples(field, message, prefix, bag.start, received)
-            if dropped:
-                notes.append(f'invalid messages of {topic} that were dropped: {dropped}')
+            samples[field], dropped_count = stamped_samples(
+                field, message, prefix, bag.start, received)
+            if dropped_count:
+                notes.append(f'invalid messages of {topic} that were dropped: {dropped_count}')
         for field in ('imu', 'odometry'):
             if not len(samples[field]):
                 raise BagProblem(f'not one good message on {topics[field]} (bad quaternions?)')

@@ -136,7 +136,7 @@ def _mouse(message, sender, prefix):
     return message.header, [(message.xPos, message.yPos, message.status.data)]
 
 
-def _turn(message, sender, prefix):
+def _turn_request(message, sender, prefix):
     return None, [(math.radians(message.data),)]
 
 
@@ -149,8 +149,8 @@ FIELD_READERS = {
     'commands': (Commands, _command), 'local_pose': (Poses, _pose), 'ground_truth': (Poses, _pose),
     'goals': (Poses, _pose), 'frames': (Poses, _frames), 'log': (LogLines, _log),
     'variables': (Variables, _variables), 'mouse': (MouseSamples, _mouse),
-    'turn_requests': (Numbers, _turn), 'control': (Numbers, _data), 'states': (States, _data),
-    'events': (States, _data), 'printed': (States, _data)}
+    'turn_requests': (Numbers, _turn_request), 'control': (Numbers, _data),
+    'states': (States, _data), 'events': (States, _data), 'printed': (States, _data)}
 
 
 def stamped_samples(field, message, prefix, start, received):
@@ -163,13 +163,13 @@ def stamped_samples(field, message, prefix, start, received):
     """
     samples_type, read = FIELD_READERS[field]
     rows = []
-    dropped = 0
+    dropped_count = 0
     for arrival, sender, data in received:
         try:
             message.deserialize(data)
             header, contents = read(message, sender, prefix)
         except (genpy.DeserializationError, struct.error, ValueError):
-            dropped += 1
+            dropped_count += 1
             continue
         stamp = arrival
         if header is not None:
@@ -181,7 +181,7 @@ def stamped_samples(field, message, prefix, start, received):
     for column in samples.columns[2:]:      # without the times
         if column.dtype != object:
             is_valid &= np.abs(column) < MAX_NUMBER     # False for NaN
-    return samples.take(is_valid), dropped + int((~is_valid).sum())
+    return samples.take(is_valid), dropped_count + int((~is_valid).sum())
 
 
 def resets_in(log: LogLines) -> Poses:

@@ -71,16 +71,14 @@ class NodeRun:
         return bool((time - earlier_times <= MAX_READING_GAP).any())
 
     def end_after(self, time: float) -> float:
-        """Returns the time of the last reading before the next gap in the readings. Returns inf if
-        all readings are before `time`."""
+        """Returns the time of the last reading before the next gap; inf if no reading is later."""
         later_times = self.reading_times[self.reading_times >= time]
         is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP
         return float(min(later_times[is_before_gap], default=np.inf))
 
 
 class SheetStep(NamedTuple):
-    """A place in a lab sheet: a numbered `step` in the section with this `heading`. If `step` is 0,
-    the place is the whole section."""
+    """A numbered `step` in a section of a lab sheet; the whole section if `step` is 0."""
 
     sheet: str
     heading: str
@@ -119,8 +117,7 @@ def find_broken_link(node_run: NodeRun, links: Iterable[Link],
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
-    """Returns the sentence on a broken link. `assigned` is {variable: line numbers of its
-    assignments in the node's file}."""
+    """Returns the sentence on a broken link. `assigned` is {variable: lines that assign it}."""
     name, message = broken.variable, broken.message
     attribute = name.rpartition('.')[2]
     lines = assigned.get(name) or assigned.get(attribute, ())
@@ -149,8 +146,8 @@ def worst_index(series: Series, expected: np.ndarray) -> int:
 
 
 def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the quantity `correct`, at the moment
-    of the largest error. The clause `behaviour` describes the variable's wrong behaviour."""
+    """Returns the BrokenLink of a variable that should follow the quantity `correct`. The moment is
+    that of the largest error. The clause `behaviour` says what the variable does instead."""
     expected = correct.at(series.time)
     worst = worst_index(series, expected)
     name = correct.name.partition(',')[0]

@@ -68,8 +68,8 @@ def local_yaw_quantities(imu: Any, odometry: Any, frame: NodeFrame) -> Iterator[
             (yaw, ' since the reset, without the declared pose', -frame.imu_yaw),
             (yaw, ', not from the reset on', 0.0)]
     for each in (degrees, *wrong_yaws):
-        at_reset = each.value[index_from(each.time, frame.begin)]
-        rows.append((each, ' since the reset', frame.declared_yaw - at_reset))
+        value_at_reset = each.value[index_from(each.time, frame.begin)]
+        rows.append((each, ' since the reset', frame.declared_yaw - value_at_reset))
     rows.append((degrees, ', minus the radians at the reset', -frame.imu_yaw))
     for each, clause, offset in rows:
         yield each._replace(name=each.name + clause, value=each.value + offset)

@@ -51,11 +51,9 @@ def drive_reports(run: RunData) -> List[DriveReport]:
 
 
 def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
-    """Returns the FrameInterval in which a drive from `begin` to `end` [s] took place.
-
-    A reset that begins the drive may change the pose a moment after `begin`. A reset in the second
-    half of the drive has ended the drive, so the interval before this reset is returned.
-    """
+    """Returns the FrameInterval in which a drive from `begin` to `end` [s] took place. A reset that
+    begins the drive may change the pose a moment after `begin`. A reset in the second half of the
+    drive has ended the drive."""
     latest = min(begin + MAX_RESET_DELAY, (begin + end) / 2.0)
     begun = [interval for interval in frames if interval.begin <= latest]
     return begun[-1]        # the first interval begins at -inf
@@ -75,19 +73,19 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
 
 def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequence[RecordedState],
                   next_state: Optional[RecordedState]) -> DriveReport:
-    """Returns the report of the drive with these `states`. `next_state` is the state after the
-    drive, or None if the recording ended during the drive."""
+    """Returns the report of the drive with these `states`. `next_state` is None if the recording
+    ended during the drive."""
     begin, end = states[0].begin, states[-1].end
     goal = states[0].goal
     interval = frame_interval_of(frames, begin, end)
-    measured_until = end
+    measuring_end = end
     if next_state is not None and next_state.name != TURN_TO_GOAL:
-        measured_until = min(end + SETTLE_TIME, next_state.end)
-    measured_until = min(measured_until, interval.end)
-    local = run.local_pose.between(interval.begin, measured_until)
+        measuring_end = min(end + SETTLE_TIME, next_state.end)
+    measuring_end = min(measuring_end, interval.end)
+    local = run.local_pose.between(interval.begin, measuring_end)
     true_error = UNKNOWN_ERROR
     if interval.local_T_world is not None:
-        truth = run.ground_truth.between(interval.begin, measured_until)
+        truth = run.ground_truth.between(interval.begin, measuring_end)
         true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
     return DriveReport(
         begin, end, goal, outcome=_outcome(next_state), error=_final_error(local, goal, end),

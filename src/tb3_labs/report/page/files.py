@@ -52,7 +52,9 @@ class Column(NamedTuple):
 
     def text(self, report: Any) -> str:
         value = self.value(report)
-        return number_text(value, self.form, unknown='') if self.form else safe_cell(value)
+        if not self.form:
+            return safe_cell(value)
+        return number_text(value, self.form, unknown='')
 
 
 TURN_COLUMNS = (

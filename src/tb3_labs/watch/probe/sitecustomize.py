@@ -54,19 +54,19 @@ def leave_the_path():
 
 # -- the node's script and its objects
 
-def script_frames():
+def script_stack():
     """Returns the stack frames of the node's script, outermost first; [] before the script runs."""
-    frames = []
+    stack = []
     frame = sys._current_frames().get(threading.main_thread().ident)
     while frame is not None:
-        frames.insert(0, frame)
+        stack.insert(0, frame)
         frame = frame.f_back
-    while frames and not is_main(frames[0]):
-        del frames[0]
+    while stack and not is_main(stack[0]):
+        del stack[0]
     # catkin's relay is a main program that runs the node's script as a second main program
-    while len(frames) > 1 and is_main(frames[1]):
-        del frames[0]
-    return [frame for frame in frames if frame.f_globals is frames[0].f_globals]
+    while len(stack) > 1 and is_main(stack[1]):
+        del stack[0]
+    return [frame for frame in stack if frame.f_globals is stack[0].f_globals]
 
 
 def is_main(frame):
@@ -103,7 +103,7 @@ class WatchedNode:
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
-    def variables(self, frames):
+    def variables(self, stack):
         """Returns {name: text of the value} of at most MAX_SHOWN_VARIABLES variables."""
         if time.monotonic() > self._next_search:
             self._search()
@@ -118,7 +118,7 @@ class WatchedNode:
             if id(each) not in shown_ids:
                 shown_ids.add(id(each))
                 self._add(shown, attributes_of[id(each)], type(each).__name__, shown_ids)
-        for frame in frames[1:]:
+        for frame in stack[1:]:
             self._add(shown, dict(frame.f_locals), frame.f_code.co_name, shown_ids)
         self._add(shown, dict(self._script), 'globals', shown_ids)
         for each in objects:
@@ -221,7 +221,7 @@ def rospy_runs():
     return hasattr(core, 'is_initialized') and core.is_initialized()
 
 
-def run():
+def publish_variables():
     """Wait for the node, and publish its variables until the process ends."""
     signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # the node handles signals
     while not rospy_runs():
@@ -235,11 +235,11 @@ def run():
 
     def publish_once():         # a function, so that the node's stack frames are not kept
         nonlocal node
-        frames = script_frames()
-        if node is None and frames:
-            node = WatchedNode(frames[0].f_globals)
+        stack = script_stack()
+        if node is None and stack:
+            node = WatchedNode(stack[0].f_globals)
         if node and publisher.get_num_connections():
-            status.values = [KeyValue(*each) for each in node.variables(frames).items()]
+            status.values = [KeyValue(*each) for each in node.variables(stack).items()]
             message.header.stamp = rospy.Time.now()
             publisher.publish(message)
 
@@ -249,12 +249,12 @@ def run():
             publish_once()
 
 
-def run_quietly():
-    """Call run(). Print no traceback if a library is missing or the master has ended."""
+def publish_quietly():
+    """Publish the variables. Print no traceback if a library is missing or the master has ended."""
     with suppress(Exception):
-        run()
+        publish_variables()
 
 
 if __name__ == 'sitecustomize':
     leave_the_path()
-    threading.Thread(target=run_quietly, name='variables', daemon=True).start()
+    threading.Thread(target=publish_quietly, name='variables', daemon=True).start()
