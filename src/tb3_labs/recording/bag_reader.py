@@ -19,11 +19,9 @@ MAX_MEMORY_BYTES = 2e9
 MESSAGE_OVERHEAD_BYTES, CONNECTION_OVERHEAD_BYTES = 500, 10000
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
-#: A busy recorder may record two messages of a sender in the wrong order, if less than this time
-#: [s] is between them.
+#: A busy recorder may exchange two messages of a sender that are less than this time [s] apart.
 MIN_SET_BACK_TIME = 0.2
-#: After a longer silence [s], the clock was set forward, or the computer slept. A smaller jump of
-#: the clock cannot be distinguished from a silence.
+#: A longer silence [s] shows that the clock was set forward, or that the computer slept.
 MAX_SILENCE = 3600.0
 #: All times after the jump are wrong, so the bag is read until the jump.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
@@ -62,8 +60,7 @@ class Bag:
     that is not wanted. `problem` says why the reading ended early, or is ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
-        """Read the messages of each connection that `is_wanted`. Raises BagProblem if the file is
-        not a bag."""
+        """Read the messages of each connection that `is_wanted`. May raise BagProblem."""
         self.streams: Dict[Connection, Optional[Stream]] = {}
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]
         self.problem = ''

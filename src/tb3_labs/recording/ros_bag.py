@@ -1,8 +1,7 @@
 """Reads a rosbag into a RunData. The bag needs an Imu topic and an Odometry topic.
 
 The library rosbag turns the message definitions in a bag into Python code, and runs this code. A
-bag may come from a stranger, so this module uses only the installed message classes. Topics of
-other classes are not read.
+bag may come from a stranger, so this module reads only topics with installed message classes.
 """
 import posixpath
 from dataclasses import replace
@@ -39,8 +38,7 @@ DEVICE_TOPICS = 'joy', 'mouse_info'     # of any type
 
 def read_run(path, namespace=None):
     """Returns the RunData of the bag file `path`, or raises BagProblem. If several robots were
-    recorded, only the robot in `namespace` is read. The `notes` of the RunData name the parts of
-    the bag that are not read."""
+    recorded, only the robot in `namespace` is read. The `notes` name the parts not read."""
     try:
         return _run_of_bag(Bag(str(path), _class_of), str(path), namespace)
     except BagProblem as problem:

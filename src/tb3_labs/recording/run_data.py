@@ -5,8 +5,7 @@ sample arrived at the recorder. `time` is the stamp of the sample, converted fro
 to the recorder's clock. The clocks of a real robot and a recorder differ by up to a second. If a
 message has no stamp, `time` equals `arrival`.
 
-Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages. A topic that was not
-recorded has samples of length 0.
+Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages.
 """
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -26,7 +25,7 @@ SamplesType = TypeVar('SamplesType', bound='Samples')
 
 @dataclass(frozen=True)
 class Samples:
-    """Arrays with an element for each sample. Subclasses add arrays for the messages' contents."""
+    """Arrays with an element for each sample; empty arrays if the topic was not recorded."""
 
     arrival: np.ndarray
     time: np.ndarray
@@ -166,8 +165,7 @@ class Commands(Samples):
     sender: np.ndarray
 
     def in_force(self) -> 'Commands':
-        """Returns the commands, and a command with the speeds NaN at each time when the robot's
-        timeout ends a command."""
+        """Returns the commands, and a command with NaN speeds whenever a command times out."""
         next_times = np.append(self.time[1:], np.inf)
         ended = self.take(next_times > self.time + COMMAND_TIMEOUT)
         nans = np.full(len(ended), np.nan)

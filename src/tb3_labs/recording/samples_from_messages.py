@@ -1,7 +1,6 @@
 """Makes the samples of each topic from the messages of a recording.
 
-The times of all samples are converted to one clock, the recorder's clock. The units are those of
-RunData.
+The times of all samples are converted to one clock, the recorder's clock. Units: as in RunData.
 """
 import math
 import struct
@@ -18,8 +17,7 @@ from tb3_labs.recording.run_data import (
 from tb3_labs.watch.printed_pose import declared_pose
 
 LOG_LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
-#: A sample with a larger number [m, rad, m/s, rad/s] is invalid. The spikes in the firmware's rate
-#: of turn are below 1000 rad/s.
+#: A sample with a larger number [m, rad, m/s, rad/s] is invalid. The firmware's spikes are smaller.
 MAX_NUMBER = 1e5
 #: A speed that no wheel follows is limited to this speed [m/s, rad/s].
 MAX_UNUSED_SPEED = MAX_NUMBER / 2.0
@@ -35,8 +33,7 @@ MIN_IN_TIME_SHARE = 0.25
 
 @dataclass(frozen=True)
 class RecordedClock:
-    """The clock of a sender is `lag` [s] behind the recorder's clock. `stamps` [s] are the stamps
-    of the sender's messages."""
+    """A sender's clock, which made the `stamps` [s], is `lag` [s] behind the recorder's clock."""
 
     lag: float
     stamps: np.ndarray
@@ -62,9 +59,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     decrease.
 
     `robot_clock` is the clock of the odometry's sender. One lag is used for all senders that share
-    this clock, so the differences between their stamps stay exact. A stamp is more exact than an
-    arrival. Messages arrive late while the recorder is busy, and early while a simulated clock
-    stands still. The arrival is used only if the stamp is not plausible.
+    this clock, so the differences between their stamps stay exact. A plausible stamp is used: while
+    the recorder is busy, or a simulated clock stands still, the arrival is less exact.
     """
     if not len(stamp):
         return arrival
@@ -78,9 +74,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     return np.maximum.accumulate(np.where(is_plausible, stamp + clock.lag, arrival))
 
 
-# -- Each function returns (header, rows). The header is None if the message has no stamp.
-# A row contains the values of a sample. `prefix` is the robot's namespace. An invalid quaternion
-# raises ValueError.
+# -- Each function returns (header, rows), or raises ValueError for an invalid quaternion. Without a
+# stamp, the header is None. A row is a sample. `prefix` is the robot's namespace.
 
 def _yaw(q):
     return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)

@@ -1,8 +1,8 @@
 """The numbers of a node form a chain: sensor -> belief -> goal -> error -> command -> stop. A
 broken link is a wrong number in this chain.
 
-A link compares a number of the node with the correct number. The correct number is computed by the
-handout's formula from the node's *own* numbers in the previous links. So the consequence of a
+A link compares a number of the node with the correct number. The handout's formula gives the
+correct number from the node's *own* numbers in the previous links, so that the consequence of a
 mistake is not reported as another mistake.
 """
 from functools import cached_property
@@ -21,8 +21,7 @@ MAX_UNJUDGED_READINGS = 10
 
 
 class BrokenLink(NamedTuple):
-    """A mistake of a node. `message` is a sentence on the mistake, without the period. `moment` [s]
-    is a time at which the mistake is visible."""
+    """A mistake of a node, visible at the time `moment` [s]. `message` has no period at its end."""
 
     message: str
     moment: float
@@ -106,8 +105,8 @@ class Link(NamedTuple):
 
 def find_broken_link(node_run: NodeRun, links: Iterable[Link],
                      parts: Optional[Iterable[str]] = None) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first (Link, BrokenLink), or None. Checks only the links that these `parts` of
-    the lab use, or all links if `parts` is None."""
+    """Returns the first (Link, BrokenLink), or None. Checks the links that these `parts` of the lab
+    use; all links if `parts` is None."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)

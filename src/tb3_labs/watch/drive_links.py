@@ -85,8 +85,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def heading_errors(node_run: NodeRun,
                    interval: StateInterval) -> Iterator[Tuple[str, np.ndarray, bool]]:
-    """Yields (formula, heading errors [rad], is each error normalized?) of possible formulas. The
-    correct formula is first."""
+    """Yields (formula, heading errors [rad], is normalized?), with the correct formula first."""
     dx, dy = interval.pose.to_goal.real, interval.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', interval.pose.goal_yaw)]
     if interval.state != ROTATE_TO_GOAL:
@@ -102,9 +101,8 @@ def heading_errors(node_run: NodeRun,
 
 
 def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, float]:
-    """Returns (formula of the heading error, gain) of a rotation whose commands are the gain times
-    the heading error. A formula with the handout's gain is preferred. If no formula fits, the
-    formula is ''."""
+    """Returns (formula of the heading error, gain), such that the commands are the gain times the
+    error. A formula with the handout's gain is preferred. If no formula fits, it is ''."""
     handouts_gain = GAINS[interval.state]
     angular = interval.commands.angular
     fit_with_another_gain = '', handouts_gain
@@ -223,7 +221,6 @@ def missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLi
 
 
 def error_text(state: str, error: float) -> str:
-    """Returns a clause with the error and the tolerance of a state."""
     size = f'heading error of {error:.2f} rad'
     if state == MOVE_FORWARD:
         size = f'distance of {error:.2f} m'

@@ -1,8 +1,7 @@
 """Checks the variables local_x, local_y and local_yaw of the Transformation lab. If a variable is
 wrong, this module finds the quantity that the variable follows instead.
 
-In this file a place (x, y) is the complex number x + iy. Angles are compared on the unit circle, so
-that their range does not matter.
+In this file a place (x, y) is the complex number x + iy, and angles are points on the unit circle.
 """
 from dataclasses import replace
 from itertools import product
@@ -20,14 +19,13 @@ from tb3_labs.watch.variables import (
     TOLERANCE_SHARE, Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
 MIN_JUDGED_VALUES = 10
-#: All quantities of this file have this scale. Two places, or two angles, are equal if they differ
-#: by at most POSE_TOLERANCE.
+#: With this scale, two places or two angles are equal if they differ by at most POSE_TOLERANCE.
 SCALE = POSE_TOLERANCE / TOLERANCE_SHARE
 
 
 def place_quantities(samples: Any, frame: NodeFrame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may use as its local place in `frame`. Only the first two
-    quantities are correct. A node need not add the pose that the reset declares."""
+    """Yields the quantities that a node may use as its local place in `frame`. The first two are
+    correct, since a node need not add the pose that the reset declares."""
     start = frame.declared_place
     place = samples.x + 1j * samples.y
     path = place - frame.place
@@ -60,8 +58,7 @@ def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
 
 
 def local_yaw_quantities(imu: Any, odometry: Any, frame: NodeFrame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may use as its local yaw. The first two quantities are
-    correct."""
+    """Yields the quantities that a node may use as its local yaw. The first two are correct."""
     yaw, *wrong_yaws = yaw_readings(imu, odometry)
     degrees = yaw._replace(name='the yaw in degrees', value=np.degrees(yaw.value))
     rows = [(yaw, ' since the reset', frame.declared_yaw - frame.imu_yaw),

@@ -116,8 +116,7 @@ def unit_of(series: Series) -> float:
 
 def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -> Series:
     """Returns the `readings` at which the node has control and also had control `seconds` earlier.
-    The variable has_control, or else ctrl_relinq, shows who has control. Without both, all readings
-    are returned."""
+    The variable has_control, or else ctrl_relinq, shows the control; without both, returns all."""
     control = node_run.run.control
     has_control = node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
@@ -153,8 +152,7 @@ class StateInterval(NamedTuple):
 
 @lru_cache(maxsize=1)
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
-    """Returns the StateIntervals of a run in order; [] if no variable `state` has one of the
-    handout's states."""
+    """Returns the StateIntervals in order; [] without a variable `state` in a handout's state."""
     series = node_run.variable('state')
     sent = node_run.commands
     if series is None or not set(series.text) & set(STATES):

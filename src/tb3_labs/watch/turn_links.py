@@ -16,8 +16,7 @@ from tb3_labs.watch.variables import shortened_value, to_number
 
 #: A robot that is already turning turns some degrees before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
-#: The side of a turn is judged only if the error differs by more than this angle [deg] from 0 and
-#: from 180.
+#: The side of a turn is judged only if the error is farther than this [deg] from 0 and from 180.
 CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
@@ -157,8 +156,7 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that each turn ends within the tolerance, in time, and by a zero command. Also checks
-    that the variable `turning` becomes False."""
+    """Checks that each turn ends in time, within the tolerance, by a zero, with `turning` False."""
     for turn in letter_turns(node_run):
         if len(turn.moving_indices):
             yield from wrong_last_command(node_run, turn)

@@ -77,7 +77,6 @@ class NodeTurn:
 
 @lru_cache(maxsize=1)
 def followed_by_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
-    """Returns the quantity that curr_yaw follows, or None."""
     series = node_run.variable('curr_yaw')
     if series is None:
         return None
@@ -87,13 +86,14 @@ def followed_by_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
 def own_heading(node_run: NodeRun) -> Optional[Quantity]:
     """Returns the usable heading that curr_yaw follows, or None."""
     followed = followed_by_curr_yaw(node_run)
-    return followed if followed is not None and followed.per_degree else None
+    if followed is None or not followed.per_degree:
+        return None
+    return followed
 
 
 @lru_cache(maxsize=1)
 def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
-    """Returns the NodeTurn of each letter l or r of a run. If the recording has no letters,
-    `turning` shows when the letters were typed."""
+    """Returns the NodeTurn of each l or r. If no letters were recorded, `turning` shows them."""
     run = node_run.run
     times = run.letters.arrival
     letters = [LETTER_OF_SIDE[side] for side in run.letters.value]
@@ -134,8 +134,7 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
 
 
 def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bool) -> NodeTurn:
-    """Returns the NodeTurn of a letter. If the node has no usable heading, the correct heading and
-    the correct goal are used instead."""
+    """Returns the NodeTurn of a letter. The correct heading replaces one that is not usable."""
     goal = node_run.variable('goal_yaw')
     heading: Any = own_heading(node_run)
     curr_yaw: Any = node_run.variable('curr_yaw')

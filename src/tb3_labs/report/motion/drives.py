@@ -36,7 +36,6 @@ class DriveReport:
 
 
 def drive_reports(run: RunData) -> List[DriveReport]:
-    """Returns the DriveReport of each drive, in order."""
     frames = frame_intervals(run)
     groups: List[List[RecordedState]] = []      # each drive, and each other state, is a group
     for state in recorded_states(run):
@@ -51,9 +50,8 @@ def drive_reports(run: RunData) -> List[DriveReport]:
 
 
 def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
-    """Returns the FrameInterval in which a drive from `begin` to `end` [s] took place. A reset that
-    begins the drive may change the pose a moment after `begin`. A reset in the second half of the
-    drive has ended the drive."""
+    """Returns the FrameInterval of a drive from `begin` to `end` [s]. A reset that begins the drive
+    may change the pose a moment later. A reset in the second half has ended the drive."""
     latest = min(begin + MAX_RESET_DELAY, (begin + end) / 2.0)
     begun = [interval for interval in frames if interval.begin <= latest]
     return begun[-1]        # the first interval begins at -inf
@@ -73,8 +71,7 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
 
 def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequence[RecordedState],
                   next_state: Optional[RecordedState]) -> DriveReport:
-    """Returns the report of the drive with these `states`. `next_state` is None if the recording
-    ended during the drive."""
+    """Returns the report. `next_state` is None if the recording ended during the drive."""
     begin, end = states[0].begin, states[-1].end
     goal = states[0].goal
     interval = frame_interval_of(frames, begin, end)

@@ -5,8 +5,8 @@ in the lab, the robot's place follows the odometry, and the robot's heading foll
 
 A *movement* is a series of commands that are not zero, with pauses shorter than
 `MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A turn has
-no forward speed. A drive has a turn, a way forward and a second turn, or only one of the two turns.
-Any other movement is by hand.
+no forward speed. A drive has a way forward, and a turn before or after it. Any other movement is
+by hand.
 
 If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
 at any other time. If `mouse_info` was recorded, no movement is a drive, and a turn must be faster
@@ -42,8 +42,7 @@ class MovementKind(Enum):
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement, with a forward speed from `forward_begin` to `forward_end`. Both equal `end` if
-    no command has a forward speed."""
+    """A movement, forward from `forward_begin` to `forward_end`. In a turn, both equal `end`."""
 
     kind: MovementKind
     begin: float
@@ -97,8 +96,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? The first message on ctrl_relinq is assumed to
-    change the control."""
+    """Did a node have control at this time [s]? The first message is assumed to be a change."""
     if not len(run.control):
         return False
     earlier_values = run.control.value[run.control.time <= time]
@@ -109,8 +107,7 @@ def has_control(run: RunData, time: float) -> bool:
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
-    computed, and its name is added to `derived`. Without recorded goals, all drives have this
-    `goal`."""
+    computed, and added to `derived`. Without recorded goals, all drives have this `goal`."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ run.odometry.at(run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))

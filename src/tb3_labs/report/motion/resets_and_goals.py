@@ -6,8 +6,7 @@ largest jump of local_pose within `RESET_SEARCH_TIME` of the log line. A jump is
 odometry does not show. A reset before the first local_pose, or after the last, begins no interval.
 
 ``local`` may move in ``odom`` within a frame interval. If the odometry jumps while the robot rests,
-move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
-:mod:`tb3_labs.localization.odometry_jumps`).
+move_to_goal shifts ``local`` by the jump (see :mod:`tb3_labs.localization.odometry_jumps`).
 """
 import math
 from dataclasses import dataclass

@@ -23,8 +23,7 @@ RATE_MEAN_TIME = 0.15
 MAX_STOPPING_TIME = 2.0
 #: After RATE_MEAN_TIME at rest, the heading is averaged over this time [s].
 HEADING_MEAN_TIME = 0.3
-#: A turn may begin up to this time [s] before its first recorded command, since the recorder may
-#: miss the first commands of a new node.
+#: The recorder may miss up to this time [s] of a new node's first turn.
 MAX_MISSED_TIME = 1.0
 #: Without a message on `turn`, a movement by a smaller angle [rad] is not a turn.
 MIN_TURN_ANGLE = math.radians(45.0)
@@ -46,7 +45,6 @@ class TurnReport:
 
 @lru_cache(maxsize=1)
 def turn_reports(run: RunData) -> List[TurnReport]:
-    """Returns a TurnReport for each turn, in order."""
     driving_states = [state for state in recorded_states(run) if state.name in DRIVING]
     all_movements = movements(run)
     next_begins = [movement.begin for movement in all_movements[1:]] + [run.duration]
@@ -67,8 +65,7 @@ def turn_reports(run: RunData) -> List[TurnReport]:
 
 def _separate_turns(run: RunData, movement: Movement,
                     next_begin: float) -> List[Tuple[float, float, float]]:
-    """Returns (begin, end, time of the next command) of each turn within one movement. A turn
-    includes its quick corrections."""
+    """Returns (begin, end, next command's time) of each turn, with its quick corrections."""
     commands = run.commands.between(movement.begin, movement.end)
     times = commands.time[np.abs(commands.angular) > MIN_MOVING_SPEED]
     first_after_pause = np.flatnonzero(np.diff(times) > MIN_PAUSE_BETWEEN_TURNS) + 1
@@ -80,8 +77,7 @@ def _separate_turns(run: RunData, movement: Movement,
 
 def _turn_report(run: RunData, begin: float, end: float, next_command: float,
                  previous_end: float) -> Optional[TurnReport]:
-    """Returns the report of the turn by the commands from `begin` to `end`; None if the commands
-    make no turn."""
+    """Returns the report of the commands from `begin` to `end`; None if they make no turn."""
     times_before = begin - np.arange(0.0, MAX_MISSED_TIME, RATE_MEAN_TIME / 3.0)
     before = _first_rest(run.imu, times_before - RATE_MEAN_TIME, times_before)
     latest = min(end + MAX_STOPPING_TIME, next_command)

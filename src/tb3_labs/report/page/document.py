@@ -19,8 +19,7 @@ PAGE = '''<!DOCTYPE html>
 '''
 UNKNOWN_NUMBER = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
-#: Finds the places at which a spreadsheet would begin a formula. A spreadsheet may also begin a new
-#: cell at a semicolon.
+#: Finds the places at which a spreadsheet would begin a formula. A semicolon may begin a new cell.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
 
@@ -29,8 +28,7 @@ class Markup(str):
 
 
 def number_text(value: float, form: str, unknown: str = UNKNOWN_NUMBER) -> str:
-    """Returns the value in the format `form`, or `unknown` if the value is not finite. A zero never
-    has a minus sign."""
+    """Returns the value in the format `form`, without -0; `unknown` if it is not finite."""
     if not math.isfinite(value):
         return unknown
     text = form.format(value)
@@ -75,24 +73,19 @@ def _html(text: str) -> str:
 def hints_section(first_broken_link: Optional[Tuple[Link, BrokenLink]], mistake: str,
                   has_timeline: bool = True) -> str:
     """Returns the HTML of three hints; '' if `first_broken_link` is None. The third hint is the
-    sentence `mistake`. A hint is hidden until the previous hint is open, so a student sees no more
-    hints than needed."""
+    sentence `mistake`. A hint is hidden until the student opens the previous hint."""
     if first_broken_link is None:
         return ''
     link, broken = first_broken_link
-    mistake = escape(mistake)
-    if has_timeline:
-        mistake += f' <a href="#t={broken.moment:.1f}">Watch it</a>'
-    third = _folded_hint('The mistake', mistake)
-    place = escape(f'See {link.place}.')
-    second = _folded_hint('Hint 2: where it is explained', place, third)
-    first = _folded_hint('Hint 1: what to look at', escape(link.question), second)
+    anchor = f' <a href="#t={broken.moment:.1f}">Watch it</a>' if has_timeline else ''
+    hints = (('Hint 1: what to look at', escape(link.question)),
+             ('Hint 2: where it is explained', escape(f'See {link.place}.')),
+             ('The mistake', escape(mistake) + anchor))
+    folded = ''
+    for title, hint in reversed(hints):
+        folded = f'<details><summary>{title}</summary>\n<p>{hint}</p>\n{folded}</details>\n'
     return ('<section id="hints"><h2>What went wrong</h2>\n<p>Open one hint, then try again '
-            f'before you open the next.</p>\n{first}</section>')
-
-
-def _folded_hint(title: str, hint: str, next_hint: str = '') -> str:
-    return f'<details><summary>{title}</summary>\n<p>{hint}</p>\n{next_hint}</details>\n'
+            f'before you open the next.</p>\n{folded}</section>')
 
 
 def safe_cell(text: str) -> str:

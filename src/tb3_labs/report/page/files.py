@@ -35,11 +35,10 @@ COMPUTED_NOTE = (
     'Some topics were not recorded, so their values are computed: drives and turns by the commands '
     'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
     'of resets, the odometry and the IMU, and goals by the lab or the option --goal.')
-NO_GOAL = Pose2(math.nan, math.nan, math.nan)
 
 
 def _goal_of(drive: DriveReport) -> Pose2:
-    return NO_GOAL if drive.goal is None else drive.goal
+    return drive.goal or Pose2(math.nan, math.nan, math.nan)
 
 
 class Column(NamedTuple):

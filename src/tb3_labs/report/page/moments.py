@@ -29,7 +29,6 @@ FAULT_LINE = '<p><b>{}</b> ({}) <a href="#t={:.1f}">Watch it</a></p>'
 
 def timeline_events(run: RunData, turns: Sequence[TurnReport],
                     drives: Sequence[DriveReport]) -> List[TimelineEvent]:
-    """Returns the TimelineEvents of a run with these turns and drives."""
     events = [_turn_event(k, turn) for k, turn in enumerate(turns, 1)]
     events += [_drive_event(k, drive) for k, drive in enumerate(drives, 1)]
     turns_and_drives = list(events)

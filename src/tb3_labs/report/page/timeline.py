@@ -1,8 +1,7 @@
 """Makes the data of a run's timeline, and the HTML that contains these data.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
-the recording, and differs from each recorded value by at most the track's bound. A track has a gap
-while there are no samples.
+the recording, and differs from each recorded value by at most the track's bound.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The tracks
 `local` and `goals` are in the frame ``local``, all other poses are in ``odom``. A variable is in
@@ -40,8 +39,7 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
                  breaks: Sequence[int]) -> np.ndarray:
     """Returns the indices of the samples that suffice to draw a curve. `values` has the shape
     (n, k), and `bounds` has the shape (k,). The straight lines between the kept samples differ from
-    the `values` by at most `bounds`. `breaks` are the indices, in order, at which a new stretch of
-    the curve begins. Both ends of a stretch are kept.
+    the `values` by at most `bounds`. At each index in `breaks`, a new stretch of the curve begins.
 
     Source: Douglas and Peucker (1973), but distances are measured along the axis of the values.
     """
@@ -67,8 +65,7 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[float],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
     """Returns the track of `columns`, with a bound for each column. No line is drawn across a gap
-    of time, or to a sample whose index is in `breaks`. In the result, 'breaks' are the indices of
-    the points to which no line is drawn."""
+    of time, or to a sample whose index is in `breaks`. In the track, 'breaks' are point indices."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in bounds], 'breaks': []}
     values = np.column_stack(columns)
@@ -157,8 +154,7 @@ def _lines(log: LogLines) -> List[List[Any]]:
 
 def variables(run: RunData) -> List[List[Any]]:
     """Returns [name, times, texts] of each variable. Each text is valid until the next time. In a
-    gap of the readings the text is None. If several nodes have variables, each name begins with the
-    node's name."""
+    gap of the readings the text is None. With several nodes, a name begins with its node."""
     rows: List[List[Any]] = []
     nodes = variables_by_node(run.variables)
     for node, series_of in nodes.items():
