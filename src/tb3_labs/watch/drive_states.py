@@ -124,10 +124,10 @@ def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -
         time, value = has_control.time, has_control.value
     if not len(time):
         return readings
-    index_now = last_until(time, readings.time)
     index_earlier = last_until(time, readings.time - seconds)
-    is_known = index_earlier >= 0
-    return readings.take(is_known & (value[index_now] == 1.0) & (value[index_earlier] == 1.0))
+    had_control = (index_earlier >= 0) & (value[index_earlier] == 1.0)
+    has_control_now = value[last_until(time, readings.time)] == 1.0
+    return readings.take(had_control & has_control_now)
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:

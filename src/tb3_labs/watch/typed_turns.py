@@ -70,8 +70,8 @@ class NodeTurn:
         turn, the clause contains both the difference and the wrapped error."""
         clause = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
-            clause = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
-                'degrees:'.format(self.goal[k], self.heading[k], self.difference[k], self.error[k])
+            clause = (f'goal_yaw {self.goal[k]:.4g} minus curr_yaw {self.heading[k]:.4g} is '
+                      f'{self.difference[k]:+.0f}, by the short way {self.error[k]:+.0f} degrees:')
         return f'{clause} the command was {self.command[k]:+.2f} rad/s'
 
 
