@@ -11,8 +11,7 @@ from typing import (
 
 import numpy as np
 
-from tb3_labs.watch.variables import (
-    Quantity, Series, bare_name, shortened_value, variables_of)
+from tb3_labs.watch.variables import Quantity, Series, bare_name, shortened_value, variables_of
 
 #: If the variables of a node were not read for this time [s], the node may have ended.
 MAX_READING_GAP = 0.4
@@ -125,7 +124,7 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
         word = 'line' if len(lines) == 1 else 'lines'
         place = f" ({name} is assigned in {word} {', '.join(map(str, lines[:5]))})"
     first_word = message.split()[0]
-    if '_' not in first_word and first_word != name:        # a variable's name is not capitalized
+    if '_' not in first_word and first_word != name:        # no capital for a variable's name
         message = message[:1].upper() + message[1:]
     return f'{message}{place}.'
 

@@ -58,12 +58,12 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
         number = np.degrees(angle) * factor
         whole_turn = 360.0 * factor
         is_yaw = name == 'yaw'
+        per_degree = factor if is_yaw else 0.0
         ranges = YAW_RANGES if is_yaw else YAW_RANGES[:3]
-        candidates += [
-            Quantity(f'the {name} in {unit}, {range_text}', imu.arrival,
-                     formula(number, whole_turn), scale=min(whole_turn, 360.0),
-                     per_degree=factor if is_yaw else 0.0)
-            for range_text, formula in ranges]
+        for range_text, formula in ranges:
+            candidates.append(Quantity(
+                f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, whole_turn),
+                scale=min(whole_turn, 360.0), per_degree=per_degree))
     for component in 'wxyz':
         name = f'the {component} of the quaternion'
         number = getattr(imu, component)

@@ -42,7 +42,7 @@ class MovementKind(Enum):
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement, forward from `forward_begin` to `forward_end`. In a turn, both equal `end`."""
+    """A movement. If no command goes forward, `forward_begin` and `forward_end` equal `end`."""
 
     kind: MovementKind
     begin: float

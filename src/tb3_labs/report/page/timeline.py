@@ -129,8 +129,9 @@ def _commands(commands: Commands) -> List[List[Optional[float]]]:
     sent = commands.in_force()
     rows = np.round(np.column_stack([sent.time, sent.linear, sent.angular]), 3)
     changes = rows[changed_rows(rows[:, 1:])]
-    return [[None if math.isnan(number) else number for number in row]
-            for row in changes.tolist()]
+    numbers = changes.astype(object)
+    numbers[np.isnan(changes)] = None
+    return numbers.tolist()
 
 
 def changed_rows(rows: np.ndarray) -> np.ndarray:
