@@ -5,8 +5,7 @@ The report has a timeline, paths, turns and tables. The bag must have messages o
 sensor_msgs/Imu and nav_msgs/Odometry; record.launch records such a bag. The report finds drives and
 turns in goal_state, or in cmd_vel if your node does not publish goal_state. The report finds resets
 in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To compare runs, put their
-turns.csv or drives.csv into one spreadsheet. The environment variable TURTLEBOT3_MODEL gives the
-name and the size of the robot.
+turns.csv or drives.csv into one spreadsheet. TURTLEBOT3_MODEL gives the robot's name and size.
 """
 import os
 import sys

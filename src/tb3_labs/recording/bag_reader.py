@@ -19,19 +19,18 @@ MAX_MEMORY_BYTES = 2e9
 MESSAGE_OVERHEAD_BYTES, CONNECTION_OVERHEAD_BYTES = 500, 10000
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
-#: A busy recorder may record two messages of a sender in the wrong order, if their times [s] differ
-#: by less than this.
+#: A busy recorder may exchange two messages of a sender that are less than this time [s] apart.
 MIN_SET_BACK_TIME = 0.2
-#: After a longer silence [s], the clock was set forward, or the computer slept. A smaller jump of
-#: the clock cannot be distinguished from a silence.
+#: A longer silence [s] shows that the clock was set forward, or that the computer slept.
 MAX_SILENCE = 3600.0
 #: All times after the jump are wrong, so the bag is read until the jump.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 BAG_VERSION = b'#ROSBAG V2.0\n'
 MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'      # values of the header field `op`
 UINT32, TIME = struct.Struct('<I'), struct.Struct('<II')
-NOT_A_BAG = 'not a bag of ROS 1, version 2.0. If it is packed, unpack it. If it is of ROS 2, ' \
-    'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
+NOT_A_BAG = (
+    'not a bag of ROS 1, version 2.0. If it is packed, unpack it. If it is of ROS 2, convert it: '
+    'pip install rosbags; rosbags-convert --src {} --dst run.bag')
 
 
 class BagProblem(ValueError):
@@ -61,14 +60,13 @@ class Bag:
     that is not wanted. `problem` says why the reading ended early, or is ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
-        """Keep the messages with ``is_wanted(connection)``. Raises BagProblem if the file is not a
-        bag."""
+        """Read the messages of each connection that `is_wanted`. May raise BagProblem."""
         self.streams: Dict[Connection, Optional[Stream]] = {}
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]
         self.problem = ''
         self._is_wanted = is_wanted
         self._memory_left = MAX_MEMORY_BYTES
-        self._last_arrival = math.inf           # [s since the first message]
+        self._last_arrival = math.inf           # of a kept message; inf before the first
         self._stream_by_connection: Dict[bytes, Optional[Stream]] = {}
         with open(path, 'rb') as file:
             if not os.fstat(file.fileno()).st_size:
@@ -83,32 +81,31 @@ class Bag:
                 except (ValueError, LookupError, struct.error, OSError):
                     self.problem = 'the recording was cut off, or is damaged'
 
-    def _read(self, data: Union[bytes, mmap.mmap], at: int) -> None:
-        """Read the records in `data` from the index `at`. `data` is a file or an unpacked chunk."""
-        while at < len(data):
-            [header_size] = UINT32.unpack_from(data, at)
-            header_end = at + UINT32.size + header_size
+    def _read(self, data: Union[bytes, mmap.mmap], index: int) -> None:
+        """Read the records in a file or an unpacked chunk from this index."""
+        while index < len(data):
+            [header_size] = UINT32.unpack_from(data, index)
+            header_begin = index + UINT32.size
+            header_end = header_begin + header_size
             [data_size] = UINT32.unpack_from(data, header_end)
             begin = header_end + UINT32.size
-            end = begin + data_size
+            end = index = begin + data_size
             if header_size > MAX_HEADER_BYTES:
                 raise ValueError('a header is too long')
-            header = data[at + UINT32.size:header_end]
-            at = end
-            fields = _fields(header)
+            fields = _fields(data[header_begin:header_end])
             op = fields[b'op']
             if op == MESSAGE:
                 stream = self._stream_by_connection[fields[b'conn']]
                 self._keep(stream, fields[b'time'], data, slice(begin, end))
             elif op == CHUNK and fields[b'compression'] == b'none':
-                at = begin    # the records of the chunk follow
+                index = begin    # the records of the chunk follow
             elif op in (CONNECTION, CHUNK) and data_size > MAX_CHUNK_BYTES:
                 raise ValueError('a chunk is too large')
             elif op == CONNECTION:
                 self._add_connection(fields, data[begin:end])
             elif op == CHUNK:
                 self._read(self._unpacked(fields[b'compression'], data[begin:end]), 0)
-        if at > len(data):
+        if index > len(data):
             raise ValueError('the last record is not whole')
 
     def _spend(self, memory_bytes: int) -> None:
@@ -117,21 +114,21 @@ class Bag:
             raise ReadingEnded(f'it takes more than {MAX_MEMORY_BYTES:.0e} bytes of memory')
 
     def _keep(self, stream: Optional[Stream], time: bytes, data: Union[bytes, mmap.mmap],
-              place: slice) -> None:
+              span: slice) -> None:
         seconds, nanoseconds = TIME.unpack(time)
         if self.start is None:
             self.start = seconds + 1e-9 * nanoseconds
         if stream is None:
             return
-        if place.stop > len(data):
+        if span.stop > len(data):
             raise ValueError('the last message is not whole')
         arrival = (seconds - self.start) + 1e-9 * nanoseconds
-        was_set_back = stream and arrival < stream[-1][0] - MIN_SET_BACK_TIME
+        was_set_back = len(stream) > 0 and arrival < stream[-1][0] - MIN_SET_BACK_TIME
         if was_set_back or arrival > self._last_arrival + MAX_SILENCE:
             raise ReadingEnded(CLOCK_JUMPED)
         message = b''
-        if place.stop - place.start <= MAX_MESSAGE_BYTES:
-            message = data[place]
+        if span.stop - span.start <= MAX_MESSAGE_BYTES:
+            message = data[span]
         self._spend(MESSAGE_OVERHEAD_BYTES + len(message))
         self._last_arrival = arrival
         stream.append((arrival, message))
@@ -164,11 +161,12 @@ def _text(name: bytes) -> str:
 
 def _fields(data: bytes) -> Dict[bytes, bytes]:
     fields = {}
-    at = 0
-    while at < len(data):
-        begin = at + UINT32.size
-        at = begin + UINT32.unpack_from(data, at)[0]
-        name, equals, value = data[begin:at].partition(b'=')
+    end = 0
+    while end < len(data):
+        [size] = UINT32.unpack_from(data, end)
+        begin = end + UINT32.size
+        end = begin + size
+        name, equals, value = data[begin:end].partition(b'=')
         if not equals:
             raise ValueError('not a header')
         fields[name] = value

@@ -1,8 +1,7 @@
 """Reads a rosbag into a RunData. The bag needs an Imu topic and an Odometry topic.
 
 The library rosbag turns the message definitions in a bag into Python code, and runs this code. A
-bag may come from a stranger, so this module uses only the installed message classes. Topics of
-other classes are not read.
+bag may come from a stranger, so this module reads only topics with installed message classes.
 """
 import posixpath
 from dataclasses import replace
@@ -39,10 +38,9 @@ DEVICE_TOPICS = 'joy', 'mouse_info'     # of any type
 
 def read_run(path, namespace=None):
     """Returns the RunData of the bag file `path`, or raises BagProblem. If several robots were
-    recorded, only the robot in `namespace` is read. The `notes` of the RunData name the parts of
-    the bag that are not read."""
+    recorded, only the robot in `namespace` is read. The `notes` name the parts not read."""
     try:
-        return _run(Bag(str(path), _class_of), str(path), namespace)
+        return _run_of_bag(Bag(str(path), _class_of), str(path), namespace)
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
     except Exception as problem:        # a stranger's bytes may cause any error
@@ -54,7 +52,7 @@ def _class_of(connection):
     return MESSAGE_CLASSES.get((connection.message_type, connection.checksum))
 
 
-def _run(bag, path, namespace):
+def _run_of_bag(bag, path, namespace):
     types = {each.topic: _class_of(each) for each in bag.streams}
     samples = {}
     notes = []
@@ -64,16 +62,18 @@ def _run(bag, path, namespace):
         for field, topic in topics.items():
             message = types[topic]()
             received = _in_order(bag, topic, types[topic])
-            samples[field], dropped = stamped_samples(field, message, prefix, bag.start, received)
-            if dropped:
-                notes.append(f'invalid messages of {topic} that were dropped: {dropped}')
+            samples[field], dropped_count = stamped_samples(
+                field, message, prefix, bag.start, received)
+            if dropped_count:
+                notes.append(f'invalid messages of {topic} that were dropped: {dropped_count}')
         for field in ('imu', 'odometry'):
             if not len(samples[field]):
                 raise BagProblem(f'not one good message on {topics[field]} (bad quaternions?)')
     except BagProblem as problem:
-        if bag.problem:
-            problem = f'was not read to its end: {bag.problem}; until there: {problem}'
-        raise BagProblem(problem) from None
+        if not bag.problem:
+            raise
+        raise BagProblem(
+            f'was not read to its end: {bag.problem}; until there: {problem}') from None
     clock = RecordedClock.of(samples['odometry'].arrival, samples['odometry'].time)
     samples = {field: replace(each, time=times_on_recorders_clock(each.arrival, each.time, clock))
                for field, each in samples.items()}
@@ -118,16 +118,17 @@ def choose_topics(types, namespace):
 
 def _by_type(types, message_type, name, prefix):
     """Returns the topic of this type in the namespace `prefix`. If several topics have this type,
-    the topic called `name` is returned. Raises BagProblem if the topic is missing or ambiguous."""
+    returns the topic called `name`. Raises BagProblem if the topic is missing or ambiguous."""
     topics = [topic for topic, installed_type in types.items() if installed_type is message_type
               and (prefix is None or topic.startswith(prefix))]
     if not topics:
         place = f' in {prefix}' if prefix else ''
-        raise BagProblem('no {} was recorded{}; the bag has: {}'.format(
-            message_type._type, place, ', '.join(sorted(types)) or 'no messages at all'))
-    exact = [topic for topic in topics if prefix and topic == prefix + name]
-    named = [topic for topic in topics if topic.rsplit('/', 1)[-1] == name]
-    best_topics = sorted(exact or named or topics)
+        recorded = ', '.join(sorted(types)) if types else 'no messages at all'
+        raise BagProblem(f'no {message_type._type} was recorded{place}; the bag has: {recorded}')
+    if prefix and prefix + name in topics:
+        return prefix + name
+    named = [topic for topic in topics if posixpath.basename(topic) == name]
+    best_topics = sorted(named or topics)
     if len(best_topics) > 1:
         robot = namespace_of(best_topics[-1]).strip('/') or '/'
         raise BagProblem('several topics of {} were recorded ({}): choose a robot, such as --ns {}'

@@ -1,4 +1,4 @@
-"""Holds the recorded data of one run in arrays.
+"""Contains the recorded data of one run in arrays.
 
 Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
 sample arrived at the recorder. `time` is the stamp of the sample, converted from the sender's clock
@@ -6,8 +6,6 @@ to the recorder's clock. The clocks of a real robot and a recorder differ by up 
 message has no stamp, `time` equals `arrival`.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages.
-Edge cases: a topic that was not recorded has samples of length 0. A message is dropped and counted
-if its quaternion is invalid (see :mod:`tb3_labs.geometry.angles`) or a number is not finite.
 """
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -27,7 +25,7 @@ SamplesType = TypeVar('SamplesType', bound='Samples')
 
 @dataclass(frozen=True)
 class Samples:
-    """Arrays with an element for each sample. Subclasses add arrays for the messages' contents."""
+    """Arrays with an element for each sample; empty arrays if the topic was not recorded."""
 
     arrival: np.ndarray
     time: np.ndarray
@@ -36,28 +34,31 @@ class Samples:
         return len(self.time)
 
     @property
-    def contents(self) -> List[np.ndarray]:
-        """All arrays except `arrival` and `time`."""
-        return [getattr(self, column.name) for column in fields(self)[2:]]
+    def columns(self) -> List[np.ndarray]:
+        """All arrays. The arrays `arrival` and `time` are first."""
+        return [getattr(self, field.name) for field in fields(self)]
 
     def take(self: SamplesType, index: Any) -> SamplesType:
-        """Returns the samples at `index`, which is a numpy index, such as a mask or a slice."""
-        return type(self)(*(getattr(self, column.name)[index] for column in fields(self)))
+        """Returns the samples at a numpy index, such as a mask or a slice."""
+        return type(self)(*(column[index] for column in self.columns))
 
     def between(self: SamplesType, begin: float, end: float) -> SamplesType:
         """Returns the samples with `time` in [begin, end) [s]. The times must be in order."""
         return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
+    def arrived_between(self: SamplesType, begin: float, end: float) -> SamplesType:
+        """Returns the samples with `arrival` in [begin, end) [s]."""
+        return self.take((self.arrival >= begin) & (self.arrival < end))
+
     @classmethod
     def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
         if not parts:
             return cls.none()
-        return cls(*(np.concatenate([getattr(part, column.name) for part in parts])
-                     for column in fields(cls)))
+        return cls(*map(np.concatenate, zip(*(part.columns for part in parts))))
 
     @classmethod
     def from_rows(cls: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
-        """Returns a sample for each row. A row has the values in the order of the fields."""
+        """Returns a sample for each row. The values of a row are in the order of the fields."""
         if not rows:
             return cls.none()
         return cls(*(np.array(column, object if isinstance(column[0], str) else float)
@@ -74,8 +75,8 @@ class Yaws(Samples):
     yaw: np.ndarray
 
     def yaw_at(self, time: Any) -> np.ndarray:
-        """Returns the unwrapped yaw [rad] at each time [s], interpolated between samples. Outside
-        of the samples, the first or the last yaw is returned."""
+        """Returns the unwrapped yaw [rad] at each time [s], interpolated between samples. Before
+        the first sample and after the last, the nearest yaw is returned."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @cached_property
@@ -118,7 +119,8 @@ class Poses(Yaws):
 
     def at(self, times: np.ndarray) -> 'Poses':
         """Returns the interpolated poses at the `times` [s], as in `yaw_at`."""
-        x, y = (np.interp(times, self.time, column) for column in (self.x, self.y))
+        x = np.interp(times, self.time, self.x)
+        y = np.interp(times, self.time, self.y)
         return Poses(times, times, x, y, wrap_all(self.yaw_at(times)))
 
     def pose_at(self, time: float) -> Pose2:
@@ -143,7 +145,7 @@ class Poses(Yaws):
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Poses in ``odom``, and the robot's speeds. The rate of turn has the firmware's spikes."""
+    """Poses in ``odom``, and the robot's speeds. `angular` contains the firmware's spikes."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -152,7 +154,7 @@ class OdometrySamples(Poses):
 @dataclass(frozen=True)
 class Commands(Samples):
     """Commanded speeds. No wheel follows `sideways`, `upward`, `rolling` and `pitching`. `sender`
-    is the name of the node that sent the command, or ''."""
+    is the name of the node that sent the command, or '' if the name is unknown."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -163,12 +165,11 @@ class Commands(Samples):
     sender: np.ndarray
 
     def in_force(self) -> 'Commands':
-        """Returns the commands. A command with the speeds NaN is added at each time when the
-        robot's timeout ends a command."""
-        timeouts = self.time + COMMAND_TIMEOUT
-        is_ended = np.append(self.time[1:], np.inf) > timeouts
-        nans = np.full(is_ended.sum(), np.nan)
-        ends = replace(self.take(is_ended), time=timeouts[is_ended], linear=nans, angular=nans)
+        """Returns the commands, and a command with NaN speeds whenever a command times out."""
+        next_times = np.append(self.time[1:], np.inf)
+        ended = self.take(next_times > self.time + COMMAND_TIMEOUT)
+        nans = np.full(len(ended), np.nan)
+        ends = replace(ended, time=ended.time + COMMAND_TIMEOUT, linear=nans, angular=nans)
         commands = Commands.joined([self, ends])
         return commands.take(np.argsort(commands.time, kind='stable'))
 

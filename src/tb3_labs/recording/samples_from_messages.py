@@ -1,7 +1,6 @@
 """Makes the samples of each topic from the messages of a recording.
 
-The times of all samples are converted to one clock, the recorder's clock.
-Units: metres, radians, seconds since the recording's start on the recorder's clock.
+The times of all samples are converted to one clock, the recorder's clock. Units: as in RunData.
 """
 import math
 import struct
@@ -18,8 +17,7 @@ from tb3_labs.recording.run_data import (
 from tb3_labs.watch.printed_pose import declared_pose
 
 LOG_LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
-#: A sample with a larger number [m, rad, m/s, rad/s] is invalid. The spikes in the firmware's rate
-#: of turn are below 1000 rad/s.
+#: A sample with a larger number [m, rad, m/s, rad/s] is invalid. The firmware's spikes are smaller.
 MAX_NUMBER = 1e5
 #: A speed that no wheel follows is limited to this speed [m/s, rad/s].
 MAX_UNUSED_SPEED = MAX_NUMBER / 2.0
@@ -35,16 +33,15 @@ MIN_IN_TIME_SHARE = 0.25
 
 @dataclass(frozen=True)
 class RecordedClock:
-    """The clock of a sender is `lag` [s] behind the recorder's clock. `stamps` [s] has the stamp of
-    each message of the sender."""
+    """A sender's clock, which made the `stamps` [s], is `lag` [s] behind the recorder's clock."""
 
     lag: float
     stamps: np.ndarray
 
     @classmethod
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
-        """Returns the clock of a sender with at least one message. The clock is computed from the
-        messages with the shortest delays. Outliers are ignored."""
+        """Returns the clock of a sender, computed from the messages with the shortest delays. The
+        sender must have sent a message. Outliers are ignored."""
         lags = np.sort(arrival - stamp)
         median = lags[(len(lags) - 1) // 2]
         lags = lags[np.abs(lags - median) < MIN_LATENESS]
@@ -62,9 +59,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     decrease.
 
     `robot_clock` is the clock of the odometry's sender. One lag is used for all senders that share
-    this clock, so the differences between their stamps stay exact. A stamp is more exact than an
-    arrival. Messages arrive late while the recorder is busy, and early while a simulated clock
-    stands still. The arrival is used only if the stamp is not plausible.
+    this clock, so the differences between their stamps stay exact. A plausible stamp is used: while
+    the recorder is busy, or a simulated clock stands still, the arrival is less exact.
     """
     if not len(stamp):
         return arrival
@@ -78,9 +74,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     return np.maximum.accumulate(np.where(is_plausible, stamp + clock.lag, arrival))
 
 
-# -- Each function returns (header, rows). The header is None if the message has no stamp.
-# A row has the values of a sample. `prefix` is the robot's namespace. An invalid quaternion raises
-# ValueError.
+# -- Each function returns (header, rows), or raises ValueError for an invalid quaternion. Without a
+# stamp, the header is None. A row is a sample. `prefix` is the robot's namespace.
 
 def _yaw(q):
     return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
@@ -108,9 +103,9 @@ def _odometry(message, sender, prefix):
 def _command(message, sender, prefix):
     linear, angular = message.linear, message.angular
     # no wheel follows these speeds, so a NaN or infinite speed does not make a command invalid
-    unused_speeds = [max(-MAX_UNUSED_SPEED, min(MAX_UNUSED_SPEED, speed))     # the maximum for NaN
-                     for speed in (linear.y, linear.z, angular.x, angular.y)]
-    return None, [(linear.x, angular.z, *unused_speeds, sender)]
+    unused_speeds = np.nan_to_num([linear.y, linear.z, angular.x, angular.y], nan=MAX_UNUSED_SPEED)
+    limited_speeds = unused_speeds.clip(-MAX_UNUSED_SPEED, MAX_UNUSED_SPEED)
+    return None, [(linear.x, angular.z, *limited_speeds, sender)]
 
 
 def _frames(message, sender, prefix):
@@ -136,7 +131,7 @@ def _mouse(message, sender, prefix):
     return message.header, [(message.xPos, message.yPos, message.status.data)]
 
 
-def _turn(message, sender, prefix):
+def _turn_request(message, sender, prefix):
     return None, [(math.radians(message.data),)]
 
 
@@ -149,8 +144,8 @@ FIELD_READERS = {
     'commands': (Commands, _command), 'local_pose': (Poses, _pose), 'ground_truth': (Poses, _pose),
     'goals': (Poses, _pose), 'frames': (Poses, _frames), 'log': (LogLines, _log),
     'variables': (Variables, _variables), 'mouse': (MouseSamples, _mouse),
-    'turn_requests': (Numbers, _turn), 'control': (Numbers, _data), 'states': (States, _data),
-    'events': (States, _data), 'printed': (States, _data)}
+    'turn_requests': (Numbers, _turn_request), 'control': (Numbers, _data),
+    'states': (States, _data), 'events': (States, _data), 'printed': (States, _data)}
 
 
 def stamped_samples(field, message, prefix, start, received):
@@ -158,18 +153,18 @@ def stamped_samples(field, message, prefix, start, received):
     a sample is its stamp on the sender's clock.
 
     `field` is a field of RunData, and `prefix` is the robot's namespace. `start` is the arrival of
-    the recording's first message [s since 1970]. `received` has (arrival [s], sender, bytes) of
-    each message. All messages are read into the one object `message`.
+    the recording's first message [s since 1970]. `received` contains (arrival [s], sender, bytes)
+    of each message. All messages are read into the one object `message`.
     """
     samples_type, read = FIELD_READERS[field]
     rows = []
-    dropped = 0
+    dropped_count = 0
     for arrival, sender, data in received:
         try:
             message.deserialize(data)
             header, contents = read(message, sender, prefix)
         except (genpy.DeserializationError, struct.error, ValueError):
-            dropped += 1
+            dropped_count += 1
             continue
         stamp = arrival
         if header is not None:
@@ -178,10 +173,10 @@ def stamped_samples(field, message, prefix, start, received):
         rows += [(arrival, stamp, *row) for row in contents]
     samples = samples_type.from_rows(rows)
     is_valid = np.ones(len(samples), bool)
-    for column in samples.contents:
+    for column in samples.columns[2:]:      # without the times
         if column.dtype != object:
             is_valid &= np.abs(column) < MAX_NUMBER     # False for NaN
-    return samples.take(is_valid), dropped + int((~is_valid).sum())
+    return samples.take(is_valid), dropped_count + int((~is_valid).sum())
 
 
 def resets_in(log: LogLines) -> Poses:

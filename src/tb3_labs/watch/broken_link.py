@@ -1,8 +1,8 @@
 """The numbers of a node form a chain: sensor -> belief -> goal -> error -> command -> stop. A
 broken link is a wrong number in this chain.
 
-A link compares a number of the node with the correct number. The correct number is computed by the
-handout's formula from the node's *own* numbers in the previous links. So the consequence of a
+A link compares a number of the node with the correct number. The handout's formula gives the
+correct number from the node's *own* numbers in the previous links, so that the consequence of a
 mistake is not reported as another mistake.
 """
 from functools import cached_property
@@ -11,8 +11,7 @@ from typing import (
 
 import numpy as np
 
-from tb3_labs.watch.variables import (
-    Quantity, Series, bare_name, shortened_value, variables_of)
+from tb3_labs.watch.variables import Quantity, Series, bare_name, shortened_value, variables_of
 
 #: If the variables of a node were not read for this time [s], the node may have ended.
 MAX_READING_GAP = 0.4
@@ -21,8 +20,7 @@ MAX_UNJUDGED_READINGS = 10
 
 
 class BrokenLink(NamedTuple):
-    """A mistake of a node. `message` describes the mistake in a sentence, without the period at its
-    end. `moment` [s] is a time at which the mistake is visible."""
+    """A mistake of a node, visible at the time `moment` [s]. `message` has no period at its end."""
 
     message: str
     moment: float
@@ -34,7 +32,7 @@ Check = Callable[['NodeRun'], Iterator[BrokenLink]]
 
 
 class NodeRun:
-    """One node of a recorded run, with its variables and its commands."""
+    """The variables and the commands of one node of a recorded run."""
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         """`run` is a RunData. `node` is the node's name, by default the name of the node with the
@@ -55,7 +53,9 @@ class NodeRun:
     def boolean_variable(self, name: str) -> Optional[Series]:
         """Returns ``variable(name)`` if all its values are True, False, 1 or 0; else None."""
         series = self.variable(name)
-        return series if series is not None and set(series.value) <= {0.0, 1.0} else None
+        if series is None or not set(series.value) <= {0.0, 1.0}:
+            return None
+        return series
 
     @cached_property
     def reading_times(self) -> np.ndarray:
@@ -66,19 +66,17 @@ class NodeRun:
     def runs_at(self, time: float) -> bool:
         """Was a variable read at most MAX_READING_GAP before this time?"""
         earlier_times = self.reading_times[self.reading_times < time]
-        return len(earlier_times) > 0 and bool(time - earlier_times[-1] <= MAX_READING_GAP)
+        return bool((time - earlier_times <= MAX_READING_GAP).any())
 
     def end_after(self, time: float) -> float:
-        """Returns the time of the last reading before the next gap in the readings. Returns inf if
-        all readings are before `time`."""
+        """Returns the time of the last reading before the next gap; inf if no reading is later."""
         later_times = self.reading_times[self.reading_times >= time]
         is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP
         return float(min(later_times[is_before_gap], default=np.inf))
 
 
 class SheetStep(NamedTuple):
-    """A place in a lab sheet: a numbered `step` in the section with this `heading`. If `step` is 0,
-    the place is the whole section."""
+    """A numbered `step` in a section of a lab sheet; the whole section if `step` is 0."""
 
     sheet: str
     heading: str
@@ -93,7 +91,7 @@ class SheetStep(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A link of a chain. A student can answer the `question` by looking at the node. `parts` names
+    """A link of a chain. A student can answer the `question` by looking at the node. `parts` are
     the parts of the lab that use the link, as in marking/labs. If `is_remarked`, a mistake gets a
     remark even if it costs no points."""
 
@@ -106,8 +104,8 @@ class Link(NamedTuple):
 
 def find_broken_link(node_run: NodeRun, links: Iterable[Link],
                      parts: Optional[Iterable[str]] = None) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first (Link, BrokenLink), or None. Checks only the links that these `parts` of
-    the lab use, or all links if `parts` is None."""
+    """Returns the first (Link, BrokenLink), or None. Checks the links that these `parts` of the lab
+    use; all links if `parts` is None."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -117,16 +115,16 @@ def find_broken_link(node_run: NodeRun, links: Iterable[Link],
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
-    """Returns the sentence on a broken link. `assigned` is {variable: line numbers of its
-    assignments in the node's file}."""
+    """Returns the sentence on a broken link. `assigned` is {variable: lines that assign it}."""
     name, message = broken.variable, broken.message
-    lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
+    attribute = name.rpartition('.')[2]
+    lines = assigned.get(name) or assigned.get(attribute, ())
     place = ''
     if lines:
         word = 'line' if len(lines) == 1 else 'lines'
         place = f" ({name} is assigned in {word} {', '.join(map(str, lines[:5]))})"
     first_word = message.split()[0]
-    if '_' not in first_word and first_word != name:        # a variable's name is not capitalized
+    if '_' not in first_word and first_word != name:        # no capital for a variable's name
         message = message[:1].upper() + message[1:]
     return f'{message}{place}.'
 
@@ -146,8 +144,8 @@ def worst_index(series: Series, expected: np.ndarray) -> int:
 
 
 def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the quantity `correct`, at the moment
-    of the largest error. The clause `behaviour` describes the variable's wrong behaviour."""
+    """Returns the BrokenLink of a variable that should follow the quantity `correct`. The moment is
+    that of the largest error. The clause `behaviour` says what the variable does instead."""
     expected = correct.at(series.time)
     worst = worst_index(series, expected)
     name = correct.name.partition(',')[0]
@@ -155,13 +153,13 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
     return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
 
 
-def should_be(observation: str, correct: Any) -> str:
-    """Returns a clause with the observation and the correct value."""
+def expectation_clause(observation: str, correct: Any) -> str:
+    """Returns the observation, followed by the correct value."""
     return f'{observation}; it should be {correct}'
 
 
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink at the time `begin` if commands at these `times` come too seldom."""
+    """Yields a BrokenLink at the time `begin` if the `times` of commands are too far apart."""
     pause = np.median(np.diff(times))
     if pause > MAX_COMMAND_PAUSE:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
@@ -172,7 +170,7 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
                  ('pitching', 'angular.y'))
 
 
-def wrong_field_text(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
+def used_field_text(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
     """Returns a clause on the first of these `fields` that is not 0; '' if all are 0."""
     for field, field_text in fields:
         speeds = getattr(sent, field)
@@ -183,5 +181,5 @@ def wrong_field_text(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELD
 
 def other_field_text(node_run: NodeRun) -> str:
     """Returns a clause on linear.x or an unused field that is not 0; '' if all are 0."""
-    clause = wrong_field_text(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
+    clause = used_field_text(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return f'; {clause}' if clause else ''

@@ -11,7 +11,7 @@ from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
 from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, is_constant, should_be, slow_commands)
+    BrokenLink, NodeRun, expectation_clause, is_constant, slow_commands)
 from tb3_labs.watch.drive_states import (
     HANDOUT_GOAL, MAX_PROBE_LAG, MIN_CORRECT_SHARE, POSE_TOLERANCE, SHORT_LAG, StateInterval,
     control_intervals, local_frames, own_pose, state_intervals)
@@ -25,6 +25,7 @@ MIN_FITTED_COMMANDS, MIN_PACED_COMMANDS = 5, 4
 #: With this heading error [rad] or more, the robot may turn to either side.
 EITHER_SIDE_ERROR = 3.0
 MAX_REACTION_TIME = 1.0     # [s] until the first command in a state, and to leave the state
+LOST_CONTROL = 'ctrl_relinq became False'
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}      # [1/s]
 
 
@@ -51,15 +52,16 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
         return
     for frame in local_frames(node_run):
         state = series.text_at(frame.begin - SHORT_LAG)
+        if not frame.is_reset or state not in STATES[1:]:
+            continue
         first_states = series.between(frame.begin, frame.begin + MAX_PROBE_LAG).text
         readings = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
-        stays = len(readings.text) > 0 and readings.text[0] == state
-        is_kept = state in STATES[1:] and stays and ROTATE_TO_GOAL not in first_states
-        if not frame.is_reset or not is_kept:
+        if state not in readings.text[:1] or ROTATE_TO_GOAL in first_states:
             continue
         error = own_pose(node_run, readings.time[:1]).error(ROTATE_TO_GOAL)[0]
         if error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE:
-            message = should_be(f'{frame.clause}{series.name} stayed {state}', ROTATE_TO_GOAL)
+            observation = f'{frame.clause}{series.name} stayed {state}'
+            message = expectation_clause(observation, ROTATE_TO_GOAL)
             yield BrokenLink(message, frame.begin, series.name)
 
 
@@ -76,15 +78,14 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         if 'yaw' in name:       # the node may have its goal_yaw in degrees
             error = min(error, abs(series.value[-1] - np.degrees(requested)))
         if error > 1e-3:
-            message = should_be(f'{series.name} is {shortened_value(series.text[-1])}',
-                                f'{requested:g}')
+            observation = f'{series.name} is {shortened_value(series.text[-1])}'
+            message = expectation_clause(observation, f'{requested:g}')
             yield BrokenLink(message, series.time[0], series.name)
 
 
 def heading_errors(node_run: NodeRun,
                    interval: StateInterval) -> Iterator[Tuple[str, np.ndarray, bool]]:
-    """Yields (formula, heading errors [rad], is each error normalized?) of possible formulas. The
-    correct formula is first."""
+    """Yields (formula, heading errors [rad], is normalized?), with the correct formula first."""
     dx, dy = interval.pose.to_goal.real, interval.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', interval.pose.goal_yaw)]
     if interval.state != ROTATE_TO_GOAL:
@@ -100,9 +101,8 @@ def heading_errors(node_run: NodeRun,
 
 
 def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, float]:
-    """Returns (formula of the heading error, gain) of a rotation, in which a command is the gain
-    times the heading error. A formula with the handout's gain is preferred. If no formula fits,
-    `formula` is ''."""
+    """Returns (formula of the heading error, gain), such that the commands are the gain times the
+    error. A formula with the handout's gain is preferred. If no formula fits, it is ''."""
     handouts_gain = GAINS[interval.state]
     angular = interval.commands.angular
     fit_with_another_gain = '', handouts_gain
@@ -114,10 +114,10 @@ def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, flo
         if len(error) < MIN_FITTED_COMMANDS:
             continue
         gain = float(np.median(command / error))
-        has_handouts_gain = abs(abs(gain) / handouts_gain - 1.0) < 0.05
+        has_handouts_gain = np.isclose(abs(gain), handouts_gain, rtol=0.05)
         if has_handouts_gain:
             gain = float(np.copysign(handouts_gain, gain))
-        is_near = np.abs(command - gain * error) < 0.01 + 0.03 * np.abs(gain * error)
+        is_near = np.isclose(command, gain * error, rtol=0.03, atol=0.01)
         if is_near.mean() < MIN_CORRECT_SHARE:
             continue
         if has_handouts_gain:
@@ -143,8 +143,9 @@ def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def unknown_state(interval: StateInterval) -> Iterator[BrokenLink]:
     """Checks that the node does not stay in a state that is unknown to the handout."""
-    stays = interval.end - interval.begin >= MAX_REACTION_TIME and interval.next_state not in STATES
-    if interval.state not in STATES and stays:
+    if interval.state in STATES or interval.next_state in STATES:
+        return
+    if interval.end - interval.begin >= MAX_REACTION_TIME:
         yield BrokenLink(f"state became {interval.state}, which is none of {', '.join(STATES)}",
                          interval.begin, 'state')
 
@@ -174,9 +175,9 @@ def wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[Broke
     formula, gain = fitted_formula(node_run, interval)
     correct, error, _ = next(heading_errors(node_run, interval))
     angular = interval.commands.angular
-    text = f'in {interval.state} angular.z was '
+    observation = f'in {interval.state} angular.z was '
     if formula and (formula != correct or gain < 0.0):
-        yield BrokenLink(f'{text}{gain:.2g} x ({formula}); by the handout it is '
+        yield BrokenLink(f'{observation}{gain:.2g} x ({formula}); by the handout it is '
                          f'{GAINS[interval.state]:g} x ({correct})', interval.begin, 'angular.z')
     has_wrong_side = (angular * error < 0.0) | (not angular.any())
     is_large = np.abs(error) > 2.0 * TOLERANCES[interval.state]
@@ -184,7 +185,7 @@ def wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[Broke
     wrong_indices = np.flatnonzero(has_wrong_side & is_large & has_one_side)
     if len(wrong_indices) >= MIN_WRONG_TURNS:
         k = wrong_indices[0]
-        yield BrokenLink(f'{text}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
+        yield BrokenLink(f'{observation}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
                          interval.commands.arrival[k], 'angular.z')
 
 
@@ -209,39 +210,39 @@ def missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLi
     if not len(near_indices):
         return
     first, last = near_indices[0], near_indices[-1]
+    if interval.end - times[first] <= MAX_REACTION_TIME:
+        return
     is_passed = error[first:].max() > tolerance + POSE_TOLERANCE
     is_later = interval.commands.arrival > times[first] + MAX_PROBE_LAG
     is_turning = interval.commands.angular[is_later].any()
-    is_late = interval.end - times[first] > MAX_REACTION_TIME
-    if is_late and (is_passed or not is_turning):
+    if is_passed or not is_turning:
         error_clause = error_text(interval.state, error[last])
         yield BrokenLink(f'state stayed {interval.state} at {error_clause}', times[last], 'state')
 
 
 def error_text(state: str, error: float) -> str:
-    """Returns a clause with the error and the tolerance of a state."""
-    kind, unit = ('distance', 'm') if state == MOVE_FORWARD else ('heading error', 'rad')
-    return f'a {kind} of {error:.2f} {unit}; {TOLERANCES[state]:g} is the tolerance'
+    size = f'heading error of {error:.2f} rad'
+    if state == MOVE_FORWARD:
+        size = f'distance of {error:.2f} m'
+    return f'a {size}; {TOLERANCES[state]:g} is the tolerance'
 
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that commands end, with a zero, when the node is at the goal or has lost control."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
-    # without control, a node may send zeros
-    silences = [(begin, end, 'ctrl_relinq became False', True)
-                for begin, end, value in control_intervals(node_run)
+    silences = [(begin, end, LOST_CONTROL) for begin, end, value in control_intervals(node_run)
                 if not value and node_run.runs_at(begin)]
-    silences += [(interval.begin, interval.end, 'state became ' + GOAL_REACHED, False)
-                 for interval in state_intervals(node_run)
-                 if interval.state == GOAL_REACHED]
-    for begin, end, event, may_send_zeros in sorted(silences):
+    silences += [(interval.begin, interval.end, 'state became ' + GOAL_REACHED)
+                 for interval in state_intervals(node_run) if interval.state == GOAL_REACHED]
+    for begin, end, event in sorted(silences):
         seen_at = begin + MAX_PROBE_LAG
         if end <= seen_at:
             continue
-        is_forbidden = is_moving | (not may_send_zeros)
         is_late = (sent.arrival > seen_at) & (sent.arrival < end)
-        late_indices = np.flatnonzero(is_forbidden & is_late)
+        if event == LOST_CONTROL:       # without control, a node may send zeros
+            is_late &= is_moving
+        late_indices = np.flatnonzero(is_late)
         if len(late_indices) >= MIN_LATE_COMMANDS:
             first = late_indices[0]
             yield BrokenLink(f'{event}, and {len(late_indices)} commands came later: '

@@ -1,8 +1,7 @@
 """Checks the variables local_x, local_y and local_yaw of the Transformation lab. If a variable is
 wrong, this module finds the quantity that the variable follows instead.
 
-In this file a place (x, y) is the complex number x + iy. Angles are compared on the unit circle, so
-that their range does not matter.
+In this file a place (x, y) is the complex number x + iy, and angles are points on the unit circle.
 """
 from dataclasses import replace
 from itertools import product
@@ -11,7 +10,7 @@ from typing import Any, Iterator, List
 import numpy as np
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, should_be, worst_index
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expectation_clause, worst_index
 from tb3_labs.watch.drive_states import (
     MAX_PROBE_LAG, MIN_CORRECT_SHARE, POSE_TOLERANCE, REFERENCES_OF, SHORT_LAG, NodeFrame,
     index_from, local_frames, readings_with_control, unit_of)
@@ -20,16 +19,17 @@ from tb3_labs.watch.variables import (
     TOLERANCE_SHARE, Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
 MIN_JUDGED_VALUES = 10
-#: All quantities of this file have this scale. Two places, or two angles, are equal if they differ
-#: by at most POSE_TOLERANCE.
+#: With this scale, two places or two angles are equal if they differ by at most POSE_TOLERANCE.
 SCALE = POSE_TOLERANCE / TOLERANCE_SHARE
 
 
 def place_quantities(samples: Any, frame: NodeFrame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may use as its local place in `frame`. Only the first two
-    quantities are correct. A node need not add the pose that the reset declares."""
-    place, start = samples.x + 1j * samples.y, frame.declared_place
-    path, yaw = place - frame.place, frame.odometry_yaw - frame.declared_yaw
+    """Yields the quantities that a node may use as its local place in `frame`. The first two are
+    correct, since a node need not add the pose that the reset declares."""
+    start = frame.declared_place
+    place = samples.x + 1j * samples.y
+    path = place - frame.place
+    yaw = frame.odometry_yaw - frame.declared_yaw
     prefix = 'the displacement since the reset, '
     for name, vector, angle, offset in (
             (prefix + 'rotated by minus the yaw at the reset', path, yaw, start),
@@ -58,16 +58,15 @@ def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
 
 
 def local_yaw_quantities(imu: Any, odometry: Any, frame: NodeFrame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may use as its local yaw. The first two quantities are
-    correct."""
+    """Yields the quantities that a node may use as its local yaw. The first two are correct."""
     yaw, *wrong_yaws = yaw_readings(imu, odometry)
     degrees = yaw._replace(name='the yaw in degrees', value=np.degrees(yaw.value))
     rows = [(yaw, ' since the reset', frame.declared_yaw - frame.imu_yaw),
             (yaw, ' since the reset, without the declared pose', -frame.imu_yaw),
             (yaw, ', not from the reset on', 0.0)]
     for each in (degrees, *wrong_yaws):
-        at_reset = each.value[index_from(each.time, frame.begin)]
-        rows.append((each, ' since the reset', frame.declared_yaw - at_reset))
+        value_at_reset = each.value[index_from(each.time, frame.begin)]
+        rows.append((each, ' since the reset', frame.declared_yaw - value_at_reset))
     rows.append((degrees, ', minus the radians at the reset', -frame.imu_yaw))
     for each, clause, offset in rows:
         yield each._replace(name=each.name + clause, value=each.value + offset)
@@ -77,9 +76,8 @@ def pose_quantities(node_run: NodeRun, frame: NodeFrame, name: str) -> List[Quan
     """Returns the quantities that the variable `name` may follow in a frame, in comparable form.
     The first two quantities are correct. Returns [] without samples of a sensor."""
     begin = frame.begin - MAX_PROBE_LAG
-    imu, odometry = (
-        samples.take((samples.arrival >= begin) & (samples.arrival < frame.end))
-        for samples in (node_run.run.imu, node_run.run.odometry))
+    imu = node_run.run.imu.arrived_between(begin, frame.end)
+    odometry = node_run.run.odometry.arrived_between(begin, frame.end)
     if not len(imu) or not len(odometry):
         return []
     if name == 'local_yaw':
@@ -123,10 +121,9 @@ def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[
     readings = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
     if len(set(readings.text)) != 1:
         return
-    value, text = readings.value[0], shortened_value(readings.text[0])
-    error = value - correct
-    if 'yaw' in name:
-        error = wrap(error)
+    value = readings.value[0]
+    text = shortened_value(readings.text[0])
+    error = wrap(value - correct) if 'yaw' in name else value - correct
     if abs(error) <= POSE_TOLERANCE:
         return
     behaviours = []
@@ -138,7 +135,7 @@ def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[
             if abs(wrap(value - each.at(frame.begin))) <= POSE_TOLERANCE]
     if behaviours:
         observation = f'{frame.clause}{series.name} {behaviours[0]}'
-        message = should_be(observation, sensor + ' at the reset')
+        message = expectation_clause(observation, sensor + ' at the reset')
         yield BrokenLink(f'{message}: it was {text} when this was {correct:.3g}',
                          readings.time[0], series.name)
 
@@ -157,14 +154,15 @@ def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[B
     readings = series.between(message_times[0] + MAX_PROBE_LAG, frame.end)
     readings = replace(readings, value=comparable_values(name, readings.value * unit_of(series)))
     readings = readings_with_control(node_run, readings, MAX_PROBE_LAG)
-    has_values = np.isfinite(readings.value).sum() >= MIN_JUDGED_VALUES
-    if not has_values or matching_quantities(readings, quantities[:2], MIN_CORRECT_SHARE):
+    if np.isfinite(readings.value).sum() < MIN_JUDGED_VALUES:
+        return
+    if matching_quantities(readings, quantities[:2], MIN_CORRECT_SHARE):
         return
     expected = correct.at(readings.time)
     worst = worst_index(readings, expected)
     correct_value = np.angle(expected[worst]) if 'yaw' in name else expected[worst]
     behaviour = behaviour_text(readings, correct, quantities[2:])
-    message = should_be(f'{frame.clause}{series.name} {behaviour}', correct.name)
+    message = expectation_clause(f'{frame.clause}{series.name} {behaviour}', correct.name)
     value_text = shortened_value(readings.text[worst])
     yield BrokenLink(f'{message}: it was {value_text} when this was {correct_value:.3g}',
                      readings.time[worst], series.name)

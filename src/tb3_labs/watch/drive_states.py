@@ -1,5 +1,4 @@
-"""Finds the local frames, the poses and the states of a node in the Transformation lab. The poses
-and the states come from the node's own variables.
+"""Finds the local frames of a node in the Transformation lab, and its own poses and states.
 
 In this file a place (x, y) is the complex number x + iy, so a rotation is a product.
 """
@@ -77,9 +76,9 @@ def index_from(times: np.ndarray, time: float) -> int:
 
 
 class NodePose(NamedTuple):
-    """The poses that the node's own variables contain. Each array has a value for each time.
-    `to_goal` is the vector from the robot to the goal, a complex number [m]. The angles are in
-    radians. A value is NaN if the node does not have the variable of the handout."""
+    """The poses in the node's own variables, with a value for each time. `to_goal` is the vector
+    from the robot to the goal, a complex number [m]. The angles are in radians. A value is NaN if
+    the node lacks the variable of the handout."""
 
     to_goal: np.ndarray
     yaw: np.ndarray
@@ -117,8 +116,7 @@ def unit_of(series: Series) -> float:
 
 def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -> Series:
     """Returns the `readings` at which the node has control and also had control `seconds` earlier.
-    The variable has_control, or else ctrl_relinq, shows who has control. Without has_control and
-    ctrl_relinq, all readings are returned."""
+    The variable has_control, or else ctrl_relinq, shows the control; without both, returns all."""
     control = node_run.run.control
     has_control = node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
@@ -126,10 +124,10 @@ def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -
         time, value = has_control.time, has_control.value
     if not len(time):
         return readings
-    index_now = last_until(time, readings.time)
     index_earlier = last_until(time, readings.time - seconds)
-    is_known = index_earlier >= 0
-    return readings.take(is_known & (value[index_now] == 1.0) & (value[index_earlier] == 1.0))
+    had_control = (index_earlier >= 0) & (value[index_earlier] == 1.0)
+    has_control_now = value[last_until(time, readings.time)] == 1.0
+    return readings.take(had_control & has_control_now)
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
@@ -141,8 +139,8 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 
 class StateInterval(NamedTuple):
     """An interval in which the node is in one state and has control. `begin` and `end` are the
-    times [s] of the first and the last reading in this state. `next_state` is '' if it is not
-    known. `pose` is the NodePose at the times of the `commands`."""
+    times [s] of the first and the last reading in this state. An unknown `next_state` is ''.
+    `pose` is the NodePose at the times of the `commands`."""
 
     state: str
     begin: float
@@ -154,8 +152,7 @@ class StateInterval(NamedTuple):
 
 @lru_cache(maxsize=1)
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
-    """Returns the StateIntervals of a run in order; [] if the node does not have a variable `state`
-    with the handout's states."""
+    """Returns the StateIntervals in order; [] without a variable `state` in a handout's state."""
     series = node_run.variable('state')
     sent = node_run.commands
     if series is None or not set(series.text) & set(STATES):
@@ -172,7 +169,9 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
         if np.isnan(errors).all():
             continue
         is_cut = end in gaps or (np.abs(cuts - end) <= SHORT_LAG).any()
-        next_state = series.text_at(end) if end in series.changes and not is_cut else ''
+        next_state = ''
+        if end in series.changes and not is_cut:
+            next_state = series.text_at(end)
         first, last = readings.time[0], readings.time[-1]
         commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))
         intervals.append(StateInterval(

@@ -10,28 +10,30 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import euler, wrap_all
 from tb3_labs.handout import PRINTED_HEADING
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, should_be, wrong_value
+from tb3_labs.watch.broken_link import (
+    BrokenLink, NodeRun, expectation_clause, is_constant, wrong_value)
 from tb3_labs.watch.variables import (
     Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
 #: A variable that follows no quantity is compared again, with tolerances larger by this factor. On
 #: a busy computer samples come late or are lost, and a node may round its heading to degrees.
 COARSE_FACTOR = 30.0
+MIN_PRINTED_HEADINGS = 3
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: (name, formula) of each range that a node may use for a yaw. The arguments of a formula are a yaw
 #: (from -180 to 180 degrees) and a whole turn, both in the node's unit.
 YAW_RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
-    ('from 0 to 360', lambda yaw, turn: np.where(yaw < 0.0, yaw + turn, yaw)),
-    ('from -180 to 180', lambda yaw, turn: yaw),
+    ('from 0 to 360', lambda yaw, whole_turn: np.where(yaw < 0.0, yaw + whole_turn, yaw)),
+    ('from -180 to 180', lambda yaw, whole_turn: yaw),
     ('its number plus 360 where it is negative',
-     lambda yaw, turn: np.where(yaw < 0.0, yaw + 360.0, yaw)),
+     lambda yaw, whole_turn: np.where(yaw < 0.0, yaw + 360.0, yaw)),
     ('plus 180 where it is negative',
-     lambda yaw, turn: np.where(yaw < 0.0, yaw + turn / 2.0, yaw)),
-    ('plus 180', lambda yaw, turn: yaw + turn / 2.0),
-    ('plus 360, also where it is positive', lambda yaw, turn: yaw + turn),
-    ('without its sign', lambda yaw, turn: np.abs(yaw)),
-    ('mirrored, from 0 to 360', lambda yaw, turn: -yaw % turn),
-    ('mirrored, from -180 to 180', lambda yaw, turn: -yaw))
+     lambda yaw, whole_turn: np.where(yaw < 0.0, yaw + whole_turn / 2.0, yaw)),
+    ('plus 180', lambda yaw, whole_turn: yaw + whole_turn / 2.0),
+    ('plus 360, also where it is positive', lambda yaw, whole_turn: yaw + whole_turn),
+    ('without its sign', lambda yaw, whole_turn: np.abs(yaw)),
+    ('mirrored, from 0 to 360', lambda yaw, whole_turn: -yaw % whole_turn),
+    ('mirrored, from -180 to 180', lambda yaw, whole_turn: -yaw))
 #: (name, number per degree) of each unit that a node may use for a yaw.
 YAW_UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
              ('degrees, converted to degrees twice', 180.0 / math.pi))
@@ -54,15 +56,17 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     candidates = []
     for (name, angle), (unit, factor) in product(angles_of(imu).items(), YAW_UNITS):
         number = np.degrees(angle) * factor
-        turn = 360.0 * factor
+        whole_turn = 360.0 * factor
         is_yaw = name == 'yaw'
-        ranges = YAW_RANGES if is_yaw else YAW_RANGES[:3]
         per_degree = factor if is_yaw else 0.0
-        candidates += [
-            Quantity(f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, turn),
-                     min(turn, 360.0), per_degree) for range_text, formula in ranges]
+        ranges = YAW_RANGES if is_yaw else YAW_RANGES[:3]
+        for range_text, formula in ranges:
+            candidates.append(Quantity(
+                f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, whole_turn),
+                scale=min(whole_turn, 360.0), per_degree=per_degree))
     for component in 'wxyz':
-        name, number = f'the {component} of the quaternion', getattr(imu, component)
+        name = f'the {component} of the quaternion'
+        number = getattr(imu, component)
         plus_360 = np.where(number < 0.0, number + 360.0, number)
         candidates += [
             Quantity(name, imu.arrival, number, scale=1.0),
@@ -81,12 +85,13 @@ def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
 
 
 def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
-    """Returns the quantity that a variable follows, or None. The first of the `quantities` is the
-    correct heading. If a node cannot turn by the returned quantity, `per_degree` is 0."""
+    """Returns the quantity that a variable follows, or None. The first of the `quantities` must be
+    the correct heading. If a node cannot turn by the returned quantity, `per_degree` is 0."""
     correct = quantities[0]
     matching = matching_quantities(series, quantities)
     coarse = [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities]
-    for candidate in matching or matching_quantities(series, coarse):
+    candidates = matching or matching_quantities(series, coarse)
+    for candidate in candidates:
         if is_usable_heading(candidate, correct):
             return candidate
     if matching:
@@ -128,15 +133,15 @@ def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantit
 
 
 def broken_heading(series: Series, correct: Quantity, followed: Optional[Quantity]) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the correct heading. The variable
-    follows the quantity `followed`, or no quantity if `followed` is None."""
+    """Returns the BrokenLink of a variable that should follow the heading `correct`, and follows
+    the quantity `followed`. If `followed` is None, the variable follows no quantity."""
     if followed is not None:
         behaviour = 'follows ' + followed.name
     elif is_constant(series):
         behaviour = 'stays at ' + shortened_value(series.text[-1])
     else:
         behaviour = 'follows no angle of the IMU'
-    return wrong_value(series, should_be(behaviour, correct.name), correct)
+    return wrong_value(series, expectation_clause(behaviour, correct.name), correct)
 
 
 # -- the IMU exercise
@@ -156,9 +161,10 @@ def printed_headings(node_run: NodeRun) -> Series:
 
 def wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the printed number follows the heading from 0 to 360 degrees."""
-    series, quantities = printed_headings(node_run), heading_candidates(node_run)
+    series = printed_headings(node_run)
+    quantities = heading_candidates(node_run)
     correct = quantities[0]
-    if len(series.time) < 3 or not len(correct.time):
+    if len(series.time) < MIN_PRINTED_HEADINGS or not len(correct.time):
         return
     followed = followed_quantity(series, quantities)
     if followed is None or followed.name != correct.name:

@@ -19,8 +19,8 @@ CONTROL_STEP = STATES_SECTION.at_step(2)
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
-#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain. Each
-#: criterion of these labs is about one input, so the criterion names the mistake.
+#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain, since
+#: each of their criteria is about one input, and so names the mistake.
 LINKS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -70,7 +70,7 @@ def remarks(run: Any, lab: str) -> List[str]:
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, Link, BrokenLink) for each node that has a broken link and a known lab."""
+    """Returns (node, Link, BrokenLink) of each node with a broken link, if its lab is known."""
     rows = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)

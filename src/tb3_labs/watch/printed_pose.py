@@ -11,9 +11,9 @@ from typing import Optional
 from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.se2 import Pose2
 
+NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
 #: Matches the line that a node prints at a reset. Two neighbouring parts of this expression never
 #: match the same character, so the search is fast even in a line of thousands of blanks.
-NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
 RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
@@ -24,7 +24,7 @@ def declared_pose(line: str) -> Optional[Pose2]:
     match = RESET_LINE.search(line)
     if match is None:
         return None
-    x, y, yaw = (float(word) for word in match.groups()[:3])
+    x, y, yaw = map(float, match.group(1, 2, 3))
     if not math.isfinite(x + y + yaw):      # a number like 1e999
         return None
     if match.group(4) is not None or abs(yaw) > WHOLE_TURN:

@@ -1,4 +1,5 @@
 """Checks the turns in the IMU lab: curr_yaw -> goal_yaw -> turning -> command -> stop."""
+import math
 from typing import Iterator
 
 import numpy as np
@@ -6,7 +7,7 @@ import numpy as np
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, other_field_text, should_be, slow_commands)
+    BrokenLink, NodeRun, expectation_clause, other_field_text, slow_commands)
 from tb3_labs.watch.headings import broken_heading, heading_candidates
 from tb3_labs.watch.typed_turns import (
     READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw, letter_turns,
@@ -15,8 +16,7 @@ from tb3_labs.watch.variables import shortened_value, to_number
 
 #: A robot that is already turning turns some degrees before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
-#: The side of a turn is judged only if the error differs by more than this angle [deg] from 0 and
-#: from 180.
+#: The side of a turn is judged only if the error is farther than this [deg] from 0 and from 180.
 CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
@@ -55,16 +55,18 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue        # the node is still in the previous turn, and has not read the letter
         change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
         change_deg = float(wrap_all(change, 360.0))
-        nearest_deg = float(np.copysign(TURN_DEG, change_deg))
-        requested_deg = TURNS_DEG.get(turn.letter, nearest_deg)
+        requested_deg = TURNS_DEG[turn.letter]
+        if turn.letter == UNKNOWN_LETTER:
+            requested_deg = math.copysign(TURN_DEG, change_deg)
         if abs(wrap_all(change_deg - requested_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
-            correct_turn = correct_turn or turn
+            if correct_turn is None:
+                correct_turn = turn
             continue
         behaviour = 'stayed' if turn.goal_before == turn.goal_after else 'became'
         correct_goal = f'{TURN_DEG * unit:g} more or less'
         if turn.letter != UNKNOWN_LETTER:
             correct_goal = f'{(turn.begin_yaw + requested_deg * unit) % (360.0 * unit):.4g}'
-        message = should_be(
+        message = expectation_clause(
             f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
             f'{behaviour} {shortened_value(turn.goal_after)}', correct_goal)
         if correct_turn is not None:
@@ -84,7 +86,7 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
         stays_false = len(readings.value) >= MIN_FALSE_READINGS and not readings.value.any()
         if stays_false and not len(turn.moving_indices):
             clause = ''
-            if np.isfinite(turn.error[:1]).any():
+            if len(turn.error) and math.isfinite(turn.error[0]):
                 clause = f', at an error of {turn.error[0]:+.0f} degrees'
             value = readings.text[-1]
             yield BrokenLink(f'after {turn.letter}{clause}, {turning.name} stayed {value}, or was '
@@ -154,8 +156,7 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that each turn ends within the tolerance, in time, and by a zero command. Also checks
-    that the variable `turning` becomes False."""
+    """Checks that each turn ends in time, within the tolerance, by a zero, with `turning` False."""
     for turn in letter_turns(node_run):
         if len(turn.moving_indices):
             yield from wrong_last_command(node_run, turn)
@@ -188,11 +189,11 @@ def late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
     first = small_indices[0]
     begin = turn.time[first]
     stop_time = turn.time[last] - begin
+    if stop_time <= MAX_STOP_TIME:
+        return
     # a node with a finer tolerance comes nearer to the goal before it ends the turn
-    stays_inside = error_size[first:].max() < HDG_TOL
-    is_over = turn.is_ended or turn.is_cut
-    is_fine_stop = is_over and stays_inside and stop_time < FINE_STOP_TIME
-    if stop_time > MAX_STOP_TIME and not is_fine_stop:
+    is_fine_stop = error_size[first:].max() < HDG_TOL and stop_time < FINE_STOP_TIME
+    if not is_fine_stop or not (turn.is_ended or turn.is_cut):
         yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
                          + own_tolerance_text(node_run), begin, 'turning')
 

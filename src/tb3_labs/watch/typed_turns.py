@@ -15,8 +15,8 @@ MAX_LETTER_DELAY = 3.0      # [s]
 #: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
 UNKNOWN_LETTER = 'a letter'
-LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}       # sides as in RunData.letters
-TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG}
+LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY, 0.0: ''}      # sides as in RunData.letters
+TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, UNKNOWN_LETTER: np.nan}
 
 
 @dataclass(frozen=True)
@@ -70,14 +70,13 @@ class NodeTurn:
         turn, the clause contains both the difference and the wrapped error."""
         clause = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
-            clause = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
-                'degrees:'.format(self.goal[k], self.heading[k], self.difference[k], self.error[k])
+            clause = (f'goal_yaw {self.goal[k]:.4g} minus curr_yaw {self.heading[k]:.4g} is '
+                      f'{self.difference[k]:+.0f}, by the short way {self.error[k]:+.0f} degrees:')
         return f'{clause} the command was {self.command[k]:+.2f} rad/s'
 
 
 @lru_cache(maxsize=1)
 def followed_by_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
-    """Returns the quantity that curr_yaw follows, or None."""
     series = node_run.variable('curr_yaw')
     if series is None:
         return None
@@ -87,16 +86,17 @@ def followed_by_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
 def own_heading(node_run: NodeRun) -> Optional[Quantity]:
     """Returns the usable heading that curr_yaw follows, or None."""
     followed = followed_by_curr_yaw(node_run)
-    return followed if followed is not None and followed.per_degree else None
+    if followed is None or not followed.per_degree:
+        return None
+    return followed
 
 
 @lru_cache(maxsize=1)
 def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
-    """Returns the NodeTurn of each letter l or r of a run. If the recording has no letters,
-    `turning` shows when the letters were typed."""
+    """Returns the NodeTurn of each l or r. If no letters were recorded, `turning` shows them."""
     run = node_run.run
     times = run.letters.arrival
-    letters = [LETTER_OF_SIDE.get(side, '') for side in run.letters.value]
+    letters = [LETTER_OF_SIDE[side] for side in run.letters.value]
     if not len(times):
         times = unrecorded_letters(node_run)
         letters = [UNKNOWN_LETTER] * len(times)
@@ -134,8 +134,7 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
 
 
 def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bool) -> NodeTurn:
-    """Returns the NodeTurn of a letter. If the node has no usable heading, the correct heading and
-    the correct goal are used instead."""
+    """Returns the NodeTurn of a letter. The correct heading replaces one that is not usable."""
     goal = node_run.variable('goal_yaw')
     heading: Any = own_heading(node_run)
     curr_yaw: Any = node_run.variable('curr_yaw')
@@ -153,14 +152,15 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
     commands = node_run.commands
     is_after = commands.arrival > max(begin, read_at - 2.0 * READING_PERIOD)
     commands = commands.take(is_after & (commands.arrival < end))
-    times, yaws = commands.arrival, heading.at(commands.arrival)
+    times = commands.arrival
+    yaws = heading.at(times)
     if goal is None:
-        goal_yaw = begin_yaw + TURNS_DEG.get(letter, np.nan) * heading.per_degree
+        goal_yaw = begin_yaw + TURNS_DEG[letter] * heading.per_degree
         goals = np.full(len(times), goal_yaw)
     else:
         shown_at = np.maximum(times, read_at) + READING_PERIOD
         last_moment = np.nextafter(end, 0.0)    # at `end` the next letter has changed the goal
-        goals = np.array([goal.at(time) for time in np.minimum(shown_at, last_moment)])
+        goals = goal.at(np.minimum(shown_at, last_moment))
     return NodeTurn(
         begin=begin, end=end, is_cut=is_cut, letter=letter, begin_yaw=begin_yaw,
         goal_before=goal_before, goal_after=goal_after, time=times, command=commands.angular,

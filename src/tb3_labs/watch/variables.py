@@ -4,8 +4,7 @@ probe/sitecustomize.py reads the variables. A quantity is a number that a formul
 message of a sensor. A variable follows a quantity if the formula gives each value of the variable
 for a recent message.
 
-In this folder a `run` is a RunData (:mod:`tb3_labs.recording.run_data`). All times are arrivals at
-the recorder [s].
+In this folder a `run` is a RunData (see :mod:`tb3_labs.recording.run_data`). Times are arrivals.
 """
 import math
 from dataclasses import dataclass
@@ -19,8 +18,7 @@ from tb3_labs.geometry.arrays import last_before, last_until
 TOLERANCE_SHARE = 3e-4
 #: A variable follows a quantity if at least this share of its values comes from recent samples.
 MIN_FOLLOWING_SHARE = 0.98
-#: A variable follows a quantity with a delay if this share of its values is late by at most
-#: MAX_DELAY [s].
+#: A variable follows late if at least this share of its values is at most MAX_DELAY [s] late.
 DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
 #: A sample is recent until this time [s] after the next sample arrives.
 RECENT_TIME = 0.5
@@ -40,9 +38,9 @@ class Series:
     text: np.ndarray
     value: np.ndarray
 
-    def at(self, time: float) -> float:
-        """Returns the last number read up to this time, or the first number if all are later."""
-        return float(self.value[max(0, last_until(self.time, time))])
+    def at(self, time: Any) -> Any:
+        """Returns the last number read up to a time or times; the first if all are later."""
+        return self.value[last_until(self.time, time).clip(0)]
 
     def text_at(self, time: float) -> str:
         """Returns the last text read up to this time, or the first text if all are later."""
@@ -92,8 +90,10 @@ def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     """Returns {name: Series} of `node`, by default of the node with the most readings."""
     nodes = variables_by_node(run.variables)
+    if not nodes:
+        return {}
     if node is None:
-        node = max(nodes, default='', key=lambda name: np.sum(run.variables.node == name))
+        node = max(nodes, key=lambda name: np.sum(run.variables.node == name))
     return nodes.get(node, {})
 
 
@@ -116,15 +116,13 @@ class Quantity(NamedTuple):
     per_degree: float = 0.0
 
     def at(self, time: Any) -> Any:
-        """Returns the last number before a time, or before each time of an array. Returns the first
-        number if none is before."""
+        """Returns the last number before a time or times; the first if none is before."""
         return self.value[last_before(self.time, time).clip(0)]
 
 
 def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME) -> np.ndarray:
     """Returns the age [s] of the newest sample with the same value, for each value of a variable.
-    The age is inf if no sample of the last `max_age` seconds has this value. A sample has the age 0
-    until the next sample comes."""
+    A sample has the age 0 until the next comes. The age is inf if it exceeds `max_age`."""
     times, readings = quantity.time, series.time
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)

@@ -1,10 +1,4 @@
-"""Finds the drives of a recorded run, and measures their errors and drift.
-
-The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`).
-Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
-Units: metres, radians, seconds since the recording's start.
-Edge case: a value is NaN if its ground truth or its samples were not recorded.
-"""
+"""Finds the drives of a recorded run, and measures their errors and drift."""
 import math
 from dataclasses import dataclass
 from typing import List, Optional, Sequence, Tuple
@@ -42,27 +36,22 @@ class DriveReport:
 
 
 def drive_reports(run: RunData) -> List[DriveReport]:
-    """Returns the DriveReport of each drive, in order."""
     frames = frame_intervals(run)
     groups: List[List[RecordedState]] = []      # each drive, and each other state, is a group
     for state in recorded_states(run):
-        is_in_drive = len(groups) > 0 and groups[-1][0].state in DRIVING
+        is_in_drive = len(groups) > 0 and groups[-1][0].name in DRIVING
         if is_in_drive and _is_same_drive(frames, groups[-1][-1], state):
             groups[-1].append(state)
         else:
             groups.append([state])
-    next_states = [*(group[0] for group in groups[1:]), None]
+    next_states = [group[0] for group in groups[1:]] + [None]
     return [_drive_report(run, frames, group, next_state)
-            for group, next_state in zip(groups, next_states) if group[0].state in DRIVING]
+            for group, next_state in zip(groups, next_states) if group[0].name in DRIVING]
 
 
 def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
-    """Returns the FrameInterval in which a drive from `begin` to `end` [s] took place.
-
-    A reset may begin the drive, and the pose may show this reset a moment after `begin`. A reset in
-    the second half of the drive has ended the drive, so the interval after this reset is not
-    returned.
-    """
+    """Returns the FrameInterval of a drive from `begin` to `end` [s]. A reset that begins the drive
+    may change the pose a moment later. A reset in the second half has ended the drive."""
     latest = min(begin + MAX_RESET_DELAY, (begin + end) / 2.0)
     begun = [interval for interval in frames if interval.begin <= latest]
     return begun[-1]        # the first interval begins at -inf
@@ -70,32 +59,34 @@ def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float)
 
 def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
                    following: RecordedState) -> bool:
-    if following.state != TURN_TO_GOAL:
-        return following.state in DRIVING or is_stopped(following.state)
+    if following.name != TURN_TO_GOAL:
+        return following.name in DRIVING or is_stopped(following.name)
     # after a stop, or if the final error is too large, the robot drives to the same goal again
-    may_repeat = previous.state == FINAL_TURN or is_stopped(previous.state)
-    interval, next_interval = (
-        frame_interval_of(frames, each.begin, each.end) for each in (previous, following))
-    return may_repeat and previous.goal == following.goal and interval is next_interval
+    may_repeat = previous.name == FINAL_TURN or is_stopped(previous.name)
+    if not may_repeat or previous.goal != following.goal:
+        return False
+    interval = frame_interval_of(frames, previous.begin, previous.end)
+    return interval is frame_interval_of(frames, following.begin, following.end)
 
 
 def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequence[RecordedState],
                   next_state: Optional[RecordedState]) -> DriveReport:
-    """Returns the report of the drive with these `states`. `next_state` is the state after the
-    drive, or None if the recording ended during the drive."""
+    """Returns the report. `next_state` is None if the recording ended during the drive."""
     begin, end = states[0].begin, states[-1].end
     goal = states[0].goal
     interval = frame_interval_of(frames, begin, end)
-    measured_until = end
-    if next_state is not None and next_state.state != TURN_TO_GOAL:
-        measured_until = min(end + SETTLE_TIME, next_state.end)
-    local, truth = (poses.between(interval.begin, min(measured_until, interval.end))
-                    for poses in (run.local_pose, run.ground_truth))
+    measuring_end = end
+    if next_state is not None and next_state.name != TURN_TO_GOAL:
+        measuring_end = min(end + SETTLE_TIME, next_state.end)
+    measuring_end = min(measuring_end, interval.end)
+    local = run.local_pose.between(interval.begin, measuring_end)
     true_error = UNKNOWN_ERROR
     if interval.local_T_world is not None:
+        truth = run.ground_truth.between(interval.begin, measuring_end)
         true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
-    return DriveReport(begin, end, goal, _outcome(next_state), _final_error(local, goal, end),
-                       true_error, _drift(run, states))
+    return DriveReport(
+        begin, end, goal, outcome=_outcome(next_state), error=_final_error(local, goal, end),
+        true_error=true_error, drift=_drift(run, states))
 
 
 def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
@@ -107,7 +98,7 @@ def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float
 
 
 def _drift(run: RunData, states: Sequence[RecordedState]) -> float:
-    forward_states = [state for state in states if state.state == FORWARD]
+    forward_states = [state for state in states if state.name == FORWARD]
     if not forward_states:
         return math.nan
     longest = max(forward_states, key=lambda state: state.end - state.begin)
@@ -118,5 +109,6 @@ def _drift(run: RunData, states: Sequence[RecordedState]) -> float:
 def _outcome(next_state: Optional[RecordedState]) -> str:
     if next_state is None:
         return 'recording ended'
-    outcomes = {GoalState.GOAL_REACHED.name: 'reached', TURN_TO_GOAL: 'begun anew'}
-    return outcomes.get(next_state.state, next_state.state)
+    if next_state.name == GoalState.GOAL_REACHED.name:
+        return 'reached'
+    return 'begun anew' if next_state.name == TURN_TO_GOAL else next_state.name

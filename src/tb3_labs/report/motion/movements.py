@@ -1,20 +1,16 @@
 """Finds the movements, states and goals of a run whose node publishes only `cmd_vel`.
 
 The robot's pose in ``local`` is (0, 0, 0) at the first sample, and the declared pose at a reset. As
-in the lab, the robot's place follows the odometry, and the robot's heading follows the IMU. If the
-odometry jumps, the pose in ``local`` jumps, too.
+in the lab, the robot's place follows the odometry, and the robot's heading follows the IMU.
 
 A *movement* is a series of commands that are not zero, with pauses shorter than
-`MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two.
-
-A turn has no command with a forward speed. A drive has a turn, a way forward and a second turn. One
-of the two turns of a drive may be missing. Any other movement is a movement by hand.
+`MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A turn has
+no forward speed. A drive has a way forward, and a turn before or after it. Any other movement is
+by hand.
 
 If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
 at any other time. If `mouse_info` was recorded, no movement is a drive, and a turn must be faster
 than the mouse can command. Otherwise a person's drive by keys looks like a node's drive.
-
-Units: metres, radians, seconds since the recording's start.
 """
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -46,8 +42,7 @@ class MovementKind(Enum):
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement from `begin` to `end`. The commands have a forward speed from `forward_begin`
-    to `forward_end`. Both equal `end` if no command has a forward speed."""
+    """A movement. If no command goes forward, `forward_begin` and `forward_end` equal `end`."""
 
     kind: MovementKind
     begin: float
@@ -68,8 +63,7 @@ def movements(run: RunData) -> List[Movement]:
     cuts = np.concatenate([run.resets.time, run.control.time[run.control.value == 0.0]])
     cuts_before = np.searchsorted(np.sort(cuts), time[moves])
     is_cut = np.diff(cuts_before) > 0
-    begins, previous_ends = time[moves[1:]], ends[moves[:-1]]
-    is_pause = begins - previous_ends >= MOVEMENT_PAUSE_TIME
+    is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE_TIME
     first_indices = np.flatnonzero(is_cut | is_pause) + 1
     return [_movement(run, indices, ends) for indices in np.split(moves, first_indices)]
 
@@ -102,18 +96,18 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? The first message on ctrl_relinq is assumed to
-    change the control."""
+    """Did a node have control at this time [s]? The first message is assumed to be a change."""
     if not len(run.control):
         return False
     earlier_values = run.control.value[run.control.time <= time]
-    return bool(earlier_values[-1]) if len(earlier_values) else not run.control.value[0]
+    if not len(earlier_values):
+        return not run.control.value[0]
+    return bool(earlier_values[-1])
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
-    computed, and `derived` has its name. If there are no recorded goals, all drives have this
-    `goal`."""
+    computed, and added to `derived`. Without recorded goals, all drives have this `goal`."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ run.odometry.at(run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))

@@ -3,15 +3,10 @@
 A *frame interval* is the time from one reset of ``local`` to the next. The log line of a reset
 comes a moment before or after the first pose in the new frame. A frame interval begins at the
 largest jump of local_pose within `RESET_SEARCH_TIME` of the log line. A jump is a motion that the
-odometry does not show.
+odometry does not show. A reset before the first local_pose, or after the last, begins no interval.
 
 ``local`` may move in ``odom`` within a frame interval. If the odometry jumps while the robot rests,
-move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
-:mod:`tb3_labs.localization.odometry_jumps`).
-
-The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`). Goals
-are in ``local``. Units: metres, radians, seconds since the recording's start. Edge case: a reset
-before the first local_pose, or after the last local_pose, begins no frame interval.
+move_to_goal shifts ``local`` by the jump (see :mod:`tb3_labs.localization.odometry_jumps`).
 """
 import math
 from dataclasses import dataclass
@@ -38,7 +33,7 @@ MAX_GOAL_DELAY = 0.1
 
 @dataclass(frozen=True)
 class FrameInterval:
-    """The time from `begin` to `end` between two resets of ``local``."""
+    """The time between two resets of ``local``."""
 
     begin: float
     end: float
@@ -48,9 +43,9 @@ class FrameInterval:
 
 @dataclass(frozen=True)
 class RecordedState:
-    """The time from `begin` to `end` in which goal_state was `state`."""
+    """The time in which goal_state was `name`."""
 
-    state: str
+    name: str
     begin: float
     end: float
     goal: Optional[Pose2]             # in local; None if the goal is unknown
@@ -129,12 +124,12 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 @lru_cache(maxsize=1)
 def recorded_states(run: RunData) -> List[RecordedState]:
-    """Returns the RecordedStates in order. A state begins when its message arrives."""
+    """Returns the RecordedStates in order. Each state begins when its message arrives."""
     begins = run.states.arrival.tolist()
     ends = begins[1:] + [run.duration]
     goals = last_until(run.goals.arrival, run.states.arrival + MAX_GOAL_DELAY).tolist()
-    return [RecordedState(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
-            for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
+    return [RecordedState(name, begin, end, run.goals.pose(goal) if goal >= 0 else None)
+            for name, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
 
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:

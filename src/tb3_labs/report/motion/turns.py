@@ -1,11 +1,8 @@
 """Finds the turns of the IMU lab in a recorded run, and measures each turn from rest to rest.
 
-A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
-rests before and after a turn. Topic `turn` gives the requested angle. Without a message on `turn`,
-the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees.
-
-Units: radians (positive to the left), seconds. The IMU's yaw is unwrapped, so that an angle may be
-larger than half a turn. Edge case: without ground truth, the true values are NaN.
+The topic `turn` gives the requested angle. Without a message on `turn`, the requested angle is the
+nearest of the lab's angles, +/-90 and +/-180 degrees. Angles are positive to the left. The IMU's
+yaw is unwrapped, so an angle may be larger than half a turn.
 """
 import math
 from dataclasses import dataclass
@@ -26,8 +23,7 @@ RATE_MEAN_TIME = 0.15
 MAX_STOPPING_TIME = 2.0
 #: After RATE_MEAN_TIME at rest, the heading is averaged over this time [s].
 HEADING_MEAN_TIME = 0.3
-#: A turn may begin up to this time [s] before its first recorded command, since the recorder may
-#: miss the first commands of a new node.
+#: The recorder may miss up to this time [s] of a new node's first turn.
 MAX_MISSED_TIME = 1.0
 #: Without a message on `turn`, a movement by a smaller angle [rad] is not a turn.
 MIN_TURN_ANGLE = math.radians(45.0)
@@ -49,8 +45,7 @@ class TurnReport:
 
 @lru_cache(maxsize=1)
 def turn_reports(run: RunData) -> List[TurnReport]:
-    """Returns a TurnReport for each turn, in order."""
-    driving_states = [state for state in recorded_states(run) if state.state in DRIVING]
+    driving_states = [state for state in recorded_states(run) if state.name in DRIVING]
     all_movements = movements(run)
     next_begins = [movement.begin for movement in all_movements[1:]] + [run.duration]
     reports: List[TurnReport] = []
@@ -70,8 +65,7 @@ def turn_reports(run: RunData) -> List[TurnReport]:
 
 def _separate_turns(run: RunData, movement: Movement,
                     next_begin: float) -> List[Tuple[float, float, float]]:
-    """Returns (begin, end, time of the next command) of each turn within one movement. A turn
-    includes its quick corrections."""
+    """Returns (begin, end, next command's time) of each turn, with its quick corrections."""
     commands = run.commands.between(movement.begin, movement.end)
     times = commands.time[np.abs(commands.angular) > MIN_MOVING_SPEED]
     first_after_pause = np.flatnonzero(np.diff(times) > MIN_PAUSE_BETWEEN_TURNS) + 1
@@ -83,7 +77,7 @@ def _separate_turns(run: RunData, movement: Movement,
 
 def _turn_report(run: RunData, begin: float, end: float, next_command: float,
                  previous_end: float) -> Optional[TurnReport]:
-    """Returns the report of the turn by the commands from `begin` to `end`; None if it is none."""
+    """Returns the report of the commands from `begin` to `end`; None if they make no turn."""
     times_before = begin - np.arange(0.0, MAX_MISSED_TIME, RATE_MEAN_TIME / 3.0)
     before = _first_rest(run.imu, times_before - RATE_MEAN_TIME, times_before)
     latest = min(end + MAX_STOPPING_TIME, next_command)
@@ -91,7 +85,8 @@ def _turn_report(run: RunData, begin: float, end: float, next_command: float,
     after = _first_rest(run.imu, times_after, np.minimum(times_after + RATE_MEAN_TIME, latest))
     if before is None or after is None:
         return None
-    rest_before, rest_after = float(times_before[before]), float(times_after[after])
+    rest_before = float(times_before[before])
+    rest_after = float(times_after[after])
     last = min(rest_after + RATE_MEAN_TIME + HEADING_MEAN_TIME, next_command)
     imu = run.imu.between(rest_before - RATE_MEAN_TIME, last)
     yaw = np.unwrap(imu.yaw)
@@ -126,8 +121,8 @@ def _requested_angle(run: RunData, begin: float, end: float, turned: float) -> f
         return float(requests.value.sum())
     if abs(turned) < MIN_TURN_ANGLE:
         return 0.0
-    quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
-    return math.copysign(quarters * math.pi / 2.0, turned)
+    nearest = math.pi / 2.0 if abs(turned) < 0.75 * math.pi else math.pi
+    return math.copysign(nearest, turned)
 
 
 def _true_angle(run: RunData, begin: float, end: float) -> float:

@@ -9,19 +9,17 @@ from tb3_labs.watch.broken_link import BrokenLink, Link
 
 STYLE_FILE = Path(__file__).with_name('document.css')
 PAGE = '''<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{0}</title>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>
-{1}
+{style}
 </style></head><body>
-<h1>{0}</h1>
-{2}
+<h1>{title}</h1>
+{body}
 </body></html>
 '''
-FOLDED_HINT = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
 UNKNOWN_NUMBER = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
-#: Finds the places at which a spreadsheet would begin a formula. A spreadsheet may also begin a new
-#: cell at a semicolon.
+#: Finds the places at which a spreadsheet would begin a formula. A semicolon may begin a new cell.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
 
@@ -30,8 +28,7 @@ class Markup(str):
 
 
 def number_text(value: float, form: str, unknown: str = UNKNOWN_NUMBER) -> str:
-    """Returns the value in the format `form`, or `unknown` if the value is not finite. A zero never
-    has a minus sign."""
+    """Returns the value in the format `form`, without -0; `unknown` if it is not finite."""
     if not math.isfinite(value):
         return unknown
     text = form.format(value)
@@ -44,9 +41,9 @@ def degrees_text(angle: float, form: str) -> str:
 
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:
-    """Returns an HTML page with these `parts`, which are HTML. `style` is additional CSS."""
+    """Returns an HTML page with these `parts` in HTML. `style` is additional CSS."""
     style = STYLE_FILE.read_text(encoding='utf-8') + style
-    return PAGE.format(escape(title), style, '\n'.join(parts))
+    return PAGE.format(title=escape(title), style=style, body='\n'.join(parts))
 
 
 def table(titles: Sequence[str], rows: Sequence[Sequence[str]], text_columns: Sequence[str] = (),
@@ -76,18 +73,19 @@ def _html(text: str) -> str:
 def hints_section(first_broken_link: Optional[Tuple[Link, BrokenLink]], mistake: str,
                   has_timeline: bool = True) -> str:
     """Returns the HTML of three hints; '' if `first_broken_link` is None. The third hint is the
-    sentence `mistake`. A hint is hidden until the previous hint is open, so a student sees no more
-    hints than needed."""
+    sentence `mistake`. A hint is hidden until the student opens the previous hint."""
     if first_broken_link is None:
         return ''
     link, broken = first_broken_link
     anchor = f' <a href="#t={broken.moment:.1f}">Watch it</a>' if has_timeline else ''
-    third = FOLDED_HINT.format('The mistake', escape(mistake) + anchor, '')
-    place = escape(f'See {link.place}.')
-    second = FOLDED_HINT.format('Hint 2: where it is explained', place, third)
-    first = FOLDED_HINT.format('Hint 1: what to look at', escape(link.question), second)
-    return '<section id="hints"><h2>What went wrong</h2>\n<p>Open one hint, then try again ' \
-        f'before you open the next.</p>\n{first}</section>'
+    hints = (('Hint 1: what to look at', escape(link.question)),
+             ('Hint 2: where it is explained', escape(f'See {link.place}.')),
+             ('The mistake', escape(mistake) + anchor))
+    folded = ''
+    for title, hint in reversed(hints):
+        folded = f'<details><summary>{title}</summary>\n<p>{hint}</p>\n{folded}</details>\n'
+    return ('<section id="hints"><h2>What went wrong</h2>\n<p>Open one hint, then try again '
+            f'before you open the next.</p>\n{folded}</section>')
 
 
 def safe_cell(text: str) -> str:
@@ -96,4 +94,4 @@ def safe_cell(text: str) -> str:
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """
-    return FORMULA.sub(lambda match: match.group() + "'", text)
+    return FORMULA.sub(r"\g<0>'", text)

@@ -18,7 +18,7 @@ from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import RunData
-from tb3_labs.report.motion.drives import TURN_OVERLAP_TIME, drive_reports
+from tb3_labs.report.motion.drives import TURN_OVERLAP_TIME, DriveReport, drive_reports
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import printed_figures, timeline
@@ -30,14 +30,15 @@ MIN_PATH_LENGTH = 0.05      # [m]
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Remaining angle, and rate of turn, from the first command on.'}
-FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
-    '</figcaption></figure>'
 NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
 COMPUTED_NOTE = (
     'Some topics were not recorded, so their values are computed: drives and turns by the commands '
     'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
     'of resets, the odometry and the IMU, and goals by the lab or the option --goal.')
-NO_GOAL = Pose2(math.nan, math.nan, math.nan)
+
+
+def _goal_of(drive: DriveReport) -> Pose2:
+    return drive.goal or Pose2(math.nan, math.nan, math.nan)
 
 
 class Column(NamedTuple):
@@ -50,7 +51,9 @@ class Column(NamedTuple):
 
     def text(self, report: Any) -> str:
         value = self.value(report)
-        return number_text(value, self.form, unknown='') if self.form else safe_cell(value)
+        if not self.form:
+            return safe_cell(value)
+        return number_text(value, self.form, unknown='')
 
 
 TURN_COLUMNS = (
@@ -64,10 +67,9 @@ TURN_COLUMNS = (
            '{:+.2f}'))
 DRIVE_COLUMNS = (
     Column('begin_s', 'begins at [s]', lambda drive: drive.begin, '{:.2f}'),
-    Column('goal_x_m', 'asked x [m]', lambda drive: (drive.goal or NO_GOAL).x, '{:.2f}'),
-    Column('goal_y_m', 'y [m]', lambda drive: (drive.goal or NO_GOAL).y, '{:.2f}'),
-    Column('goal_yaw_deg', 'yaw [deg]',
-           lambda drive: math.degrees((drive.goal or NO_GOAL).yaw), '{:.1f}'),
+    Column('goal_x_m', 'asked x [m]', lambda drive: _goal_of(drive).x, '{:.2f}'),
+    Column('goal_y_m', 'y [m]', lambda drive: _goal_of(drive).y, '{:.2f}'),
+    Column('goal_yaw_deg', 'yaw [deg]', lambda drive: math.degrees(_goal_of(drive).yaw), '{:.1f}'),
     Column('outcome', 'outcome', lambda drive: drive.outcome, ''),
     Column('time_s', 'time [s]', lambda drive: drive.end - drive.begin, '{:.2f}'),
     Column('distance_error_m', 'off by [m]', lambda drive: drive.error[0], '{:.4f}'),
@@ -82,25 +84,25 @@ DRIFT_NOTE = (f'Drift: the heading by the IMU at the end of MOVE_FORWARD, minus 
 
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> List[Path]:
-    """Write the report of a run into a folder. A missing folder is made. Returns the paths of the
-    files. The path of report.html is first. Raises OSError if a file cannot be written."""
+    """Write the report of a run into a folder, which is made if it is missing. Returns the paths of
+    the files, report.html first. Raises OSError if a file cannot be written."""
     folder = output_folder(folder)
     name = Path(run.name).name
-    turns, drives = turn_reports(run), drive_reports(run)
-    turn_rows, drive_rows = _rows(TURN_COLUMNS, turns), _rows(DRIVE_COLUMNS, drives)
+    turns = turn_reports(run)
+    drives = drive_reports(run)
     files: Dict[str, Any] = {
-        'run.csv': samples_csv(run), 'turns.csv': _csv(name, 'turn', TURN_COLUMNS, turn_rows),
-        'drives.csv': _csv(name, 'drive', DRIVE_COLUMNS, drive_rows)}
+        'run.csv': samples_csv(run), 'turns.csv': _csv(name, 'turn', TURN_COLUMNS, turns),
+        'drives.csv': _csv(name, 'drive', DRIVE_COLUMNS, drives)}
     notes = [note[:1].upper() + note[1:] + '.' for note in run.notes]
     parts = [f'<p>{escape(text)}</p>' for text in [*notes, _summary(run, model)]]
     timeline_data = timeline.timeline(run, model, timeline_events(run, turns, drives))
     parts += [printed_faults(run), timeline.section(timeline_data), *broken_links(run)]
     if turns:
         files['turns.png'] = printed_figures.png(printed_figures.turns_figure(run))
-        parts += ['<h2>Turns</h2>', _table('turn', TURN_COLUMNS, turn_rows),
+        parts += ['<h2>Turns</h2>', _table('turn', TURN_COLUMNS, turns),
                   _figure('turns', files['turns.png'])]
     if drives:
-        parts += ['<h2>Drives</h2>', _table('drive', DRIVE_COLUMNS, drive_rows),
+        parts += ['<h2>Drives</h2>', _table('drive', DRIVE_COLUMNS, drives),
                   f'<p>{DRIFT_NOTE}</p>']
     elif not turns:
         parts.append(f'<p>{NO_DRIVE}</p>')
@@ -117,7 +119,9 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
 
 
 def _figure(name: str, image: bytes) -> str:
-    return FIGURE.format(name, base64.b64encode(image).decode('ascii'), CAPTIONS[name])
+    data = base64.b64encode(image).decode('ascii')
+    return (f'<figure><img alt="{name}" src="data:image/png;base64,{data}"><figcaption>'
+            f'{CAPTIONS[name]} File: {name}.png.</figcaption></figure>')
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
@@ -130,7 +134,7 @@ def samples_csv(run: RunData) -> str:
     """Returns a CSV file with a row for each odometry message."""
     times = run.odometry.time
     commands = run.commands.in_force()
-    newest = last_until(commands.time, times)     # -1 before the first command: the appended NaN
+    newest = last_until(commands.time, times)     # -1, the appended NaN, before the first command
     columns = {
         'time_s': times, 'odom_x_m': run.odometry.x, 'odom_y_m': run.odometry.y,
         'odom_yaw_deg': np.degrees(run.odometry.yaw),
@@ -150,17 +154,18 @@ def _rows(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
             for number, report in enumerate(reports, 1)]
 
 
-def _table(word: str, columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> str:
+def _table(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     """Returns an HTML table. `word` is the title of the first column, 'turn' or 'drive'."""
-    return table([word] + [column.title for column in columns], rows, text_columns=('outcome',))
+    titles = [word] + [column.title for column in columns]
+    return table(titles, _rows(columns, reports), text_columns=('outcome',))
 
 
 def _csv(run_name: str, word: str, columns: Sequence[Column],
-         rows: Sequence[Sequence[str]]) -> str:
+         reports: Sequence[Any]) -> str:
     """Returns a CSV file. `word` is the name of the second column, 'turn' or 'drive'. Each row
     begins with the run's name, since a spreadsheet may contain the rows of several runs."""
     text = StringIO(newline='')
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(['run', word] + [column.name for column in columns])
-    writer.writerows([safe_cell(run_name), *row] for row in rows)
+    writer.writerows([safe_cell(run_name), *row] for row in _rows(columns, reports))
     return text.getvalue()

@@ -29,7 +29,6 @@ FAULT_LINE = '<p><b>{}</b> ({}) <a href="#t={:.1f}">Watch it</a></p>'
 
 def timeline_events(run: RunData, turns: Sequence[TurnReport],
                     drives: Sequence[DriveReport]) -> List[TimelineEvent]:
-    """Returns the TimelineEvents of a run with these turns and drives."""
     events = [_turn_event(k, turn) for k, turn in enumerate(turns, 1)]
     events += [_drive_event(k, drive) for k, drive in enumerate(drives, 1)]
     turns_and_drives = list(events)
@@ -40,8 +39,8 @@ def timeline_events(run: RunData, turns: Sequence[TurnReport],
             events.append(_by_hand(run, movement.begin, movement.end))
     events += [timeline_event('reset', interval.begin, f'reset {k} of local')
                for k, interval in enumerate(frame_intervals(run)[1:], 1)]
-    events += [timeline_event('stop', interval.begin, interval.state)
-               for interval in recorded_states(run) if ':' in interval.state]
+    events += [timeline_event('stop', state.begin, state.name)
+               for state in recorded_states(run) if ':' in state.name]
     for k in np.flatnonzero(changed_rows(run.control.value[:, np.newaxis])):
         kind, text = CONTROL_EVENTS[bool(run.control.value[k])]
         events.append(timeline_event(kind, run.control.time[k], text))
@@ -55,14 +54,16 @@ def timeline_events(run: RunData, turns: Sequence[TurnReport],
 
 def _turn_event(k: int, turn: TurnReport) -> TimelineEvent:
     requested = degrees_text(turn.requested, '{:+.0f}')
-    text = f"turn {k}: asked {requested}, turned {degrees_text(turn.turned, '{:+.1f}')} deg"
+    turned = degrees_text(turn.turned, '{:+.1f}')
+    text = f'turn {k}: asked {requested}, turned {turned} deg'
     return timeline_event('turn', turn.begin, text, turn.end)
 
 
 def _drive_event(k: int, drive: DriveReport) -> TimelineEvent:
-    distance, angle = drive.error
-    error = f"{number_text(distance, '{:.3f}')} m and {degrees_text(angle, '{:.1f}')} deg off"
-    return timeline_event('drive', drive.begin, f'drive {k}: {drive.outcome}, {error}', drive.end)
+    distance = number_text(drive.error[0], '{:.3f}')
+    angle = degrees_text(drive.error[1], '{:.1f}')
+    text = f'drive {k}: {drive.outcome}, {distance} m and {angle} deg off'
+    return timeline_event('drive', drive.begin, text, drive.end)
 
 
 def _by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:

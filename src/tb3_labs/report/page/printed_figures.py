@@ -66,20 +66,21 @@ def turns_figure(run: RunData) -> Figure:
     figure = new_figure(4.3)
     angle_axes, rate_axes = figure.subplots(2, 1, sharex=True)
     next_begins = [turn.begin for turn in reports[1:]] + [math.inf]
-    for number, (turn, next_begin) in enumerate(zip(reports, next_begins)):
-        begin, end = turn.begin - SHOWN_TIME_BEFORE, min(turn.end + SHOWN_TIME_AFTER, next_begin)
+    for index, (turn, next_begin) in enumerate(zip(reports, next_begins)):
+        begin = turn.begin - SHOWN_TIME_BEFORE
+        end = min(turn.end + SHOWN_TIME_AFTER, next_begin)
         sign = math.copysign(1.0, turn.requested)
         imu = run.imu.between(begin, end)
         yaw = np.unwrap(imu.yaw)
         remaining = abs(turn.requested) - sign * (yaw - np.interp(turn.begin, imu.time, yaw))
-        colour, style = STYLES[number % len(STYLES)]
+        colour, style = STYLES[index % len(STYLES)]
         line_style: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
-        name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
+        name = f'{index + 1}: {math.degrees(turn.requested):+.0f} deg'
         angle_axes.plot(imu.time - turn.begin, np.degrees(remaining), label=name, **line_style)
         rate_axes.plot(imu.time - turn.begin, sign * imu.yaw_rate, **line_style)
         commands = run.commands.between(begin, end)
         rate_axes.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
-                       markersize=2.5, label=None if number else 'commanded')
+                       markersize=2.5, label=None if index else 'commanded')
     angle_axes.axhline(0.0, color=GREY, linewidth=0.8)
     angle_axes.set_ylabel('angle left [deg]')
     rate_axes.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
@@ -96,43 +97,43 @@ def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
     the axes of both frames, and the goals of the drives. The axes of a panel's own frame are black.
     The path after a reset and the axes of the other frame have one colour."""
     figure = new_figure(4.0)
-    in_odom, in_local = figure.subplots(1, 2)
+    odom_panel, local_panel = figure.subplots(1, 2)
     frames = frame_intervals(run)
-    for number, interval in enumerate(frames):
+    for index, interval in enumerate(frames):
         # after the last colour the first colour follows again, with another line style
-        colour, _ = STYLES[number % len(STYLES)]
-        _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
-        name = f'path after reset {number}' if number else 'path'
+        colour, _ = STYLES[index % len(STYLES)]
+        _, style = STYLES[(index + index // len(STYLES)) % len(STYLES)]
+        name = f'path after reset {index}' if index else 'path'
         path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
-        draw_path(in_odom, run.odometry.between(interval.begin, interval.end), **path_style)
-        draw_path(in_local, run.local_pose.between(interval.begin, interval.end), **path_style)
-        _draw_axes(in_odom, interval.odom_T_local, colour)
-        _draw_axes(in_local, interval.odom_T_local.inverse(), colour)
+        draw_path(odom_panel, run.odometry.between(interval.begin, interval.end), **path_style)
+        draw_path(local_panel, run.local_pose.between(interval.begin, interval.end), **path_style)
+        _draw_axes(odom_panel, interval.odom_T_local, colour)
+        _draw_axes(local_panel, interval.odom_T_local.inverse(), colour)
         if interval.local_T_world is not None:
             truth = run.ground_truth.between(interval.begin, interval.end).seen_from(
                 interval.local_T_world)
             truth_style = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
-                               label=None if number else 'ground truth')
-            draw_path(in_local, truth, **truth_style)
-            draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **truth_style)
+                               label=None if index else 'ground truth')
+            draw_path(local_panel, truth, **truth_style)
+            draw_path(odom_panel, local_in_odom(run, truth.time) @ truth, **truth_style)
     goals = [(drive, drive.goal) for drive in drives if drive.goal]
     goals_in_odom = [_in_odom(run, frames, drive, goal) for drive, goal in goals]
-    _draw_ends(in_odom, run.odometry, goals_in_odom)
-    _draw_ends(in_local, run.local_pose, [goal for _, goal in goals])
-    for panel, title in ((in_odom, 'global frame odom (black axes)'),
-                         (in_local, 'local frame (black axes)')):
+    _draw_ends(odom_panel, run.odometry, goals_in_odom)
+    _draw_ends(local_panel, run.local_pose, [goal for _, goal in goals])
+    for panel, title in ((odom_panel, 'global frame odom (black axes)'),
+                         (local_panel, 'local frame (black axes)')):
         _draw_axes(panel, Pose2(), 'black')
         panel.set(title=title, xlabel='x [m]', ylabel='y [m]')
         panel.set_aspect('equal', adjustable='datalim')
         panel.grid(True, linewidth=0.3)
-    legend_below(figure, *in_odom.get_legend_handles_labels())
+    legend_below(figure, *odom_panel.get_legend_handles_labels())
     return figure
 
 
 def draw_path(panel: Axes, poses: Poses, **style: Any) -> None:
     """Draw a line through the poses. The line has a gap where the poses leap."""
-    x, y = (np.insert(column, poses.leap_indices, np.nan) for column in (poses.x, poses.y))
-    panel.plot(x, y, **style)
+    panel.plot(np.insert(poses.x, poses.leap_indices, np.nan),
+               np.insert(poses.y, poses.leap_indices, np.nan), **style)
 
 
 def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
@@ -152,6 +153,6 @@ def _draw_axes(panel: Axes, frame: Pose2, colour: str) -> None:
 def _draw_ends(panel: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
     panel.plot(poses.x[:1], poses.y[:1], 'o', color='black', markersize=6, zorder=5, label='start')
     panel.plot(poses.x[-1:], poses.y[-1:], 's', color='black', markersize=4, zorder=5, label='end')
-    for number, goal in enumerate(goals):
+    for index, goal in enumerate(goals):
         panel.plot(goal.x, goal.y, '*', markerfacecolor='none', markeredgecolor='black',
-                   markersize=13, linestyle='', zorder=6, label=None if number else 'goal')
+                   markersize=13, linestyle='', zorder=6, label=None if index else 'goal')

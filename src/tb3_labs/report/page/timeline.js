@@ -158,17 +158,17 @@ class Timeline {
     this.playing = playing;
     $('play').textContent = playing ? '\u275a\u275a Pause' : '\u25b6 Play';
     this._last = null;
-    if (playing) requestAnimationFrame((at) => this._frame(at));
+    if (playing) requestAnimationFrame((clock) => this._animate(clock));
   }
 
-  _frame(at) {
+  _animate(clock) {
     if (!this.playing) return;
-    const passed = this._last === null ? 0 : (at - this._last) / 1000;
-    this._last = at;
+    const passed = this._last === null ? 0 : (clock - this._last) / 1000;
+    this._last = clock;
     this.now = Math.min(this.run.duration, this.now + passed * Number($('rate').value));
     this.show();
     if (this.now >= this.run.duration) this.play(false);
-    else requestAnimationFrame((next) => this._frame(next));
+    else requestAnimationFrame((next) => this._animate(next));
   }
 
   go(time) {

@@ -1,8 +1,7 @@
 """Makes the data of a run's timeline, and the HTML that contains these data.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
-the recording, and differs from each recorded value by at most the track's bound. A track has a gap
-while there are no samples.
+the recording, and differs from each recorded value by at most the track's bound.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The tracks
 `local` and `goals` are in the frame ``local``, all other poses are in ``odom``. A variable is in
@@ -40,14 +39,13 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
                  breaks: Sequence[int]) -> np.ndarray:
     """Returns the indices of the samples that suffice to draw a curve. `values` has the shape
     (n, k), and `bounds` has the shape (k,). The straight lines between the kept samples differ from
-    the `values` by at most `bounds`. `breaks` are the indices, in order, at which a new stretch of
-    the curve begins. Both ends of a stretch are kept.
+    the `values` by at most `bounds`. At each index in `breaks`, a new stretch of the curve begins.
 
     Source: Douglas and Peucker (1973), but distances are measured along the axis of the values.
     """
     is_kept = np.zeros(len(time), dtype=bool)
-    begins = [0, *breaks]
-    stretches = [(begin, end - 1) for begin, end in zip(begins, [*begins[1:], len(time)])]
+    ends = [*breaks, len(time)]
+    stretches = [(begin, end - 1) for begin, end in zip([0, *breaks], ends)]
     while stretches:
         first, last = stretches.pop()
         is_kept[[first, last]] = True
@@ -67,8 +65,7 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[float],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
     """Returns the track of `columns`, with a bound for each column. No line is drawn across a gap
-    of time, or to a sample whose index is in `breaks`. In the result, 'breaks' are the indices of
-    the points to which no line is drawn."""
+    of time, or to a sample whose index is in `breaks`. In the track, 'breaks' are point indices."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in bounds], 'breaks': []}
     values = np.column_stack(columns)
@@ -77,7 +74,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[floa
     # numbers with a bound of 0.002 get four digits
     digits = [1 - math.floor(math.log10(bound)) for bound in bounds]
     return {'time': np.round(time[kept], 3),
-            'columns': list(map(np.round, values[kept].T, digits)),
+            'columns': [np.round(column, k) for column, k in zip(values[kept].T, digits)],
             'breaks': np.unique(np.searchsorted(kept, begins))}
 
 
@@ -86,7 +83,8 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = frame_intervals(run)
-    local_resets, goal_resets = _resets(frames, local.time), _resets(frames, time)
+    local_resets = _resets(frames, local.time)
+    goal_resets = _resets(frames, time)
     wraps = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
     # at the beginning of each interval, local_pose is assumed to be exact
     truth = [run.ground_truth.between(interval.begin, interval.end).seen_from(
@@ -103,8 +101,8 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
         'distance': track(time, [distance], [PLACE_BOUND], goal_resets),
         'angle': track(time, [np.degrees(angle)], [ANGLE_BOUND], [*goal_resets, *wraps]),
         'commands': _commands(run.commands),
-        'goals': [[round(interval.begin, 3), interval.state, _rounded(interval.goal)]
-                  for interval in recorded_states(run)],
+        'goals': [[round(state.begin, 3), state.name, _rounded(state.goal)]
+                  for state in recorded_states(run)],
         'marks': sorted(events, key=lambda event: event['begin']),
         'log': _lines(run.log),
         'nodes': [*dict.fromkeys(run.variables.node)], 'variables': variables(run)}
@@ -131,8 +129,9 @@ def _commands(commands: Commands) -> List[List[Optional[float]]]:
     sent = commands.in_force()
     rows = np.round(np.column_stack([sent.time, sent.linear, sent.angular]), 3)
     changes = rows[changed_rows(rows[:, 1:])]
-    return [[None if math.isnan(number) else number for number in row]
-            for row in changes.tolist()]
+    numbers = changes.astype(object)
+    numbers[np.isnan(changes)] = None
+    return numbers.tolist()
 
 
 def changed_rows(rows: np.ndarray) -> np.ndarray:
@@ -149,15 +148,14 @@ def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> Time
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
-    return [[round(float(at), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
-            for at, level, node, text in zip(log.time, log.level, log.node, log.text)
+    return [[round(float(time), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
+            for time, level, node, text in zip(log.time, log.level, log.node, log.text)
             if node.rpartition('/')[2] != RECORDER_NODE]
 
 
 def variables(run: RunData) -> List[List[Any]]:
     """Returns [name, times, texts] of each variable. Each text is valid until the next time. In a
-    gap of the readings the text is None. If several nodes have variables, each name begins with the
-    node's name."""
+    gap of the readings the text is None. With several nodes, a name begins with its node."""
     rows: List[List[Any]] = []
     nodes = variables_by_node(run.variables)
     for node, series_of in nodes.items():
@@ -167,22 +165,20 @@ def variables(run: RunData) -> List[List[Any]]:
     return sorted(rows, key=lambda row: order.get(row[0], len(order)))[:MAX_SHOWN_VARIABLES]
 
 
-def _changes(variable: Series) -> Tuple[List[float], List[Optional[str]]]:
+def _changes(variable: Series) -> List[List[Any]]:
+    """Returns [times, texts]."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
     is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # a gap or the end follows
     follows_gap = np.append(False, is_last[:-1])
     is_new = follows_gap | changed_rows(values[:, np.newaxis])
-    times: List[float] = []
-    texts: List[Optional[str]] = []
+    changes: List[Tuple[float, Optional[str]]] = []
     for k in np.flatnonzero(is_new | is_last):
         time = round(float(variable.time[k]), 3)
         if is_new[k]:
-            times.append(time)
-            texts.append(_shown_text(variable.text[k], variable.value[k]))
+            changes.append((time, _shown_text(variable.text[k], variable.value[k])))
         if is_last[k]:
-            times.append(time)
-            texts.append(None)
-    return times, texts
+            changes.append((time, None))
+    return [list(column) for column in zip(*changes)]
 
 
 def _shown_text(text: str, number: float) -> str:

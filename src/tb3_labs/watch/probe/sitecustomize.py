@@ -42,31 +42,31 @@ def leave_the_path():
     os.environ.pop('PYTHONPATH', None)
     if remaining:
         os.environ['PYTHONPATH'] = remaining
-    this = sys.modules.pop(__name__)
+    this_module = sys.modules.pop(__name__)
     try:
         import sitecustomize    # noqa: F401
     except ImportError as problem:
         if problem.name != __name__:
             raise
     finally:
-        sys.modules.setdefault(__name__, this)
+        sys.modules.setdefault(__name__, this_module)
 
 
 # -- the node's script and its objects
 
-def script_frames():
+def script_stack():
     """Returns the stack frames of the node's script, outermost first; [] before the script runs."""
-    frames = []
+    stack = []
     frame = sys._current_frames().get(threading.main_thread().ident)
     while frame is not None:
-        frames.insert(0, frame)
+        stack.insert(0, frame)
         frame = frame.f_back
-    while frames and not is_main(frames[0]):
-        del frames[0]
+    while stack and not is_main(stack[0]):
+        del stack[0]
     # catkin's relay is a main program that runs the node's script as a second main program
-    while len(frames) > 1 and is_main(frames[1]):
-        del frames[0]
-    return [frame for frame in frames if frame.f_globals is frames[0].f_globals]
+    while len(stack) > 1 and is_main(stack[1]):
+        del stack[0]
+    return [frame for frame in stack if frame.f_globals is stack[0].f_globals]
 
 
 def is_main(frame):
@@ -83,27 +83,27 @@ class WatchedNode:
         self._package = self._folder
         while self._package != '/' and not os.path.isfile(self._package + '/package.xml'):
             self._package = os.path.dirname(self._package)
-        self._is_own = {WatchedNode: False}
+        self._own_classes = {WatchedNode: False}
         self._objects = []
         self._next_search = 0.0
 
-    def is_own(self, kind):
+    def is_own(self, cls):
         """Is this class from the script, from a module beside it, or from the package's `src`?"""
-        if kind not in self._is_own:
-            name = module_of(kind)
+        if cls not in self._own_classes:
+            name = module_of(cls)
             path = getattr(sys.modules.get(name), '__file__', None)
             folder = os.path.dirname(os.path.abspath(path)) if path else ''
             is_of_tb3_labs = name.split('.')[0] == 'tb3_labs'
             is_near = folder == self._folder or (folder + '/').startswith(self._package + '/src/')
-            self._is_own[kind] = name == '__main__' or (is_near and not is_of_tb3_labs)
-        return self._is_own[kind]
+            self._own_classes[cls] = name == '__main__' or (is_near and not is_of_tb3_labs)
+        return self._own_classes[cls]
 
-    def is_object(self, value):
+    def is_own_object(self, value):
         """Is this an object of the node's classes, and not a type, Enum, tuple or exception?"""
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
-    def variables(self, frames):
+    def variables(self, stack):
         """Returns {name: text of the value} of at most MAX_SHOWN_VARIABLES variables."""
         if time.monotonic() > self._next_search:
             self._search()
@@ -113,19 +113,19 @@ class WatchedNode:
         part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
         shown = {}
         shown_ids = set()
-        # if two variables have the same name, the second name begins with its class or function
+        # a part of another object comes later, since it is shown as `name.part`
         for each in sorted(objects, key=lambda each: id(each) in part_ids):
             if id(each) not in shown_ids:
                 shown_ids.add(id(each))
                 self._add(shown, attributes_of[id(each)], type(each).__name__, shown_ids)
-        for frame in frames[1:]:
+        for frame in stack[1:]:
             self._add(shown, dict(frame.f_locals), frame.f_code.co_name, shown_ids)
         self._add(shown, dict(self._script), 'globals', shown_ids)
         for each in objects:
-            for kind in filter(self.is_own, type(each).__mro__):
-                class_variables = {name: value for name, value in list(vars(kind).items())
+            for cls in filter(self.is_own, type(each).__mro__):
+                class_variables = {name: value for name, value in list(vars(cls).items())
                                    if name not in attributes_of[id(each)]}
-                self._add(shown, class_variables, kind.__name__, shown_ids)
+                self._add(shown, class_variables, cls.__name__, shown_ids)
         return shown
 
     def _search(self):
@@ -134,7 +134,7 @@ class WatchedNode:
         counts = Counter()
         self._objects = []
         for each in gc.get_objects():
-            if self.is_object(each):
+            if self.is_own_object(each):
                 counts[type(each)] += 1
                 is_wanted = counts[type(each)] <= MAX_OBJECTS_OF_A_CLASS
                 if is_wanted and len(self._objects) < MAX_OBJECTS:
@@ -143,6 +143,8 @@ class WatchedNode:
         self._next_search += (time.thread_time() - begin) / MAX_SEARCH_SHARE
 
     def _add(self, shown, variables, owner, shown_ids):
+        """Add variables to `shown`. A name that is already there begins with `owner`, the name of
+        the variable's class or function."""
         for name, value in variables.items():
             if len(shown) >= MAX_SHOWN_VARIABLES:
                 return
@@ -168,10 +170,10 @@ class WatchedNode:
                 yield from self._texts(f'{name}.{part}', each, shown_ids, depth + 1)
 
     def _parts(self, value, shown_ids):
-        kind = type(value)
-        if module_of(kind).startswith('geometry_msgs.msg'):
-            return {part: getattr(value, part, None) for part in kind.__slots__}
-        if self.is_object(value) and id(value) not in shown_ids:
+        cls = type(value)
+        if module_of(cls).startswith('geometry_msgs.msg'):
+            return {part: getattr(value, part, None) for part in cls.__slots__}
+        if self.is_own_object(value) and id(value) not in shown_ids:
             shown_ids.add(id(value))
             return attributes(value)
         return {}
@@ -179,21 +181,21 @@ class WatchedNode:
 
 def simple_text(value):
     """Returns the text of a simple value; None for any other value."""
-    kind = type(value)
-    if kind in SIMPLE_TYPES or (kind is int and value.bit_length() <= 3 * MAX_VALUE_LENGTH):
+    cls = type(value)
+    if cls in SIMPLE_TYPES or (cls is int and value.bit_length() <= 3 * MAX_VALUE_LENGTH):
         return repr(value)
-    if kind is str:
+    if cls is str:
         return sendable(value)
-    if issubclass(kind, Enum):
+    if issubclass(cls, Enum):
         return sendable(str(vars(value).get('_name_')))
-    if module_of(kind) == 'numpy' and kind.__name__.startswith(('float', 'int', 'uint', 'bool')):
+    if module_of(cls) == 'numpy' and cls.__name__.startswith(('float', 'int', 'uint', 'bool')):
         return repr(value.item())
     return None
 
 
-def module_of(kind):
+def module_of(cls):
     """Returns the name of a class's module. The code of a metaclass does not run."""
-    name = type.__dict__['__module__'].__get__(kind)
+    name = type.__dict__['__module__'].__get__(cls)
     return name if type(name) is str else ''
 
 
@@ -219,9 +221,9 @@ def rospy_runs():
     return hasattr(core, 'is_initialized') and core.is_initialized()
 
 
-def run():
+def publish_variables():
     """Wait for the node, and publish its variables until the process ends."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # the node handles them
+    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # the node handles signals
     while not rospy_runs():
         time.sleep(READ_PAUSE)
     import rospy
@@ -233,11 +235,11 @@ def run():
 
     def publish_once():         # a function, so that the node's stack frames are not kept
         nonlocal node
-        frames = script_frames()
-        if node is None and frames:
-            node = WatchedNode(frames[0].f_globals)
+        stack = script_stack()
+        if node is None and stack:
+            node = WatchedNode(stack[0].f_globals)
         if node and publisher.get_num_connections():
-            status.values = [KeyValue(*each) for each in node.variables(frames).items()]
+            status.values = [KeyValue(*each) for each in node.variables(stack).items()]
             message.header.stamp = rospy.Time.now()
             publisher.publish(message)
 
@@ -247,12 +249,12 @@ def run():
             publish_once()
 
 
-def run_quietly():
-    """Call run(). Print no traceback if a library is missing or the master has ended."""
+def publish_quietly():
+    """Publish the variables. Print no traceback if a library is missing or the master has ended."""
     with suppress(Exception):
-        run()
+        publish_variables()
 
 
 if __name__ == 'sitecustomize':
     leave_the_path()
-    threading.Thread(target=run_quietly, name='variables', daemon=True).start()
+    threading.Thread(target=publish_quietly, name='variables', daemon=True).start()
