@@ -18,7 +18,7 @@ from std_msgs.msg import Bool, Float64, String
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.supervision.timeouts import CROSSING_TIME, SENDER_PAUSE
+from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, MAX_REPEAT_GAP
 
 from masters import process_of
 from drive_case import DriveCase
@@ -28,7 +28,7 @@ from thumb import A, B, Thumb, WithThumb
 #: Time from a stop to the last command that moves the robot [s].
 PROMPT = 0.25
 #: An event did not set a robot in motion that stands this long after it [s]: a process that wakes reads waiting
-#: messages within 0.3 s (timeouts.CROSSING_TIME).
+#: messages within 0.3 s (timeouts.MAX_TRANSIT_TIME).
 PATIENCE = 0.4
 #: After a sleep of this length a process does not go on by itself [s].
 TOO_LONG = 2.2
@@ -149,7 +149,7 @@ class StopsTest(WithThumb, DriveCase):
         node = self.start_move_to_goal()
         node.wait_for('/move2goal/goal: a message of /student from before this node could hear it')
         self.let_it_drive(self.give_control)
-        self.let_pass(CROSSING_TIME)
+        self.let_pass(MAX_TRANSIT_TIME)
         said = rospy.get_time()
         student.type('False')
         self.is_stopped(said)
@@ -223,14 +223,14 @@ class StopsTest(WithThumb, DriveCase):
         self.is_stopped(rospy.get_time(), 0.0)
         self.let_it_drive(send)
         self.cancel()
-        self.let_pass(SENDER_PAUSE + 0.1)
+        self.let_pass(MAX_REPEAT_GAP + 0.1)
         repeating = rospy.Timer(rospy.Duration(0.3), send)
         self.addCleanup(repeating.shutdown)
         self.observer.wait_for('cmd_vel', lambda command: command != ZERO)
         self.let_pass(0.6)
         self.cancel()
         self.declare()
-        self.let_pass(SENDER_PAUSE)
+        self.let_pass(MAX_REPEAT_GAP)
         self.is_stopped(rospy.get_time(), 0.0)
         self.assertIn('repeats it since before it was ended', node.text)
 

@@ -8,7 +8,7 @@ from reference_rule import COMPARED, OVER, GoalRule
 from story_nodes import CLOCK, TICK, Ahead, Mover, PadNode, Wrong
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import SenderConnection
-from tb3_labs.supervision.timeouts import CROSSING_TIME
+from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME
 
 #: A program repeats its goal with this period.
 PERIOD = 0.3
@@ -183,7 +183,7 @@ class World:
 
     def student(self, word):
         """The first True or False of all looks like a latched one in the moment of a start."""
-        if 'student' not in self.words and self.now - self.mover.born_at < CROSSING_TIME:
+        if 'student' not in self.words and self.now - self.mover.born_at < MAX_TRANSIT_TIME:
             return NOTHING
         self.tell('student', word, self.now)
 

@@ -15,7 +15,7 @@ from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.events import Age, Event, SenderRequests
-from tb3_labs.supervision.timeouts import SENDER_PAUSE, SleepMonitor
+from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, SleepMonitor
 
 BURGER = robot_model('burger')
 MOUSE_PERIOD = 0.05
@@ -200,7 +200,7 @@ def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
 
 
 NEW, OLD, STOP = Age.NEW, Age.REPEATED, (0.0, None, Age.NEW)
-LONG = SENDER_PAUSE + 0.1
+LONG = MAX_REPEAT_GAP + 0.1
 
 
 @pytest.mark.parametrize('is_waking, requests, accepted', [

@@ -17,7 +17,7 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest, RequestedPose
-from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE
+from tb3_labs.supervision.timeouts import RESUME_TIME, MAX_REPEAT_GAP
 
 START = 100.0
 
@@ -325,7 +325,7 @@ def test_a_repeated_goal_stays_canceled_until_its_sender_pauses_or_changes_the_g
     assert repeat(1.0)
     robot.cancel()
     assert not repeat(1.0)
-    robot.run(SENDER_PAUSE)
+    robot.run(MAX_REPEAT_GAP)
     assert repeat(0.5)
 
 

@@ -3,9 +3,9 @@
 An Event is doubtful if it may have been sent before this node started, or before its connection was
 made. Only the first message on a connection can be older than the connection, and only if its
 sender existed before this node, or had an earlier connection. A first message that is not latched
-is doubtful only if it arrives within `SENDER_PAUSE` after the connection was made.
+is doubtful only if it arrives within `MAX_REPEAT_GAP` after the connection was made.
 
-A sender *repeats* a goal or a turn if it sends the same content again within `SENDER_PAUSE`. A
+A sender *repeats* a goal or a turn if it sends the same content again within `MAX_REPEAT_GAP`. A
 repeated request that was ended stays ended until the sender changes the content, or pauses. If a
 request was ended before it was repeated, the sender can send the request again at once.
 """
@@ -15,7 +15,7 @@ from enum import Enum
 from typing import (
     Any, Callable, Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
-from tb3_labs.supervision.timeouts import CROSSING_TIME, SENDER_PAUSE, SleepMonitor
+from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, MAX_REPEAT_GAP, SleepMonitor
 
 Content = TypeVar('Content')
 
@@ -89,12 +89,12 @@ class MessageAges:
         is_restarted = previous is not None and previous.process != connection.process
         if is_restarted and connection.renews:    # a renewing sender is silent until a person acts
             return Age.RESTARTED
-        came_at_once = previous is None and now - self._began_at < CROSSING_TIME
+        came_at_once = previous is None and now - self._began_at < MAX_TRANSIT_TIME
         if connection.latches and came_at_once:
             return Age.OLD    # a person cannot send a new message so soon
         if connection.latches and not connection.renews:
             return Age.LATCHED
-        if now - connection.connected_at < SENDER_PAUSE:
+        if now - connection.connected_at < MAX_REPEAT_GAP:
             return Age.REPEATED
         return Age.RESTARTED if is_restarted else Age.NEW
 
@@ -111,7 +111,7 @@ class SenderRequest:
 
 
 class SenderRequests:
-    """The latest request of each sender. A network delay of `SENDER_PAUSE` looks like a pause."""
+    """The latest request of each sender. A network delay of `MAX_REPEAT_GAP` looks like a pause."""
 
     def __init__(self, sleep: SleepMonitor) -> None:
         self._sleep = sleep
@@ -119,9 +119,9 @@ class SenderRequests:
 
     def on_request(self, sender: str, content: object, now: float) -> SenderRequest:
         """Store a request as the latest of its sender. Call this even for a refused request."""
-        if now - self._sleep.woke_at > SENDER_PAUSE:    # a sleep of this process is no pause
+        if now - self._sleep.woke_at > MAX_REPEAT_GAP:    # a sleep of this process is no pause
             self._requests = {name: request for name, request in self._requests.items()
-                              if now - request.latest_at <= SENDER_PAUSE}
+                              if now - request.latest_at <= MAX_REPEAT_GAP}
         request = self.find(sender, content)
         if request is None:
             request = SenderRequest(content, now)

@@ -17,7 +17,7 @@ from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.supervision.events import Queue, SenderRequest, SenderRequests
-from tb3_labs.supervision.timeouts import SENDER_PAUSE, SleepMonitor
+from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, SleepMonitor
 
 #: The largest coordinate [m] that a person may type. A larger number may have a wrong unit.
 MAX_COORDINATE = 100.0
@@ -25,7 +25,7 @@ MAX_YAW_DEG = 360.0     # the largest heading [deg] that a person may type
 #: A goal with this stamp [ns] is older than every goal that a sender has stamped.
 EARLIEST_STAMP = 1
 STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or pause for '
-               f'{SENDER_PAUSE:.0f} s')
+               f'{MAX_REPEAT_GAP:.0f} s')
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
-"""The limits of silences, sleeps and motions without progress, for the nodes that drive.
+"""All limits of silences, delays, sleeps and motions without progress, for the nodes that drive.
 
-Freshness finds a silent source by the arrival times of its messages. Lateness finds a delayed
-message by its stamp. If the time between two looks at the clock is long, SleepMonitor finds that
-this process slept. A process sleeps while it is stopped or swapped out, or its computer is
-suspended.
+`Freshness` finds a silent source by the arrival times of its messages. `Lateness` finds a delayed
+message by its stamp. `SleepMonitor` finds a time in which this process slept, since it was stopped
+or swapped out, or its computer was suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
 infinite age. If the clock goes back, the age of the latest message is 0.
@@ -46,7 +45,7 @@ MAX_RECEIVED_STEP = 0.1
 MAX_SAMPLE_AGE = 0.1    # if a sample is older, the network stalls
 #: A message that arrives within this time after an event may have been sent before the event. An
 #: event is a button press, a sleep, a node's start, or a pad's first message.
-CROSSING_TIME = 0.3
+MAX_TRANSIT_TIME = 0.3
 HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits: move_to_goal stops it
 
 # -- a person's permission
@@ -57,7 +56,7 @@ RENEWAL_TIMEOUT = 0.5    # then the grant is suspended
 MAX_RESET_AGE = 1.0
 #: A sender that repeats a message sends it again within this time. If a sender was silent for
 #: longer than this, its next message is a new request.
-SENDER_PAUSE = 2.0
+MAX_REPEAT_GAP = 2.0
 
 # -- a motion makes no progress
 
@@ -87,7 +86,7 @@ class Freshness:
         self._received_at: Optional[float] = None
 
     def on_message(self, now: float) -> float:
-        """Take in a valid message. Returns the silence [s] before this message."""
+        """Store the arrival of a valid message. Returns the silence [s] before this message."""
         silence = self.age(now)
         self._received_at = now
         self.count += 1
@@ -110,7 +109,7 @@ class Freshness:
 
 
 class SleepMonitor:
-    """Finds a sleep of this process."""
+    """Finds a sleep of this process: a long time between two looks at the clock."""
 
     def __init__(self) -> None:
         self.slept_for = 0.0    # length [s] of the sleep that the latest update found, or 0
@@ -127,7 +126,7 @@ class SleepMonitor:
         if gap > MIN_SLEEP_TIME:    # False for NaN
             self.slept_for = gap
             self.woke_at = now
-        self.is_waking = now - self.woke_at < CROSSING_TIME
+        self.is_waking = now - self.woke_at < MAX_TRANSIT_TIME
 
     def start(self, now: float) -> None:
         """Treat the time until now as time without a sleep."""
@@ -156,8 +155,8 @@ class Lateness:
         self._sender = Freshness('the sender')
 
     def on_message(self, stamp: float, arrival: float) -> float:
-        """Take in a message, and return its extra delay [s]. `stamp` is on the sender's clock [s].
-        A message without a stamp has the `stamp` 0 and the extra delay 0."""
+        """Returns the extra delay [s] of a message. `stamp` is on the sender's clock [s]; 0 for a
+        message without a stamp, whose extra delay is 0."""
         if stamp <= 0.0:
             return 0.0
         silence = self._sender.on_message(arrival)
@@ -176,7 +175,7 @@ class WindowMinimum:
         self.value: Optional[float] = None    # the least value; None before the first value
 
     def add(self, time: float, value: float) -> None:
-        """Take in a value. If `time` goes back, earlier values are kept for longer than usual."""
+        """Add a value. If `time` goes back, earlier values are kept for longer than usual."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:
             candidates.pop()

@@ -19,7 +19,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output, SenderRequests
 from tb3_labs.supervision.sensor_faults_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
-from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
+from tb3_labs.supervision.timeouts import RESUME_TIME, MAX_REPEAT_GAP, SleepMonitor
 
 REFUSAL_LOG_PERIOD = 1.0    # [s]
 MAX_ANGLE_SLACK = 1e-9      # [rad], for rounding
@@ -83,7 +83,7 @@ class ControllerCore:
             self._request_or_log(request, now)
         else:
             self._log_refusal('cannot turn: this turn only repeats an earlier turn; pause for '
-                              f'{SENDER_PAUSE:.0f} s, then ask again', request.arrived_at)
+                              f'{MAX_REPEAT_GAP:.0f} s, then ask again', request.arrived_at)
 
     def on_typed(self, request: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A repetition is never refused."""

@@ -11,7 +11,7 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event, LogQueue
-from tb3_labs.supervision.timeouts import CROSSING_TIME, INPUT_TIMEOUT, Freshness, Lateness
+from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
 REMEDY_OF_LOST_MOUSE = 'move it to the middle of the screen to use it again'
 
@@ -63,7 +63,7 @@ class _OneMouse:
             self.is_lost = False
 
     def _is_steady(self, now: float) -> bool:
-        return now - self._silence_ended_at >= CROSSING_TIME
+        return now - self._silence_ended_at >= MAX_TRANSIT_TIME
 
     def lose(self, now: float) -> None:
         self.is_lost = True

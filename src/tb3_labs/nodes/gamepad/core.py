@@ -17,7 +17,7 @@ from tb3_labs.supervision.control_holder import (
     NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
 from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
-    CROSSING_TIME, HAND_BACK_TIME, MAX_RESET_AGE, RESUME_TIME, SleepMonitor)
+    MAX_TRANSIT_TIME, HAND_BACK_TIME, MAX_RESET_AGE, RESUME_TIME, SleepMonitor)
 
 #: If a pushed stick does not move the robot for this time [s], a warning gives the reason.
 STICK_WARNING_TIME = 3.0
@@ -84,7 +84,7 @@ class GamepadCore:
         if has_control.content:
             self.messages.confirm_grant()
             self._change_holder(ControlEvent.GRANTED, now)
-        elif now - self.messages.granted_at >= CROSSING_TIME:
+        elif now - self.messages.granted_at >= MAX_TRANSIT_TIME:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:

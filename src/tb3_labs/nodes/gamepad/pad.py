@@ -10,7 +10,7 @@ from typing import NamedTuple, Optional, Sequence
 from tb3_labs.config import Config, setting
 from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_ANGULAR_SPEED)
-from tb3_labs.supervision.timeouts import CROSSING_TIME, INPUT_TIMEOUT, Freshness, Lateness
+from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
 MAX_INDEX = 31    # of an axis or a button
 
@@ -107,7 +107,7 @@ class PadListener:
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay of messages known? Without this delay, `lateness` may be wrong."""
         is_stuck = self.joy_node_hangs and not self.freshness.is_fresh(now)
-        return not is_stuck and now - self._learning_since >= CROSSING_TIME
+        return not is_stuck and now - self._learning_since >= MAX_TRANSIT_TIME
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""
