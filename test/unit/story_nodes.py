@@ -8,7 +8,7 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
-from tb3_labs.supervision.events import Event, MessageAges, Queue
+from tb3_labs.supervision.events import Event, NoveltyFinder, Queue
 from tb3_labs.supervision.goal_requests import GoalRequest, RequestedPose
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
@@ -124,7 +124,7 @@ class Mover(StoryNode):
 
     def __init__(self, world, has_control=False):
         super().__init__(world)
-        self.message_ages, self.unheard = MessageAges(world.senders, world.now), set(world.senders)
+        self.novelty_finder, self.unheard = NoveltyFinder(world.senders, world.now), set(world.senders)
         self.ways = {}               # by sender: its SenderConnection
         self.core = MoveToGoalCore(Ahead(), has_control)
         self.core._localizer = Still()
@@ -146,13 +146,13 @@ class Mover(StoryNode):
 
     def on_ctrl_relinq(self, connection, word, at, is_old=False):
         """A sender that latches, and was there before, is doubted at first."""
-        now, age = self.world.now, self.message_ages.age_of(connection, self.world.now)
+        now, novelty = self.world.now, self.novelty_finder.novelty_of(connection, self.world.now)
         doubtful = connection.sender in self.unheard and connection.latches and not connection.renews
         self.unheard.discard(connection.sender)
         if word or not is_old:
             self.rule.hear(now, connection.sender, word,
                            None if word and (doubtful or self.waking) else self.at(at), connection.renews)
-        self.core.on_ctrl_relinq(Event(word, now, connection.sender, age, connection.renews))
+        self.core.on_ctrl_relinq(Event(word, now, connection.sender, novelty, connection.renews))
 
     def on_goal(self, sender, at):
         now, request = self.world.now, GoalRequest(RequestedPose(Pose2(40.0)), sender)

@@ -14,7 +14,7 @@ from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.supervision.events import Age, Event, SenderRequests
+from tb3_labs.supervision.events import Novelty, Event, SenderRequests
 from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, SleepMonitor
 
 BURGER = robot_model('burger')
@@ -199,7 +199,7 @@ def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
     assert len(core.tick(13.0, 13.0).log_lines) == 3
 
 
-NEW, OLD, STOP = Age.NEW, Age.REPEATED, (0.0, None, Age.NEW)
+NEW, OLD, STOP = Novelty.NEW, Novelty.REPEATED, (0.0, None, Novelty.NEW)
 LONG = MAX_REPEAT_GAP + 0.1
 
 
@@ -215,11 +215,11 @@ LONG = MAX_REPEAT_GAP + 0.1
     (True, [(0.0, 90.0, OLD), (0.5, 90.0, NEW)], [False, False])])
 def test_a_repeated_turn_is_refused_after_a_stop_or_a_sleep_or_if_doubtful(is_waking, requests, accepted):
     turns, found = SenderRequests(SleepMonitor()), []
-    for at, degrees, age in requests:
+    for at, degrees, novelty in requests:
         if degrees is None:
             turns.end_repetitions()
         else:
-            found.append(accept_turn(turns, Event(degrees, at, 'script', age), is_waking and at == 0.0))
+            found.append(accept_turn(turns, Event(degrees, at, 'script', novelty), is_waking and at == 0.0))
             assert accept_turn(turns, Event(degrees, at, str(at)))    # of another sender
     assert found == accepted
 

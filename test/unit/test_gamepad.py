@@ -5,7 +5,7 @@ from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.control_holder import ControlHolder
-from tb3_labs.supervision.events import Age, Event
+from tb3_labs.supervision.events import Novelty, Event
 from tb3_labs.supervision.timeouts import HAND_BACK_TIME
 
 NOBODY, GAMEPAD, GOAL = ControlHolder.NOBODY, ControlHolder.GAMEPAD, ControlHolder.MOVE_TO_GOAL
@@ -93,11 +93,11 @@ class PluggedPad:
         return self.controller.holder
 
 
-def receive(controller, now, stamp, *pressed, forward=0.0, age=Age.NEW):
+def receive(controller, now, stamp, *pressed, forward=0.0, novelty=Novelty.NEW):
     """A message of a pad with another clock."""
     buttons = [int(button in pressed) for button in range(8)]
     controller.on_joy(Event(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now,
-                            age=age, sent_at=stamp))
+                            novelty=novelty, sent_at=stamp))
 
 
 def let_pass(controller, since, until):
@@ -231,7 +231,7 @@ def test_a_pad_is_lost_if_its_driver_repeats_several_messages(stamped, ring):
 @pytest.mark.parametrize('button, wanted', [(A, 'control_messages'), (Y, 'is_reset_requested')])
 def test_a_press_is_accepted_in_the_second_message_with_one_stamp(stamped, button, wanted):
     receive(stamped, 101.05, 8.05, forward=1.0)
-    receive(stamped, 101.0505, 8.05, button, forward=1.0, age=Age.SAME_STAMP)
+    receive(stamped, 101.0505, 8.05, button, forward=1.0, novelty=Novelty.SAME_STAMP)
     assert stamped.take(wanted) == [True]
 
 
@@ -242,7 +242,7 @@ def test_a_pad_is_lost_if_its_driver_repeats_one_message(stamped, clock_runs):
         commands = []
         for tick in range(round(seconds / 0.05)):
             now = stamped.now + 0.05
-            receive(stamped, now, 8.05 * clock_runs, *pressed, forward=1.0, age=Age.SAME_STAMP)
+            receive(stamped, now, 8.05 * clock_runs, *pressed, forward=1.0, novelty=Novelty.SAME_STAMP)
             commands.append(stamped.tick(now).command)
         return set(commands)
 

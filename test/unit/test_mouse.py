@@ -3,7 +3,7 @@ import pytest
 
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import Age, Event, LogQueue
+from tb3_labs.supervision.events import Novelty, Event, LogQueue
 
 
 def hear(mouse, active, x, y, now, name='', stamp=0.0):
@@ -121,13 +121,13 @@ def test_a_delayed_message_only_deactivates_a_mouse():
     assert hear(mouse, False, 0.0, 0.0, 12.2, 'laptop', 511.2) and not mouse.is_active
 
 
-@pytest.mark.parametrize('stamp, age, drives', [
-    (0.0, Age.NEW, True), (510.0, Age.SAME_STAMP, False),
-    (0.0, Age.SAME_STAMP, False)])     # with a simulated clock
-def test_a_mouse_is_silent_if_its_driver_repeats_a_stamp(stamp, age, drives):
+@pytest.mark.parametrize('stamp, novelty, drives', [
+    (0.0, Novelty.NEW, True), (510.0, Novelty.SAME_STAMP, False),
+    (0.0, Novelty.SAME_STAMP, False)])     # with a simulated clock
+def test_a_mouse_is_silent_if_its_driver_repeats_a_stamp(stamp, novelty, drives):
     mouse = inactive_mouse('laptop')
     for k in range(100):
         mouse.on_message(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
-                               age if k else Age.NEW, sent_at=stamp))
+                               novelty if k else Novelty.NEW, sent_at=stamp))
     assert (mouse.is_active and not mouse.lose_if_silent(15.0)) is drives
-    assert mouse.on_message(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))
+    assert mouse.on_message(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', novelty, sent_at=stamp))

@@ -1,7 +1,7 @@
 """Only a person gives a permission. Renewals only prolong a permission, and a stop stays a stop."""
 import pytest
 
-from tb3_labs.supervision.events import Age, Event, LogQueue, MessageAges, SenderConnection
+from tb3_labs.supervision.events import Novelty, Event, LogQueue, NoveltyFinder, SenderConnection
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.timeouts import RENEWAL_PERIOD, SleepMonitor
 
@@ -17,8 +17,8 @@ class PermissionSenders:
         self.sensor_problem = ''
         self._next = {}
 
-    def receive(self, sender, value, age=Age.NEW, renews=False):
-        self.permission.on_message(Event(value, self.now, sender, age, renews))
+    def receive(self, sender, value, novelty=Novelty.NEW, renews=False):
+        self.permission.on_message(Event(value, self.now, sender, novelty, renews))
 
     def send(self, sender, value):
         """Send a True or False of a person, or of a pad, whose name begins with 'pad'."""
@@ -182,21 +182,22 @@ def test_a_false_from_before_the_node_keeps_the_grant_at_the_start():
     """The sender's False was older than the start with control."""
     senders = PermissionSenders()
     senders.permission = Permission(True, senders.log_queue)
-    senders.receive('pad', False, Age.OLD, renews=True)
+    senders.receive('pad', False, Novelty.OLD, renews=True)
     assert senders.run(1.0) and senders.permission.has_valid_grant
     assert senders.log_queue.pop_all() == []
 
 
-@pytest.mark.parametrize('stands, age', [
-    (False, Age.REPEATED), (False, Age.LATCHED), (False, Age.OLD), (True, Age.LATCHED), (True, Age.OLD)])
-def test_a_doubtful_true_is_ignored_and_a_doubtful_false_stops(senders, stands, age):
+@pytest.mark.parametrize('stands, novelty', [
+    (False, Novelty.REPEATED), (False, Novelty.LATCHED), (False, Novelty.OLD), (True, Novelty.LATCHED),
+    (True, Novelty.OLD)])
+def test_a_doubtful_true_is_ignored_and_a_doubtful_false_stops(senders, stands, novelty):
     """The message may be old, or the first of a sender that was connected all the time."""
     if stands:
         senders.send('hand', True)
-    senders.receive('student', True, age)
+    senders.receive('student', True, novelty)
     senders.receive('student', True)      # it repeats itself
     assert senders.run(0.5) is stands
-    senders.receive('student', False, age)
+    senders.receive('student', False, novelty)
     assert not senders.permission.has_valid_grant and not senders.run(5.0)
     assert senders.give_anew('student')
 
@@ -207,7 +208,7 @@ def test_a_restarted_sender_may_give_a_grant_again(senders):
     assert senders.run(1.0) and senders.permission.pop_new_grant()
     senders.renewing.clear()
     senders.run(3.0)
-    senders.receive('pad', True, Age.RESTARTED, renews=True)
+    senders.receive('pad', True, Novelty.RESTARTED, renews=True)
     senders.renewing.add('pad')
     assert senders.run(0.25) and senders.permission.pop_new_grant()
 
@@ -217,42 +218,43 @@ def test_a_restarted_sender_may_give_a_grant_again(senders):
 HERE = SenderConnection('/a', 'http://a:1', connected_at=100.0)
 
 
-@pytest.mark.parametrize('present, connection, now, age', [
-    ([], HERE, 100.1, Age.NEW),                              # rostopic pub -1
-    (['/a'], HERE, 101.9, Age.REPEATED),                     # rostopic pub -r 5, which runs from before the start
-    (['/a'], HERE, 102.1, Age.NEW),                          # a person types
-    (['/a'], HERE._replace(connected_at=150.0), 151.9, Age.REPEATED),     # connected late
-    (['/a'], HERE._replace(renews=True, latches=True), 100.4, Age.REPEATED),
-    (['/a'], HERE._replace(renews=True, latches=True), 102.1, Age.NEW),
-    (['/a'], HERE._replace(latches=True), 100.2, Age.OLD),
-    (['/a'], HERE._replace(connected_at=150.0, latches=True), 150.1, Age.LATCHED),
-    (['/a'], HERE._replace(latches=True), 160.0, Age.LATCHED)])
-def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, connection, now, age):
-    message_ages = MessageAges(present, 100.0)
-    assert message_ages.age_of(connection, now) is age
-    assert message_ages.age_of(connection, now) is Age.NEW
+@pytest.mark.parametrize('present, connection, now, novelty', [
+    ([], HERE, 100.1, Novelty.NEW),                              # rostopic pub -1
+    (['/a'], HERE, 101.9, Novelty.REPEATED),                     # rostopic pub -r 5, which runs from before the start
+    (['/a'], HERE, 102.1, Novelty.NEW),                          # a person types
+    (['/a'], HERE._replace(connected_at=150.0), 151.9, Novelty.REPEATED),     # connected late
+    (['/a'], HERE._replace(renews=True, latches=True), 100.4, Novelty.REPEATED),
+    (['/a'], HERE._replace(renews=True, latches=True), 102.1, Novelty.NEW),
+    (['/a'], HERE._replace(latches=True), 100.2, Novelty.OLD),
+    (['/a'], HERE._replace(connected_at=150.0, latches=True), 150.1, Novelty.LATCHED),
+    (['/a'], HERE._replace(latches=True), 160.0, Novelty.LATCHED)])
+def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, connection, now, novelty):
+    novelty_finder = NoveltyFinder(present, 100.0)
+    assert novelty_finder.novelty_of(connection, now) is novelty
+    assert novelty_finder.novelty_of(connection, now) is Novelty.NEW
 
 
-@pytest.mark.parametrize('change, now, age', [
-    ({}, 200.2, Age.REPEATED), ({}, 203.0, Age.NEW), ({'latches': True}, 203.0, Age.LATCHED),
-    ({'process': 'http://a:2'}, 200.2, Age.REPEATED),        # it is respawned, and repeats True
-    ({'process': 'http://a:2'}, 203.0, Age.RESTARTED),
-    ({'process': 'http://a:2', 'renews': True, 'latches': True}, 200.2, Age.RESTARTED)])
-def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, age):
-    message_ages = MessageAges([], 100.0)
-    message_ages.age_of(HERE, 101.0)
-    assert message_ages.age_of(HERE._replace(connected_at=200.0, **change), now) is age
+@pytest.mark.parametrize('change, now, novelty', [
+    ({}, 200.2, Novelty.REPEATED), ({}, 203.0, Novelty.NEW), ({'latches': True}, 203.0, Novelty.LATCHED),
+    ({'process': 'http://a:2'}, 200.2, Novelty.REPEATED),        # it is respawned, and repeats True
+    ({'process': 'http://a:2'}, 203.0, Novelty.RESTARTED),
+    ({'process': 'http://a:2', 'renews': True, 'latches': True}, 200.2, Novelty.RESTARTED)])
+def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, novelty):
+    novelty_finder = NoveltyFinder([], 100.0)
+    novelty_finder.novelty_of(HERE, 101.0)
+    assert novelty_finder.novelty_of(HERE._replace(connected_at=200.0, **change), now) is novelty
 
 
-@pytest.mark.parametrize('stamp, clock, age', [
-    (7.0, 9.0, Age.SAME_STAMP), (7.1, 9.0, Age.NEW), (0.0, 9.0, Age.NEW),
-    (7.0, 8.0, Age.NEW)])      # two messages within one step of a simulated clock, or while it stands
-def test_a_repeated_stamp_shows_a_repeated_message(stamp, clock, age):
-    message_ages = MessageAges([], 100.0)
-    message_ages.age_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
-    message_ages.age_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
-    assert message_ages.age_of(HERE, 101.1, stamp, clock) is age
-    assert message_ages.age_of(HERE._replace(connected_at=150.0, latches=True), 151.0, stamp, 10.0) is Age.LATCHED
+@pytest.mark.parametrize('stamp, clock, novelty', [
+    (7.0, 9.0, Novelty.SAME_STAMP), (7.1, 9.0, Novelty.NEW), (0.0, 9.0, Novelty.NEW),
+    (7.0, 8.0, Novelty.NEW)])      # two messages within one step of a simulated clock, or while it stands
+def test_a_repeated_stamp_shows_a_repeated_message(stamp, clock, novelty):
+    novelty_finder = NoveltyFinder([], 100.0)
+    novelty_finder.novelty_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
+    novelty_finder.novelty_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
+    assert novelty_finder.novelty_of(HERE, 101.1, stamp, clock) is novelty
+    latching = HERE._replace(connected_at=150.0, latches=True)
+    assert novelty_finder.novelty_of(latching, 151.0, stamp, 10.0) is Novelty.LATCHED
 
 
 # A process that slept: this is noticed when it next reads the clock, and once ----------------------

@@ -14,7 +14,7 @@ import rospy
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
-from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
+from tb3_labs.supervision.events import Event, NoveltyFinder, SenderConnection
 
 #: With this header, a sender announces that it will renew its permission.
 RENEWAL_HEADER = {'renewed': '1'}
@@ -68,23 +68,24 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
 def subscribe_events(topic, message_type, callback, read=lambda message: message.data):
     """Returns a subscriber that reads every message. `callback` gets an events.Event, whose content
     is the result of `read`."""
-    to_age = age_reader(topic)
+    novelty_of = novelty_reader(topic)
 
     def to_event(message):
         arrived_at = steady_time()
         connection = sender_connection(message)
         # a stamp of a simulated clock is not used, since the clock may run faster
         sent_at = _stamp_of(message) if is_wall_time() else 0.0
-        return Event(read(message), arrived_at, connection.sender, to_age(message),
+        return Event(read(message), arrived_at, connection.sender, novelty_of(message),
                      renews=connection.renews, sent_at=sent_at)
 
     return subscribe(topic, message_type, callback, to_event, queue_size=None)
 
 
-def age_reader(topic):
-    """Returns a function that must be called for each message, and returns the events.Age."""
-    message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
-    return lambda message: message_ages.age_of(
+def novelty_reader(topic):
+    """Returns a function that takes a message and returns its events.Novelty. Call the function for
+    each message."""
+    novelty_finder = NoveltyFinder(publishers_of(rospy.resolve_name(topic)), steady_time())
+    return lambda message: novelty_finder.novelty_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())
 
 

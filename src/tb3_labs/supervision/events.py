@@ -20,8 +20,8 @@ from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, MAX_REPEAT_GAP, Slee
 Content = TypeVar('Content')
 
 
-class Age(Enum):
-    """Is a message older or newer than the connection to its sender?"""
+class Novelty(Enum):
+    """Is a message new, or may it be from before this node could hear its sender?"""
 
     NEW = 'it was sent after this node could hear its sender'
     RESTARTED = 'it is new, and its sender is a new process that has the name of an earlier sender'
@@ -33,7 +33,7 @@ class Age(Enum):
     @property
     def is_doubtful(self) -> bool:
         """Could the message show an old act of a person?"""
-        return self in (Age.REPEATED, Age.LATCHED, Age.OLD, Age.SAME_STAMP)
+        return self in (Novelty.REPEATED, Novelty.LATCHED, Novelty.OLD, Novelty.SAME_STAMP)
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Event(Generic[Content]):
     content: Content
     arrived_at: float    # time of arrival [s]
     sender: str = ''
-    age: Age = Age.NEW
+    novelty: Novelty = Novelty.NEW
     renews: bool = False    # does the sender announce renewals of its permission?
     sent_at: float = 0.0    # time of sending [s, sender's clock]; 0 if unknown
 
@@ -56,8 +56,8 @@ class SenderConnection(NamedTuple):
     renews: bool = False      # as in Event
 
 
-class MessageAges:
-    """Finds the Age of each message of one topic by the connection on which it arrived."""
+class NoveltyFinder:
+    """Finds the Novelty of each message of one topic by the connection on which it arrived."""
 
     def __init__(self, earlier_senders: Iterable[str], now: float) -> None:
         """This node begins to listen at `now`. The `earlier_senders` existed before `now`."""
@@ -66,9 +66,9 @@ class MessageAges:
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock) of each sender
 
-    def age_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
-               clock: float = 0.0) -> Age:
-        """Returns the Age of a message that arrives now. `stamp` is the message's stamp, or 0.
+    def novelty_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
+                   clock: float = 0.0) -> Novelty:
+        """Returns the Novelty of a message that arrives now. `stamp` is the message's stamp, or 0.
         `clock` is `now` on the stamps' clock. A device driver that hangs repeats a stamp."""
         sender = connection.sender
         previous = self._latest.get(sender)
@@ -76,27 +76,27 @@ class MessageAges:
         self._latest[sender] = connection
         self._stamps[sender] = stamp, clock
         if previous != connection:
-            return self._age_of_first(connection, previous, now)
+            return self._novelty_of_first(connection, previous, now)
         is_same_stamp = stamp != 0.0 and stamp == last_stamp
         if is_same_stamp and clock != last_clock:
-            return Age.SAME_STAMP
-        return Age.NEW
+            return Novelty.SAME_STAMP
+        return Novelty.NEW
 
-    def _age_of_first(self, connection: SenderConnection, previous: Optional[SenderConnection],
-                      now: float) -> Age:
+    def _novelty_of_first(self, connection: SenderConnection,
+                          previous: Optional[SenderConnection], now: float) -> Novelty:
         if previous is None and connection.sender not in self._earlier_senders:
-            return Age.NEW
+            return Novelty.NEW
         is_restarted = previous is not None and previous.process != connection.process
-        if is_restarted and connection.renews:    # a renewing sender is silent until a person acts
-            return Age.RESTARTED
+        if is_restarted and connection.renews:    # it renews after a new grant
+            return Novelty.RESTARTED
         came_at_once = previous is None and now - self._began_at < MAX_TRANSIT_TIME
         if connection.latches and came_at_once:
-            return Age.OLD    # a person cannot send a new message so soon
+            return Novelty.OLD    # a person cannot send a new message so soon
         if connection.latches and not connection.renews:
-            return Age.LATCHED
+            return Novelty.LATCHED
         if now - connection.connected_at < MAX_REPEAT_GAP:
-            return Age.REPEATED
-        return Age.RESTARTED if is_restarted else Age.NEW
+            return Novelty.REPEATED
+        return Novelty.RESTARTED if is_restarted else Novelty.NEW
 
 
 @dataclass

@@ -24,7 +24,7 @@ which a stop holds until a person releases the machine again.
 import math
 from typing import Dict, Set
 
-from tb3_labs.supervision.events import Age, Event, LogQueue
+from tb3_labs.supervision.events import Novelty, Event, LogQueue
 from tb3_labs.supervision.timeouts import (
     RENEWAL_PERIOD, RENEWAL_TIMEOUT, RESUME_TIME, ROBOT_START_TIMEOUT, Freshness, SleepMonitor)
 
@@ -114,7 +114,7 @@ class Permission:
         now = message.arrived_at
         sender = message.sender
         self.update(now)
-        if message.age is Age.RESTARTED:    # another process had this name before
+        if message.novelty is Novelty.RESTARTED:    # another process had this name before
             self._last_value.pop(sender, None)
             self._grants.pop(sender, None)
         was_true = self._last_value.get(sender, False)
@@ -124,7 +124,7 @@ class Permission:
         elif sender in self._grants:
             self._grants[sender].renew(now)
             self._end_if_delayed(sender, self._grants[sender])
-        elif message.age.is_doubtful:
+        elif message.novelty.is_doubtful:
             self._refuse(sender, 'it was given before this node could hear it')
         elif self.sleep.refusal:
             self._refuse(sender, self.sleep.refusal)
@@ -138,7 +138,7 @@ class Permission:
     def _on_stop(self, message: 'Event[bool]') -> None:
         now = message.arrived_at
         granting_senders = self._grants.keys() - {STARTUP_SENDER}
-        if message.age is Age.OLD and not granting_senders:
+        if message.novelty is Novelty.OLD and not granting_senders:
             return
         self._stopped_at = {sender: time for sender, time in self._stopped_at.items()
                             if now - time <= RESUME_TIME}

@@ -10,7 +10,7 @@ from typing import DefaultDict, NamedTuple, Optional
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import Age, Event, LogQueue
+from tb3_labs.supervision.events import Novelty, Event, LogQueue
 from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
 REMEDY_OF_LOST_MOUSE = 'move it to the middle of the screen to use it again'
@@ -56,7 +56,7 @@ class _OneMouse:
                 self.is_lost = True
         elif was_active and not self.freshness.is_fresh(now):    # an inactive mouse may be silent
             self._silence_ended_at = now
-        if message.age is not Age.SAME_STAMP:
+        if message.novelty is not Novelty.SAME_STAMP:
             self.freshness.on_message(now)
         self.is_reported_active = is_active
         if asks_for_stop and self._is_steady(now):

@@ -141,7 +141,7 @@ def accept_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) 
     """Store the request for a turn in `requests`. Returns False if the turn may be old, or repeats
     a turn that may be old or has ended. `is_waking`: has this process just slept?"""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
-    if turn.age.is_doubtful:
+    if turn.novelty.is_doubtful:
         request.is_ended = True
     is_accepted = not request.is_ended
     if is_waking:    # the core refuses this turn; this function refuses its repetitions

@@ -15,7 +15,7 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 from tb3_labs.supervision.control_holder import (
     NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
-from tb3_labs.supervision.events import Age, Event, LogQueue, Output
+from tb3_labs.supervision.events import Novelty, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
     MAX_TRANSIT_TIME, HAND_BACK_TIME, MAX_RESET_AGE, RESUME_TIME, SleepMonitor)
 
@@ -57,7 +57,8 @@ class GamepadCore:
         now = joy.arrived_at
         state = joy.content
         self._update_sleep(now)
-        self.pad.on_message(state, now, joy.sent_at, joy_node_hangs=joy.age is Age.SAME_STAMP)
+        joy_node_hangs = joy.novelty is Novelty.SAME_STAMP
+        self.pad.on_message(state, now, joy.sent_at, joy_node_hangs=joy_node_hangs)
         presses = self.pad.presses
         sent_at = now - self.pad.lateness
         self._command_is_due = True

@@ -18,10 +18,10 @@ from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame_name, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import sender_of
-from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, subscribe
+from tb3_labs.ros.topics import WarningThrottle, novelty_reader, sender_connection, subscribe
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
-from tb3_labs.supervision.events import Age
+from tb3_labs.supervision.events import Novelty
 from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, RequestedPose, TypedPose
 
 RESET_TIMEOUT = 0.85         # [s]
@@ -200,10 +200,10 @@ def _in_degrees(pose):
 def only_new(topic, callback):
     """Returns a function that passes each message of `topic` to `callback`, unless the message is
     latched and may be old."""
-    to_age = age_reader(topic)
+    novelty_of = novelty_reader(topic)
 
     def on_message(message):
-        if to_age(message) in (Age.LATCHED, Age.OLD):
+        if novelty_of(message) in (Novelty.LATCHED, Novelty.OLD):
             rospy.logwarn('%s: a message of %s from before this node could hear it does not count; '
                           'say it again', rospy.resolve_name(topic),
                           sender_connection(message).sender)
