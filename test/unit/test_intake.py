@@ -9,7 +9,7 @@ import pytest
 
 from sandboxes import hand_in, skip_if_closed
 from tb3_labs.marking.intake import archives
-from tb3_labs.marking.intake.archives import NotJudged, SubmissionCopy, copy_submission, digest, submitted_files
+from tb3_labs.marking.intake.archives import NotJudged, SubmissionCopy, copy_submission, digest_of, submitted_files
 from tb3_labs.marking.intake.submissions import (
     PlatformName, Submission, grouped_by_student, file_name, platform_name_of, submissions_in)
 
@@ -263,6 +263,6 @@ def test_a_folder_that_cannot_be_read_is_an_error(request):
 
 
 def test_a_digest_depends_on_names_and_contents(tmp_path):
-    found = {digest(hand_in(tmp_path / str(number), {name: text})) for number, (name, text) in enumerate(
+    found = {digest_of(hand_in(tmp_path / str(number), {name: text})) for number, (name, text) in enumerate(
         [('n.py', 'x'), ('n.py', 'y'), ('m.py', 'x'), ('n.py', 'x')])}
     assert len(found) == 3

@@ -19,16 +19,16 @@ ZIP_SUFFIX = '.zip'
 UNPACKED_SUFFIX = '.unpacked'       # of the folder with the files of a zip file
 # A submission is not judged if its copy exceeds one of these limits.
 MAX_FILES = 5000
-MAX_SUBMISSION_BYTES = 200000000
+MAX_SUBMISSION_BYTES = 200 * 10 ** 6
 MAX_FOLDER_DEPTH = 50
-MAX_COPIED_BYTES = 20000000         # a larger file is left out
+MAX_COPIED_BYTES = 20 * 10 ** 6     # a larger file is left out
 MAX_SHOWN_PATH_LENGTH = 200
-#: These folders and files are not copied, since they are not a student's work.
+#: These folders and files are not a student's work, and are not copied.
 IGNORED_PATHS = re.compile(
     r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
     r'build|devel|install|logs|\.?venv|[^/]*\.bag)(/|$)', re.IGNORECASE)
 #: A damaged zip file, or a zip file with a password, raises one of these errors.
-ZIP_ERRORS = zipfile.BadZipFile, EOFError, RuntimeError, ValueError, zlib.error, OSError
+ZIP_ERRORS = (zipfile.BadZipFile, EOFError, RuntimeError, ValueError, zlib.error, OSError)
 
 
 class NotJudged(Exception):
@@ -45,14 +45,14 @@ def files_in(folder: Path) -> List[Path]:
     return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
 
 
-def digest(folder: Path) -> str:
+def digest_of(folder: Path) -> str:
     """Returns a hash of the names and contents of all files below `folder`."""
-    whole = hashlib.sha256()
+    digest = hashlib.sha256()
     for path in files_in(folder):
-        whole.update(f'{path.relative_to(folder)} {path.stat().st_size}\n'.encode(
+        digest.update(f'{path.relative_to(folder)} {path.stat().st_size}\n'.encode(
             errors='surrogateescape'))
-        whole.update(path.read_bytes())
-    return whole.hexdigest()
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def copy_submission(original_names: Dict[Path, str], folder: Path) -> List[str]:
@@ -94,8 +94,8 @@ def _files_to_copy(original_names):
 def submitted_files(folder: Path) -> Tuple[Dict[Path, Path], List[Path]]:
     """Returns ({path in `folder`: file to copy}, refused paths in `folder`), without IGNORED_PATHS.
 
-    Links and devices are refused. A file with a second name (a hard link) is refused too, since the
-    file may be another person's. Raises ``OSError`` if a folder cannot be read.
+    Links and devices are refused. A file with a second name (a hard link) is also refused: it may
+    be another person's file. Raises ``OSError`` if a folder cannot be read.
     """
     files: Dict[Path, Path] = {}
     refused: List[Path] = []
@@ -123,13 +123,14 @@ class SubmissionCopy:
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True)
         self._folder = folder
-        self._file_count = self._byte_count = 0
+        self._file_count = 0
+        self._byte_count = 0
         self._large_files: List[PurePath] = []
         self._links: List[PurePath] = []
 
     def add(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
-        """Write a file of `size` [bytes] to `path` in the copy, where an older file is replaced. A
-        file with more than MAX_COPIED_BYTES is left out."""
+        """Write a file of `size` [bytes] to `path` in the copy, in place of an older file. A file
+        with more than MAX_COPIED_BYTES is left out."""
         if size > MAX_COPIED_BYTES:
             self._large_files.append(path)
             return
@@ -155,9 +156,9 @@ class SubmissionCopy:
                     self._add_entry(archive, entry, folder)
         except ZIP_ERRORS as problem:
             # unlike str(problem), strerror has no path of the marking machine
-            why = getattr(problem, 'strerror', None) or str(problem) or type(problem).__name__
+            reason = getattr(problem, 'strerror', None) or str(problem) or type(problem).__name__
             raise NotJudged(f'The zip file {printable(file.name)} cannot be unpacked: '
-                            f"{why.rstrip('.')}.") from None
+                            f"{reason.rstrip('.')}.") from None
 
     def _add_entry(self, archive, entry, folder):
         entry.filename = entry.filename.replace('\\', '/')     # Windows may write backslashes
@@ -180,8 +181,8 @@ class SubmissionCopy:
 
 
 def _safe_path(name):
-    """Returns the path of a zip file's entry in the unpacked folder. Raises ``NotJudged`` if `name`
-    leads out of this folder."""
+    """Returns the path, in the unpacked folder, of the zip file's entry `name`. Raises
+    ``NotJudged`` if the path leads out of this folder."""
     parts = [part for part in name.split('/') if part not in ('', '.')]
     # the first entry of some services' zip files is the folder /
     is_absolute = name.startswith('/') and bool(parts)
@@ -192,13 +193,12 @@ def _safe_path(name):
 
 def shortened(names: Sequence[str], max_names: int = 6) -> str:
     """Returns a text with the first `max_names` names, and the number of further names."""
-    text = ', '.join(names[:max_names])
-    if len(names) > max_names:
-        text += f' and {len(names) - max_names} more'
-    return text
+    shown_names = ', '.join(names[:max_names])
+    further_count = len(names) - max_names
+    return f'{shown_names} and {further_count} more' if further_count > 0 else shown_names
 
 
-def _omission_remarks(why, paths):
+def _omission_remarks(reason, paths):
     """Returns a list with one remark on the paths that are left out; [] if there are no paths."""
     shown = [printable(path[:MAX_SHOWN_PATH_LENGTH]) for path in sorted(map(str, paths))]
-    return [f'Left out, because {why}: {shortened(shown, max_names=3)}.'] if shown else []
+    return [f'Left out, because {reason}: {shortened(shown, max_names=3)}.'] if shown else []

@@ -10,7 +10,7 @@ import re
 import shlex
 from functools import lru_cache
 from pathlib import Path
-from typing import List, NamedTuple, Tuple
+from typing import Any, List, NamedTuple, Tuple
 
 from tb3_labs.marking.intake.archives import UNPACKED_SUFFIX, NotJudged, files_in, shortened
 from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
@@ -22,8 +22,8 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: The values of `package_rank`: the places of a package's usual name, the best first.
 SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
-UNPACKING_RULES = 'Only zip files are unpacked, and none in others. Folders such as build, ' \
-    'devel, install, logs and venv are left out.'
+UNPACKING_RULES = ('Only zip files are unpacked, and none in others. Folders such as build, devel, '
+                   'install, logs and venv are left out.')
 
 
 class ChosenNode(NamedTuple):
@@ -35,28 +35,32 @@ class ChosenNode(NamedTuple):
 
 
 class _Program(NamedTuple):
-    """A program of the submission. Of the programs that can be the node, the smallest is chosen."""
+    """A program of the submission. Of those that can be the node, the lowest `order` is chosen."""
 
+    path: str
+    text: str
     is_old: bool            # is the file in a folder of old or copied files?
     package_rank: int       # see _package_rank
-    missing_signs: int      # how many signs of the node are missing; see _signs
+    found_signs: Tuple[bool, ...]       # see _found_signs
     name_rank: int          # index of the file's name in the usual names; see _rank
+    has_usual_name: bool    # is the file's name a usual name?
     is_outside_zip: bool    # was the file handed in outside of a zip file, maybe without modules?
     folder_rank: int        # index of the file's folder in NODE_FOLDERS; see _rank
-    depth: int
-    path: str
-    has_usual_name: bool    # is the file's name a usual name?
-    found_signs: Tuple[bool, ...]       # see _signs
-    text: str
 
     @property
     def rank(self) -> Tuple[bool, int, int, int]:
         """Programs with equal ranks are alike: only their places differ."""
-        return self.is_old, self.package_rank, self.missing_signs, self.name_rank
+        missing_signs = self.found_signs.count(False)
+        return self.is_old, self.package_rank, missing_signs, self.name_rank
+
+    @property
+    def order(self) -> Tuple[Any, ...]:
+        depth = self.path.count('/')
+        return self.rank, self.is_outside_zip, self.folder_rank, depth, self.path
 
 
-def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_file: str = ''
-              ) -> ChosenNode:
+def find_node(folder: Path, node_names: NodeNames, chosen_package: str = '',
+              chosen_file: str = '') -> ChosenNode:
     """Returns the ChosenNode of a lab's node among the files below `folder`.
 
     A file can be the node if its name is usual, or if its class and its ROS node have the names of
@@ -67,16 +71,17 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
     Raises ``NotJudged`` if no file can be the node.
     """
     if chosen_package:
-        lab = lab._replace(packages=(chosen_package,))
+        node_names = node_names._replace(packages=(chosen_package,))
     if chosen_file:
-        lab = lab._replace(files=(os.path.basename(chosen_file),))
+        node_names = node_names._replace(files=(os.path.basename(chosen_file),))
     files = files_in(folder)
     program_files = [file for file in files if _is_program(file)]
-    programs = sorted(_program(lab, file, folder) for file in program_files)
+    programs = sorted((_program_in_file(file, folder, node_names) for file in program_files),
+                      key=lambda program: program.order)
     candidates = [program for program in programs
                   if _can_be_the_node(program, chosen_package, chosen_file)]
     if not candidates:
-        missing = chosen_file if chosen_file else ' or '.join(lab.files)
+        missing = chosen_file or ' or '.join(node_names.files)
         if chosen_package:
             missing += f' in a package {chosen_package}'
         listed_files = dict.fromkeys([*program_files, *files])    # the programs first
@@ -86,7 +91,7 @@ def find_node(folder: Path, lab: NodeNames, chosen_package: str = '', chosen_fil
     best = candidates[0]
     starter = None if chosen_file else _starting_program(best, programs, folder)
     candidates = [program for program in candidates if program is not starter]
-    remarks, findings = _remarks_and_findings(candidates, lab)
+    remarks, findings = _remarks_and_findings(candidates, node_names)
     if starter is None:
         return ChosenNode(best.path, remarks, findings)
     remark = f'Judged was {starter.path}, which starts {best.path}.'
@@ -109,12 +114,11 @@ def _starting_program(module, programs, folder):
     return None
 
 
-def _remarks_and_findings(candidates, lab):
+def _remarks_and_findings(candidates, node_names):
     best, *others = candidates
-    if not others and best.has_usual_name:
-        return [], []
     if not others:
-        return [f"There is no {' or '.join(lab.files)}; judged was {best.path}."], []
+        remark = f"There is no {' or '.join(node_names.files)}; judged was {best.path}."
+        return [] if best.has_usual_name else [remark], []
     remark = (f'{len(candidates)} files can be the node; judged was {best.path}. The others: '
               f'{shortened([other.path for other in others])}.')
     doubtful_paths = [other.path for other in others if _is_doubtful(best, other)]
@@ -126,7 +130,7 @@ def _remarks_and_findings(candidates, lab):
 
 
 def _is_doubtful(best, other):
-    """Is it doubtful that `best`, which was chosen, is the node, and `other` is not?"""
+    """Can `other` be the node just as well as `best`, which was chosen?"""
     if other.text == best.text:
         return False
     if other.rank == best.rank or other.is_outside_zip != best.is_outside_zip:
@@ -155,7 +159,7 @@ def _package_names(package, folder):
     return [package_name(package), *folders[-1:]], len(folders)
 
 
-def _program(lab, file, folder):
+def _program_in_file(file, folder, node_names):
     path = file.relative_to(folder)
     lower_path = Path(str(path).lower())
     folders = lower_path.parent.parts
@@ -163,17 +167,16 @@ def _program(lab, file, folder):
     package_names, package_depth = _package_names(package_folder(file, folder), folder)
     own_names = [*package_names, *folders[package_depth:]]
     outer_names = folders[:package_depth]
-    usual_files = [usual.lower() for usual in lab.files]
-    found_signs = _signs(lab, text)
+    usual_files = [usual.lower() for usual in node_names.files]
     return _Program(
-        is_old=is_old_or_copy(str(path)),
-        package_rank=min(_package_rank(usual, own_names, outer_names) for usual in lab.packages),
-        missing_signs=found_signs.count(False),
+        path=str(path), text=text, is_old=is_old_or_copy(str(path)),
+        package_rank=min(_package_rank(usual, own_names, outer_names)
+                         for usual in node_names.packages),
+        found_signs=_found_signs(text, node_names),
         name_rank=_rank(lower_path.name, usual_files),
+        has_usual_name=lower_path.name in usual_files,
         is_outside_zip=UNPACKED_SUFFIX + '/' not in str(path),
-        folder_rank=_rank(lower_path.parent.name, NODE_FOLDERS),
-        depth=len(folders), path=str(path), has_usual_name=lower_path.name in usual_files,
-        found_signs=found_signs, text=text)
+        folder_rank=_rank(lower_path.parent.name, NODE_FOLDERS))
 
 
 def _rank(name, usual_names):
@@ -183,37 +186,35 @@ def _rank(name, usual_names):
 def _package_rank(usual, own_names, outer_names):
     """Returns SAME_NAME if the package has the name `usual`, PART_OF_NAME if its name contains
     `usual`, OUTER_FOLDER if the name of an outer folder contains `usual`, and else NOWHERE."""
-    usual = _normalized(usual)
-    own_names = [_normalized(name) for name in own_names]
+    usual = _without_zeros(usual)
+    own_names = [_without_zeros(name) for name in own_names]
     if usual in own_names:
         return SAME_NAME
     # my_lab2 and Lab2-main contain lab2, but lab20 does not
     pattern = re.compile(re.escape(usual) + r'(?!\d)')
     if any(pattern.search(name) for name in own_names):
         return PART_OF_NAME
-    if any(pattern.search(_normalized(name)) for name in outer_names):
+    if any(pattern.search(_without_zeros(name)) for name in outer_names):
         return OUTER_FOLDER
     return NOWHERE
 
 
-def _normalized(name):
+def _without_zeros(name):
     """Returns lab2 for Lab_02 and lab-2."""
     return re.sub(r'(?<=[a-z])[ _.-]*0*(?=\d)', '', name.lower())
 
 
-def _signs(lab, text):
+def _found_signs(text, node_names):
     """Returns a bool for each sign of the lab's node. The signs are the subscription to the lab's
-    topic, the handout's class, the handout's name of the node, and the lab's `other_signs`."""
+    topic, the handout's class, the handout's name of the node, and the `other_signs`."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
-    patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.needed_topics[0]),
-                rf'^[ \t]*class\s+{lab.class_name}\b',
-                r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name)]
-    for sign in lab.other_signs:
-        if sign.endswith('('):
-            patterns.append(RESET_CALL.format(sign[:-1]))
-        else:
-            patterns.append(topic.format(sign))
+    patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(node_names.needed_topics[0]),
+                rf'^[ \t]*class\s+{node_names.class_name}\b',
+                r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(node_names.node_name)]
+    for sign in node_names.other_signs:
+        is_call = sign.endswith('(')
+        patterns.append(RESET_CALL.format(sign[:-1]) if is_call else topic.format(sign))
     return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in patterns)
 
 
@@ -229,4 +230,4 @@ def _can_be_the_node(program, chosen_package, chosen_file):
         return True
     # a node of another lab may listen to the same topic
     file = os.path.basename(program.path)
-    return listens and not any(file in lab.files for lab in LAB_NODES.values())
+    return listens and not any(file in names.files for names in LAB_NODES.values())

@@ -21,7 +21,7 @@ from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_valid_name, syntax_no
 EXECUTED_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 PATH_METHODS = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
-MAX_PROGRAM_BYTES = 1000000         # a larger file is not read
+MAX_PROGRAM_BYTES = 10 ** 6         # a larger file is not read
 #: These modules may be installed, but they cannot be imported without a screen.
 SCREEN_MODULES = 'pynput', 'pyautogui'
 PLACEHOLDERS = 'placeholders'       # the folder of the packages that the marking makes
@@ -42,7 +42,7 @@ class Import(NamedTuple):
 
     @property
     def imports_types(self) -> bool:
-        """Does the program import messages or services?"""
+        """True if the program imports messages or services."""
         return bool({*self.module.split('.')[1:], *self.names} & set(DEFINITION_KINDS))
 
 
@@ -67,27 +67,27 @@ def read_program(path: Path) -> ParsedProgram:
     """Returns the ParsedProgram in a file."""
     data = path.read_bytes()
     text = data.decode(errors='replace')
-    nodes = syntax_nodes_of(data)
-    if not nodes:
+    syntax_nodes = syntax_nodes_of(data)
+    if not syntax_nodes:
         return ParsedProgram(text, [], set(), runs_code_on_import=True)
-    statements_in_try = [statement for node in nodes if isinstance(node, ast.Try)
-                         for statement in node.body]
-    nodes_in_try = {node for statement in statements_in_try for node in ast.walk(statement)}
+    statements_in_try = [statement for syntax in syntax_nodes if isinstance(syntax, ast.Try)
+                         for statement in syntax.body]
+    nodes_in_try = {syntax for statement in statements_in_try for syntax in ast.walk(statement)}
     imports = []
-    for node in nodes:
-        may_fail = node in nodes_in_try
-        if isinstance(node, ast.Import):
-            for alias in node.names:
+    for syntax in syntax_nodes:
+        may_fail = syntax in nodes_in_try
+        if isinstance(syntax, ast.Import):
+            for alias in syntax.names:
                 defined_name = alias.asname or alias.name.split('.')[0]
                 imports.append(Import(alias.name, (), (defined_name,), may_fail))
-        elif isinstance(node, ast.ImportFrom):
-            module = '.' * node.level + (node.module or '')
-            names = tuple(alias.name for alias in node.names)
-            defined_names = tuple(alias.asname or alias.name for alias in node.names)
+        elif isinstance(syntax, ast.ImportFrom):
+            module = '.' * syntax.level + (syntax.module or '')
+            names = tuple(alias.name for alias in syntax.names)
+            defined_names = tuple(alias.asname or alias.name for alias in syntax.names)
             imports.append(Import(module, names, defined_names, may_fail))
-    used_names = {node.id for node in nodes if isinstance(node, ast.Name)}
+    used_names = {syntax.id for syntax in syntax_nodes if isinstance(syntax, ast.Name)}
     return ParsedProgram(text, list(dict.fromkeys(imports)), used_names,
-                         runs_code_on_import=_runs_code(nodes[0]))
+                         runs_code_on_import=_runs_code(syntax_nodes[0]))
 
 
 def _runs_code(tree):
@@ -113,8 +113,8 @@ def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
         if file in programs:
             continue
         programs[file] = read_program(file)
-        for item in programs[file].imports:
-            for name in (*item.module.split('.'), *item.names):
+        for imported in programs[file].imports:
+            for name in (*imported.module.split('.'), *imported.names):
                 files += modules.get(name, [])
     return programs
 
@@ -129,52 +129,52 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     gets copies of the types of tb3_labs and of the submission.
     """
     programs = programs_of(node, package).values()
-    own_files = [path for path in files_in(folder) if path.suffix == '.py']
-    own_modules = {path.stem for path in own_files} | {path.parent.name for path in own_files}
+    files = [path for path in files_in(folder) if path.suffix == '.py']
+    own_modules = {path.stem for path in files} | {path.parent.name for path in files}
     type_files = _type_files(node, folder)
     types = {path.stem + end for path in type_files for end in ('', 'Request', 'Response')}
     placeholders: Set[str] = set()
     missing_imports: List[Import] = []
     for program in programs:
-        for item in program.imports:
-            if item.may_fail or _is_available(item, own_modules, packages):
+        for imported in program.imports:
+            if imported.may_fail or _is_available(imported, own_modules, packages):
                 continue
-            if _can_be_placeholder(item, program, types):
-                placeholders.add(item.package)
+            if _can_be_placeholder(imported, program, types):
+                placeholders.add(imported.package)
             else:
-                missing_imports.append(item)
+                missing_imports.append(imported)
     for name in sorted(placeholders):
         _copy_types(type_files, packages.setdefault(name, folder / PLACEHOLDERS / name))
-    missing_imports = [item for item in missing_imports if item.package not in placeholders]
-    used_names = {'*'}      # `from module import *` may define any name
-    for program in programs:
-        used_names |= program.used_names
-    used_imports = [item for item in missing_imports if used_names.intersection(item.defined_names)]
-    used_packages = {item.package for item in used_imports}
-    used = {item.module for item in used_imports}
-    unused = {item.module for item in missing_imports if item.package not in used_packages}
-    return MissingModules(sorted(placeholders), sorted(unused), sorted(used))
+    missing = [imported for imported in missing_imports if imported.package not in placeholders]
+    # `from module import *` may define any name
+    used_names = {'*'}.union(*(program.used_names for program in programs))
+    used = [imported for imported in missing if used_names.intersection(imported.defined_names)]
+    used_packages = {imported.package for imported in used}
+    unused_modules = {imported.module for imported in missing
+                      if imported.package not in used_packages}
+    used_modules = {imported.module for imported in used}
+    return MissingModules(sorted(placeholders), sorted(unused_modules), sorted(used_modules))
 
 
-def _is_available(item, own_modules, packages):
-    name = item.package
+def _is_available(imported, own_modules, packages):
+    name = imported.package
     if not name:        # its module begins with a dot
         return True
     if name in packages and definition_files(packages[name]):
         return True
-    if name in own_modules and not item.imports_types:
+    if name in own_modules and not imported.imports_types:
         return True
     if name in SCREEN_MODULES:
         return False
     return name in sys.builtin_module_names or PathFinder.find_spec(name) is not None
 
 
-def _can_be_placeholder(item, program, types):
-    """Does a program import some of `types` from a package? If the import names no type, the
-    program's text must contain one of `types`."""
-    if not (item.imports_types and is_valid_name(item.package)):
+def _can_be_placeholder(imported, program, types):
+    """Does a program import only `types` from a package? If the import names no type, the program's
+    text must contain one of them."""
+    if not (imported.imports_types and is_valid_name(imported.package)):
         return False
-    names = set(item.names) - {*DEFINITION_KINDS, '*'}
+    names = set(imported.names) - {*DEFINITION_KINDS, '*'}
     if names:
         return names <= types
     return any(name in program.text for name in types)
@@ -183,12 +183,12 @@ def _can_be_placeholder(item, program, types):
 def _type_files(node, folder):
     """Returns the message and service files of tb3_labs, then those of the submission, of which the
     nearest to the node is last."""
-    of_course = definition_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
-    of_submission = [path for path in definition_files_below(folder)
-                     if is_valid_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
-                     and not is_old_or_copy(str(path.relative_to(folder)))]
-    of_submission.sort(key=lambda path: distance_key(path, node, folder), reverse=True)
-    return of_course + of_submission
+    own_files = definition_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
+    submission_files = [path for path in definition_files_below(folder)
+                        if is_valid_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
+                        and not is_old_or_copy(str(path.relative_to(folder)))]
+    submission_files.sort(key=lambda path: distance_key(path, node, folder), reverse=True)
+    return own_files + submission_files
 
 
 def _copy_types(type_files, package):

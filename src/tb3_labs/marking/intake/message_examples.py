@@ -22,7 +22,7 @@ import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-MAX_EXAMPLE_BYTES = 100000
+MAX_EXAMPLE_BYTES = 100 * 10 ** 3
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 #: {type of a field that the check fills in: format of the module struct}. Of a header the check
 #: fills in only the stamp.
@@ -45,8 +45,8 @@ def make_modules(search, definitions):
             GENERATORS[kind]().generate(genmsg.MsgContext.create_default(), f'{package}/{name}',
                                         f'in/{file}', str(target), search)
         except Exception as problem:    # an invalid file must not end the program
-            why = str(problem).replace(f'in/{file}: ', '')
-            result['problems'][file] = why or repr(problem)
+            reason = str(problem).replace(f'in/{file}: ', '')
+            result['problems'][file] = reason or repr(problem)
             (target / f'_{name}.py').unlink(missing_ok=True)
         if target.is_dir():
             write_modules(str(target))
@@ -63,7 +63,7 @@ def make_modules(search, definitions):
 
 
 def example_of(type_class):
-    """Returns an example of a message type or a service type, with the type's checksum.
+    """Returns an example of a message type or a service type, with its checksum.
 
     A message's example contains the bytes of a new message, and [name, type, first byte] of each
     field; see `_first_byte`. A service's example contains the bytes of a request with the pose
@@ -75,7 +75,7 @@ def example_of(type_class):
                   for name, type_name in zip(type_class.__slots__, type_class._slot_types)]
         return {'sum': type_class._md5sum, 'data': data.hex(), 'fields': fields}
     request, response = type_class._request_class(), type_class._response_class()
-    _turn_upright(request)
+    _set_no_rotation(request)
     for name, value in (('success', True), ('message', 'reset')):
         if name in response.__slots__:
             setattr(response, name, value)
@@ -104,17 +104,17 @@ def _first_byte(message, name, type_name, old_bytes):
         getattr(message, name).data = ones[0]
     else:
         setattr(message, name, ones[0])
-    pairs = zip(old_bytes, _bytes_of(message))
-    return next(index for index, (old, new) in enumerate(pairs) if old != new)
+    byte_pairs = zip(old_bytes, _bytes_of(message))
+    return next(index for index, (old, new) in enumerate(byte_pairs) if old != new)
 
 
-def _turn_upright(message):
+def _set_no_rotation(message):
     """Set each quaternion in a new message to (0, 0, 0, 1), which is no rotation."""
     for name, type_name in zip(message.__slots__, message._slot_types):
         if type_name == 'geometry_msgs/Quaternion':
             getattr(message, name).w = 1.0
         elif hasattr(getattr(message, name), '_slot_types'):
-            _turn_upright(getattr(message, name))
+            _set_no_rotation(getattr(message, name))
 
 
 if __name__ == '__main__':

@@ -8,7 +8,7 @@ from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.student_nodes import NAME_PATTERN, is_valid_name
 
 MANIFEST = 'package.xml'
-MAX_MANIFEST_BYTES = 100000         # the rest of a package.xml or a setup.py is not read
+MAX_MANIFEST_BYTES = 100 * 10 ** 3      # the rest of a package.xml or a setup.py is not read
 #: Folders of messages and services have these names, and the files have these endings.
 MESSAGES = 'msg'
 DEFINITION_KINDS = MESSAGES, 'srv'
@@ -49,13 +49,13 @@ def package_name(package: Path) -> str:
 
 
 def is_old_or_copy(path: str) -> bool:
-    """Does a part of the path begin with a dot, or contain a word such as old or copy?"""
+    """Returns True if a part of the path begins with a dot, or contains a word such as old."""
     return any(OLD_OR_COPY.search(part) for part in Path(path).parts)
 
 
 def distance_key(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
-    """Returns a key that sorts paths in `folder`, the nearest to `node` first. If paths are equally
-    near, old or copied files come last."""
+    """Returns a key that sorts paths in `folder`, the nearest to `node` first. Of equally near
+    paths, old or copied files come last."""
     common_folders = set(path.parents) & set(node.parents)
     is_old = is_old_or_copy(str(path.relative_to(folder)))
     return -len(common_folders), is_old, len(path.parts), str(path)
@@ -65,7 +65,7 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     """Returns {name: folder} of the packages below `folder` whose names a program can import.
 
     A package contains a package.xml, or at least message files. Of packages with the same name, the
-    nearest to `node` is returned. A package without a name gets the name of its folder.
+    nearest to `node` is returned. A package without a name gets its folder's.
     """
     folders = {path.parent for path in files_in(folder) if path.name == MANIFEST}
     folders |= {path.parent.parent for path in definition_files_below(folder)
@@ -86,10 +86,8 @@ def definition_files_below(folder: Path) -> List[Path]:
 
 def definition_files(package: Path) -> List[Path]:
     """Returns the files of a package's messages and services. Some names may be invalid."""
-    files = []
-    for kind in DEFINITION_KINDS:
-        files += sorted(path for path in (package / kind).glob('*.' + kind) if path.is_file())
-    return files
+    return [path for kind in DEFINITION_KINDS
+            for path in sorted((package / kind).glob('*.' + kind)) if path.is_file()]
 
 
 def module_folders(package: Path, name: str) -> List[Path]:

@@ -2,10 +2,9 @@
 
 The rostest, master, robot, check and node of a submission share a network that has only a loopback
 interface. All processes of a submission end together with mark.py. The node has its own processes,
-its own /tmp and its own home folder. The node sees only the parts of the system that a node needs,
-and cannot write these parts. An ordinary user makes the sandbox with a user namespace. If root runs
-mark.py, the node runs as a user that owns nothing, since Linux does not limit the number of root's
-processes.
+its own /tmp and its own home folder. It sees only the parts of the system that it needs, and cannot
+write them. An ordinary user makes the sandbox with a user namespace. If root runs mark.py, the node
+runs as a user that owns nothing, because Linux does not limit the number of root's processes.
 """
 import os
 import platform
@@ -22,7 +21,8 @@ from tb3_labs.marking.limits import LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_THRE
 from tb3_labs.marking.student_nodes import (
     IDENTITY_VARIABLE, OWN_PACKAGE, SANDBOX_HOME, WRITABLE_FOLDERS)
 
-CMAKE_PREFIX_PATH, PYTHONPATH = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
+CMAKE_PREFIX_PATH = 'CMAKE_PREFIX_PATH'
+PYTHONPATH = 'PYTHONPATH'
 #: A sandbox gets only the environment variables whose names begin with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH',
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY_VARIABLE)
@@ -36,8 +36,8 @@ ETC_PATHS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.co
 #: A student's program sees only these parts of tb3_labs.
 SHARED_PATHS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
-#: Runs a command in a sandbox. The arguments are a user's id, or '', and the command. If
-#: rospy made the folder of log files, rospy would fail to change the folder's owner.
+#: Runs a command in a sandbox. The arguments are a user's id, or '', and the command. If rospy made
+#: the folder of log files, it would fail to change the folder's owner.
 ENTER_PROGRAM = f'''import errno, os, signal, sys
 user_id, *command = sys.argv[1:]
 if user_id:
@@ -54,14 +54,13 @@ signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:
     os.execvp(command[0], command)
 except OSError as problem:
-    why = problem.strerror
-    if problem.errno == errno.ENOEXEC:
-        why = 'its first line is not #!/usr/bin/env python3'
-    sys.exit('rosrun cannot start it: ' + why)
+    wrong_line = 'its first line is not #!/usr/bin/env python3'
+    reason = wrong_line if problem.errno == errno.ENOEXEC else problem.strerror
+    sys.exit('rosrun cannot start it: ' + reason)
 '''
-NO_SANDBOX_WARNING = "No sandboxes: a submission's program can read and delete your files and " \
-    'use the network; it can write no large file, and every process of it that can be found is ' \
-    'killed.'
+NO_SANDBOX_WARNING = (
+    "No sandboxes: a submission's program can read and delete your files and use the network; it "
+    'can write no large file, and every process of it that can be found is killed.')
 
 
 class Protection:
@@ -88,7 +87,7 @@ class Protection:
 
 class OtherUser(Protection):
     """The protection if root cannot make sandboxes, for example in a container. A program runs as a
-    user that owns nothing, so the program can neither write the marks nor kill mark.py."""
+    user that owns nothing, so it can neither write the marks nor kill mark.py."""
 
     def __init__(self) -> None:
         self.user_id = random.choice(UNUSED_USER_IDS)
@@ -117,10 +116,10 @@ class Sandbox(Protection):
 
     is_sandbox = True
 
-    def __init__(self, readable: Iterable[Path]) -> None:
-        """A program may read the `readable` folders, the system and the folders of ROS. The
-        `readable` folders need not exist yet."""
-        self._readable = [str(folder) for folder in readable]
+    def __init__(self, readable_folders: Iterable[Path]) -> None:
+        """A program may read `readable_folders`, which need not exist yet, the system, and the
+        folders of ROS."""
+        self._readable_folders = [str(folder) for folder in readable_folders]
         self.user_id = random.choice(UNUSED_USER_IDS) if os.geteuid() == 0 else None
 
     def check_command(self, words: List[str]) -> List[str]:
@@ -133,7 +132,7 @@ class Sandbox(Protection):
             options.append('--unshare-user')
         else:
             options += ['--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
-        options += [*_mount_options(self._readable), '--chdir', SANDBOX_HOME]
+        options += [*_mount_options(self._readable_folders), '--chdir', SANDBOX_HOME]
         limit_command = LIMIT_COMMAND + ['--core=0']
         if self.user_id is not None or _counts_processes_per_sandbox():
             limit_command.append(f'--nproc={MAX_THREADS_AND_PROCESSES}')
@@ -155,7 +154,7 @@ class Sandbox(Protection):
 
 
 def protection_problem(protection: Protection) -> str:
-    """Returns the reason why a protection fails on this machine; '' if the protection works."""
+    """Returns what is wrong with a protection on this machine; '' if it works."""
     command = protection.check_command(protection.program_command(
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
@@ -170,8 +169,8 @@ def protection_problem(protection: Protection) -> str:
     if result.returncode == 0:
         return ''
     lines = [f'exit status {result.returncode}', *result.stderr.strip().splitlines()]
-    failure = 'bubblewrap fails' if protection.is_sandbox else 'another user cannot run them'
-    return f'{failure} ({lines[-1]})'
+    problem = 'bubblewrap fails' if protection.is_sandbox else 'another user cannot run them'
+    return f'{problem} ({lines[-1]})'
 
 
 def _change_owner(folder, user_id):
@@ -185,15 +184,15 @@ def _counts_processes_per_sandbox():
     return (int(major), int(minor)) >= (5, 14)
 
 
-def _mount_options(readable):
-    """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders. A
-    mount is a tuple such as ('--proc', '/proc'), which ends with the path in the sandbox."""
+def _mount_options(readable_folders):
+    """Returns bubblewrap's options for a sandbox whose program may read `readable_folders`. A mount
+    is a tuple such as ('--proc', '/proc'), which ends with the path in the sandbox."""
     hidden_folders = _own_folders()
     mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden_folders]
     shared_paths = [f'{folder}/{name}' for folder in hidden_folders for name in SHARED_PATHS]
     mounts += [(READ_ONLY, os.path.realpath(path), path) for path in shared_paths
                if os.path.exists(path)]
-    mounts += [(READ_ONLY_IF_EXISTS, folder, folder) for folder in readable]
+    mounts += [(READ_ONLY_IF_EXISTS, folder, folder) for folder in readable_folders]
     options = _with_parents(mounts)
     for folder in [*hidden_folders, '/dev', '/']:
         options += ['--remount-ro', folder]
@@ -220,8 +219,8 @@ def _ros_mounts():
     """Returns the mounts of the folders of Python and ROS that are not in /usr."""
     folders = [sys.prefix, sys.base_prefix, '/opt/ros', *_folders_in(PYTHONPATH),
                *_folders_in(CMAKE_PREFIX_PATH), *_folders_in('LD_LIBRARY_PATH')]
-    return [(READ_ONLY, folder, folder) for folder in dict.fromkeys(map(os.path.abspath, folders))
-            if os.path.isdir(folder) and not (folder + '/').startswith('/usr/')]
+    return [(READ_ONLY, folder, folder) for folder in _existing_folders(folders)
+            if not (folder + '/').startswith('/usr/')]
 
 
 def _own_folders():
@@ -229,6 +228,10 @@ def _own_folders():
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
     folders += [f'{folder}/{OWN_PACKAGE}' for folder in _folders_in(PYTHONPATH)]
     folders += [f'{prefix}/lib/{OWN_PACKAGE}' for prefix in _folders_in(CMAKE_PREFIX_PATH)]
+    return _existing_folders(folders)
+
+
+def _existing_folders(folders):
     return list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
 
 
@@ -237,7 +240,7 @@ def _with_parents(mounts):
     bubblewrap itself made the parent folders, only root could enter some of them."""
     options = []
     made_folders = {Path('/')}
-    # a folder comes before its subfolders, since a mount hides earlier mounts below its path
+    # a mount hides earlier mounts below its path, so a folder comes before its subfolders
     for mount in sorted(mounts, key=lambda mount: len(Path(mount[-1]).parts)):
         for folder in reversed(Path(mount[-1]).parents):
             if folder not in made_folders:

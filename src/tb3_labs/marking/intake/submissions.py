@@ -4,10 +4,10 @@ each submission, this module copies the files, chooses the node, and finds the n
 Moodle gives a folder a name such as ``Ann Miller_12345_assignsubmission_file_``. If a file was
 handed in, Moodle adds the file's name at the end. Canvas writes ``millerann_12345_67890_lab2.zip``.
 If a student is late, Canvas adds ``_LATE`` to the student's name. If ``lab2.zip`` is handed in
-again, Canvas writes ``lab2-1.zip``. A name may contain any bytes. Therefore each name is checked.
+again, Canvas writes ``lab2-1.zip``. A name may contain any bytes, so each name is checked.
 
-No handed-in file is changed or run. A separate process with limits reads a submission, since a
-stranger's file may use all memory, or take hours to read.
+No handed-in file is changed or run. A stranger's file may use all memory, or take hours to read.
+Therefore a separate process with limits reads a submission.
 """
 import json
 import re
@@ -19,7 +19,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tu
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    IGNORED_PATHS, ZIP_SUFFIX, NotJudged, copy_submission, digest, is_zip, shortened)
+    IGNORED_PATHS, ZIP_SUFFIX, NotJudged, copy_submission, digest_of, is_zip, shortened)
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import find_missing
 from tb3_labs.marking.intake.packages import node_package, package_name, packages_in
@@ -84,13 +84,13 @@ def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     folder: its PlatformName}.
 
     Files belong to one student if the student's name and the number are the same. A file without a
-    number belongs to a separate student. If several students have the same name, the number or the
-    file's name is added to each name. Each student's name is a valid name of a file.
+    number belongs to a separate student. If several students have the same name, their numbers or
+    files are added to it. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
-    for name, parts in names.items():
-        lone_file = '' if parts.number else name
-        group = file_name(parts.student), parts.number, lone_file
+    for name, platform_name in names.items():
+        lone_file = '' if platform_name.number else name
+        group = file_name(platform_name.student), platform_name.number, lone_file
         groups.setdefault(group, []).append(name)
     group_counts = Counter(student for student, _, _ in groups)
     students: Dict[str, List[str]] = {}
@@ -128,9 +128,9 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
     for path in sorted(folder.iterdir()):
         if path.name.startswith('.') or IGNORED_PATHS.search(path.name):
             continue
-        refusal = _refusal(path)
-        if refusal:
-            print_line(f'left out, because it is {refusal}: {path}')
+        reason = _refusal_reason(path)
+        if reason:
+            print_line(f'left out, because it is {reason}: {path}')
         else:
             names[path.name] = platform_name_of(path.name, path.is_dir())
     if not names:
@@ -144,7 +144,7 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
     return submissions
 
 
-def _refusal(path):
+def _refusal_reason(path):
     if path.is_symlink():       # a link may lead to another student's work
         return 'a link'
     if path.is_dir():
@@ -177,8 +177,8 @@ class ParsedSubmission(NamedTuple):
     unused_modules: List[str]       # missing modules that the node imports and does not use
 
 
-def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen_package: str = '',
-                    chosen_file: str = '') -> ParsedSubmission:
+def read_submission(submission: Submission, folder: Path, node_names: NodeNames,
+                    chosen_package: str = '', chosen_file: str = '') -> ParsedSubmission:
     """Make `folder`, copy a submission into it, and read the copy. If `chosen_package` or
     `chosen_file` is given, the node must have this package or file name. Raises ``NotJudged`` if no
     file can be the node, if the node uses a missing module, or if a limit ends the process that
@@ -186,7 +186,7 @@ def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen
     files = {str(path): original_name for path, original_name in submission.files.items()}
     reader = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', READ_PROGRAM],
-        input=json.dumps([files, str(folder), lab, chosen_package, chosen_file]),
+        input=json.dumps([files, str(folder), node_names, chosen_package, chosen_file]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
         cwd='/',                    # python -c imports from this folder
         start_new_session=True)     # Ctrl+C must not end this process
@@ -194,35 +194,35 @@ def read_submission(submission: Submission, folder: Path, lab: NodeNames, chosen
         lines = [f'exit status {reader.returncode}', *reader.stderr.strip().splitlines()]
         raise NotJudged('It cannot be read, or its reading takes too much memory or time '
                         f'({lines[-1]}).')
-    fields, refusal = json.loads(reader.stdout)
-    if refusal is not None:
-        raise NotJudged(refusal)
+    fields, reason = json.loads(reader.stdout)
+    if reason is not None:
+        raise NotJudged(reason)
     return ParsedSubmission(*fields)
 
 
-def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any],
+def read_in_this_process(files: Dict[str, str], copy_path: str, node_names: Sequence[Any],
                          chosen_package: str, chosen_file: str) -> ParsedSubmission:
-    """Read a submission in this process, without limits. `files` is {path: the file's name on the
-    student's computer}. See `read_submission`."""
-    copy = Path(folder)
+    """Read a submission in this process, without limits; see `read_submission`. The arguments come
+    from JSON: `files` is {path: the file's name on the student's computer}."""
+    copy = Path(copy_path)
     remarks = copy_submission({Path(path): name for path, name in files.items()}, copy)
-    path, node_remarks, findings = find_node(copy, NodeNames(*lab), chosen_package, chosen_file)
-    node = copy / path
+    chosen = find_node(copy, NodeNames(*node_names), chosen_package, chosen_file)
+    node = copy / chosen.path
     package = node_package(node, copy)
     packages = packages_in(copy, node)
     missing = find_missing(node, package, copy, packages)
     if missing.used_modules:
-        raise NotJudged(f'{path} needs modules that do not work on the marking machine: '
+        raise NotJudged(f'{chosen.path} needs modules that do not work on the marking machine: '
                         f"{', '.join(missing.used_modules)}.")
-    remarks += node_remarks
+    remarks += chosen.remarks
     if missing.placeholders:
         names = ', '.join(missing.placeholders)
         remarks.append('Messages and services of the submission and of the skeleton stand in for '
                        f'these packages, which were not handed in: {names}.')
-    name = package_name(package)
-    if not name:
+    manifest_name = package_name(package)
+    if not manifest_name:
         remarks.append('Its package has no package.xml with a valid name.')
     return ParsedSubmission(
-        digest(copy), remarks, findings, path, str(package.relative_to(copy)), name,
-        {each: str(place.relative_to(copy)) for each, place in packages.items()},
+        digest_of(copy), remarks, chosen.findings, chosen.path, str(package.relative_to(copy)),
+        manifest_name, {name: str(folder.relative_to(copy)) for name, folder in packages.items()},
         missing.unused_modules)

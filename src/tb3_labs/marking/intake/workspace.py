@@ -3,9 +3,9 @@
 This module repairs the node in the copy. An empty module replaces a missing module that the node
 imports but never uses. A remark names each repair.
 
-catkin is not run, since a CMakeLists.txt is a program of the submission, and often needs packages
-that are not on the marking machine. A Python node needs only messages, services, and the modules of
-a setup.py. The program message_examples.py makes the modules of messages and services in a sandbox.
+catkin is not run, because a CMakeLists.txt is a program of the submission, and often needs
+packages that are not on the marking machine. A Python node needs only messages, services, and the
+modules of a setup.py. message_examples.py makes the modules of messages and services in a sandbox.
 """
 import codecs
 import json
@@ -60,7 +60,7 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
     # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
     own_names = [name for name in parsed.packages if name not in system_messages()]
     packages = {name: copy / parsed.packages[name] for name in own_names[-MAX_PACKAGES:]}
-    _repair(node, remarks, parsed.findings)
+    _repair_node(node, remarks, parsed.findings)
     environment = dict(environment)
     _put_first(dict.fromkeys([package, *packages.values()]), environment, 'ROS_PACKAGE_PATH')
     types = build_types(packages, node, python_folder, environment, remarks, protection)
@@ -69,9 +69,9 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
         for name in module.split('.'):
             module_folder /= name
             module_folder.mkdir(exist_ok=True)
-            code = module_folder / '__init__.py'
-            if not code.exists():       # keep a module of the submission
-                code.write_text(EMPTY_MODULE)
+            init_file = module_folder / '__init__.py'
+            if not init_file.exists():      # keep a module of the submission
+                init_file.write_text(EMPTY_MODULE)
     if parsed.unused_modules:
         remarks.append(f"{', '.join(parsed.unused_modules)}: imported, but not used, and the "
                        'marking machine cannot import it: left out.')
@@ -93,15 +93,13 @@ def _put_first(folders, environment, variable):
 def _shown_name(package, file):
     """Returns the text package/file for roslaunch and for the pages. An invalid package becomes
     'submission', and an invalid file becomes 'node.py'."""
-    if package in ('', OWN_PACKAGE):
-        package = 'submission'
+    shown_package = 'submission' if package in ('', OWN_PACKAGE) else package
     stem = file[:-3] if file.endswith('.py') else file
-    if not NAME_PATTERN.fullmatch(stem):
-        file = 'node.py'
-    return f'{package}/{file}'
+    shown_file = file if NAME_PATTERN.fullmatch(stem) else 'node.py'
+    return f'{shown_package}/{shown_file}'
 
 
-def _repair(node, remarks, findings):
+def _repair_node(node, remarks, findings):
     code = node.read_bytes()
     repairs = []
     if code.startswith(codecs.BOM_UTF8):
@@ -135,14 +133,14 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
     package with modules are made in the folder of these modules. Problems of a package are added to
     `remarks` if the code of `node` names the package.
     """
-    own_modules = {own.name: own for name, package in packages.items()
-                   for own in module_folders(package, name)}
+    source_folders = {source.name: source for name, package in packages.items()
+                      for source in module_folders(package, name)}
     # Python first looks for a module in the node's folder
-    own_modules.update({name: node.parent / name for name in packages
-                        if (node.parent / name / '__init__.py').is_file()})
+    source_folders.update({name: node.parent / name for name in packages
+                           if (node.parent / name / '__init__.py').is_file()})
     folder.mkdir()
-    for name, own in own_modules.items():
-        (folder / name).symlink_to(own)
+    for name, source in source_folders.items():
+        (folder / name).symlink_to(source)
     definitions = _definitions(packages)
     if not definitions:
         return None
@@ -163,9 +161,9 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
     for path, problem in sorted(built['problems'].items()):
         package_name, _, file = path.split(os.sep)
         # the end of genmsg's text names folders of the marking machine
-        why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
+        reason = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
         if package_name in node_text:
-            remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
+            remarks.append(f"{package_name}/{file} cannot be built: {reason.rstrip('.')}.")
     return built
 
 
@@ -182,7 +180,7 @@ def _definitions(packages):
 
 
 def _built_types(definitions, environment, protection):
-    # the answer is a file, since the sandbox limits the size of files but not of pipes
+    # the sandbox limits the size of a file but not of a pipe, so the answer is a file
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
             protection.check_command(protection.program_command(
