@@ -76,10 +76,10 @@ def main(argv):
                     signal.signal(number, interrupt)
             return mark_class(arguments, Path(work))
         except (OSError, ValueError, NotJudged) as problem:
-            print_problem(failure_text(problem))
+            print_error(failure_text(problem))
             return 2
         except KeyboardInterrupt:
-            print_problem('interrupted')
+            print_error('interrupted')
             return 130
 
 
@@ -117,7 +117,7 @@ def _submissions(arguments):
     if folder in (marks_folder, *marks_folder.parents):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
                          'a folder beside them')
-    submissions = submissions_in(arguments.submissions.absolute(), print_problem)
+    submissions = submissions_in(arguments.submissions.absolute(), print_error)
     refuse_unknown_names(arguments.only, [submission.student for submission in submissions])
     if not arguments.only:
         return submissions
@@ -125,8 +125,8 @@ def _submissions(arguments):
 
 
 def _choose_protection(arguments, work):
-    """Returns True if sandboxes work on this computer. Else returns False if the command line
-    contains --unprotected, and otherwise raises ``ValueError``."""
+    """Returns True if sandboxes work on this computer. If they do not, returns False with the
+    option --unprotected, and raises ``ValueError`` without it."""
     problem = protection_problem(Sandbox([]))
     if not problem:
         return True
@@ -157,7 +157,7 @@ def print_line(line):
     sys.stdout.flush()
 
 
-def print_problem(text):
+def print_error(text):
     sys.stderr.write(f'mark.py: {printable(text)}\n')
 
 
@@ -165,7 +165,7 @@ class ClassMarker:
     """Marks the submissions of a class."""
 
     def __init__(self, runner, must_retry):
-        """If `must_retry` is true, unchanged submissions are tried again, too."""
+        """If `must_retry` is true, unchanged submissions are also tried again."""
         self._runner = runner
         self._must_retry = must_retry
         self._has_failed = False        # True if a submission has no points
@@ -179,7 +179,7 @@ class ClassMarker:
             try:
                 for number, submission in enumerate(submissions, 1):
                     label = f'[{number}/{len(submissions)}] {submission.student}'
-                    tasks.append(pool.submit(self._mark, submission, label))
+                    tasks.append(pool.submit(self._mark_submission, submission, label))
                 while wait(tasks, POLL_PERIOD).not_done:
                     if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
                         raise KeyboardInterrupt
@@ -188,25 +188,26 @@ class ClassMarker:
                 self._runner.interrupted.set()
                 for task in tasks:
                     task.cancel()
-                print_problem('interrupted; the marks so far are written, and the same command '
-                              'goes on from here')
+                print_error('interrupted; the marks so far are written, and the same command '
+                            'goes on from here')
         for task in tasks:
             if not task.cancelled() and task.exception() is not None:
-                print_problem(failure_text(task.exception()))      # the marks cannot be written
+                print_error(failure_text(task.exception()))      # the marks cannot be written
                 self._has_failed = True
         return self._has_failed
 
-    def _mark(self, submission, label):
+    def _mark_submission(self, submission, label):
         try:
             self._try_out(submission, label)
         except MarkingInterrupted:
             pass
         except NotJudged as problem:
             print_line(f'{label}: {NOT_JUDGED}')
-            self._write(marks_before_trial(submission, unjudged=str(problem)), digest='')
+            self._write_student(marks_before_trial(submission, str(problem)), digest='')
         except Exception as problem:    # an error with one submission must not end the marking
-            print_problem(f'{label}: {NOT_JUDGED}: {failure_sentence(problem)}')
-            self._write(marks_before_trial(submission, failure_sentence(problem)), digest='')
+            reason = failure_sentence(problem)
+            print_error(f'{label}: {NOT_JUDGED}: {reason}')
+            self._write_student(marks_before_trial(submission, reason), digest='')
 
     def _try_out(self, submission, label, is_second=False):
         """Try a submission if it is new or has changed. If the machine delayed the robot, try it
@@ -224,16 +225,16 @@ class ClassMarker:
                 print_line(label + ' ...')
             trial_marks = self._runner.try_out(submission, parsed, Path(work))
         trial_marks.seconds = time.monotonic() - begin
-        marks = self._write(trial_marks, parsed.digest)
+        marks = self._write_student(trial_marks, parsed.digest)
         if marks.delay_sentence and not is_second:
             print_line(f'{label}: {marks.delay_sentence} Tried again.')
             self._try_out(submission, label, is_second=True)
         else:
             print_line(f'{label}: {marks.points_text}, {marks.seconds:.0f} s')
 
-    def _write(self, trial_marks, digest):
+    def _write_student(self, trial_marks, digest):
         with self._lock:
-            marks = self._runner.folder.write(trial_marks, digest)
+            marks = self._runner.folder.write_student(trial_marks, digest)
             if not marks.has_known_points:
                 self._has_failed = True
         return marks

@@ -2,8 +2,8 @@
 """Writes the catkin package with which a student begins a lab.
 
 The folder doc/skeletons/LAB contains the package's files as templates. In a template the text
-@PACKAGE@ stands for the package's name. The ending `.in` hides a template from ROS's tools, for
-which the template would be a package or a launch file. The file in the package lacks this ending.
+@PACKAGE@ stands for the package's name. The ending `.in` hides a template from ROS's tools, which
+would take it for a package or a launch file. The file in the package lacks this ending.
 """
 import sys
 from pathlib import Path

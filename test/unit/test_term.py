@@ -20,7 +20,7 @@ from recorded_trial import write_trial
 from test_marking import TABLE, Strict, handed_in, marks_of, observation, turned
 from tb3_labs.marking import marks_folder
 from tb3_labs.marking import marks as marks_module
-from tb3_labs.marking.intake.archives import digest
+from tb3_labs.marking.intake.archives import digest_of
 from tb3_labs.marking.intake.sandbox import NO_SANDBOX_WARNING
 from tb3_labs.marking.intake.submissions import Submission, refuse_unknown_names, submissions_in
 from tb3_labs.marking.labs import criteria
@@ -50,7 +50,7 @@ def write(folder, student, seen, digest='digest', **more):
     """Write a submission whose trial was the Observation `seen`. Returns its Marks."""
     if seen is not None:
         write_trial(folder.bag(student), seen)
-    return folder.write(handed_in(student, **more), digest)
+    return folder.write_student(handed_in(student, **more), digest)
 
 
 # -- what is written
@@ -498,7 +498,7 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, remark):
     assert gaps == [] and ('may be unfair' in words) is remark
     _, notes = folder_of(tmp_path / 'marks').write_overview()
     assert any('Type the same command again.' in note for note in notes) is remark
-    kept = folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', digest(tmp_path / 'in' / 'Ann'))
+    kept = folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', digest_of(tmp_path / 'in' / 'Ann'))
     assert (kept is None) is remark     # it alone is repeated
 
 

@@ -25,7 +25,7 @@ from tb3_labs.marking.trial.remarks import (
 from tb3_labs.watch import lab_links
 from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, find_broken_link, sentence
 
-MAX_POINTS = 1000000        # of a criterion
+MAX_POINTS = 10 ** 6        # of a criterion
 MAX_SENTENCES = 100         # of the remarks, and also of the findings
 NOT_JUDGED = 'not judged'
 EXTRA_SECTION = 'extra'
@@ -37,7 +37,7 @@ class Lab(NamedTuple):
     title: str
     criteria: List[Criterion]
     #: Returns sentences on mistakes that cost no points.
-    remarks: Callable[[Observation], List[str]] = lambda observation: []
+    remarks_on_trial: Callable[[Observation], List[str]] = lambda observation: []
 
     @property
     def parts(self) -> List[str]:
@@ -83,7 +83,7 @@ class Marks:
 
     @property
     def has_known_points(self) -> bool:
-        """Did the marker or a person give points?"""
+        """True if the marker or a person gave points."""
         return not self.unjudged or self.decided_points is not None
 
     @property
@@ -155,14 +155,14 @@ class Marks:
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
 
 
-def marks_after_trial(marks_before: Marks, observation: Optional[Observation], lab: str,
+def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], lab: str,
                       criterion_points: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
-    """Returns the Marks of a submission with verdicts and points.
+    """Returns `trial_marks` with verdicts and points.
 
     `observation` is None if there was no trial. `criterion_points` is a dict {name of a criterion:
     points}. `parts` are the tried parts of the lab; [] means all parts.
     """
-    marks = replace(marks_before, observation=observation, findings=list(marks_before.findings))
+    marks = replace(trial_marks, observation=observation, findings=list(trial_marks.findings))
     observation = observation or Observation(lab, marks.node)
     marks.node = marks.node or observation.node
     if observation.marker_error and not marks.unjudged:
@@ -170,7 +170,7 @@ def marks_after_trial(marks_before: Marks, observation: Optional[Observation], l
     marks.verdicts = verdicts_of(LABS[lab].criteria, observation, criterion_points, parts)
     verdict_text = ' '.join(verdict.reason for verdict in marks.verdicts)
     marks.remarks = [*marks.remarks, *remarks_on(observation, verdict_text),
-                     *LABS[lab].remarks(observation)]
+                     *LABS[lab].remarks_on_trial(observation)]
     try:
         if marks.meets_handout:
             marks.remarks += lab_links.remarks(observation.recording, lab)
@@ -185,14 +185,15 @@ def marks_after_trial(marks_before: Marks, observation: Optional[Observation], l
         marks.findings.append(f'{marks.delay_sentence} Type the same command again.')
     if marks.unjudged:
         marks.findings.append('Not judged: ' + marks.unjudged)
-    marks.remarks, marks.findings = _limited(marks.remarks), _limited(marks.findings)
+    marks.remarks = _printable_sentences(marks.remarks)
+    marks.findings = _printable_sentences(marks.findings)
     return marks
 
 
 def _broken_link(observation, verdicts):
-    """Returns the first broken link in those parts of the lab in which points were lost, or None.
-    Also returns None if the mistake is known: an exception, an unpublished topic, or a command that
-    is not finite. `verdicts` are on the handout's criteria."""
+    """Returns the first broken link in the parts of the lab in which points were lost, if any.
+    Returns None if the mistake is known: an exception, an unpublished topic, or a command that is
+    not finite. `verdicts` are on the handout's criteria."""
     if observation.recording is NO_RECORDING or tracebacks_before_the_end(observation):
         return None
     if observation.clause_on_silent_topics or observation.not_finite:
@@ -205,12 +206,12 @@ def _broken_link(observation, verdicts):
         if part not in parts_of_handout:
             is_in_part = (variables.arrival >= begin) & (variables.arrival < end)
             variables = variables.take(~is_in_part)
-    run = NodeRun(replace(observation.recording, variables=variables))
-    return find_broken_link(run, lab_links.LINKS.get(observation.lab, ()), missed_parts)
+    node_run = NodeRun(replace(observation.recording, variables=variables))
+    return find_broken_link(node_run, lab_links.LINKS.get(observation.lab, ()), missed_parts)
 
 
-def _limited(sentences):
-    """Returns the first sentences as printable text, since a sentence may quote a submission."""
+def _printable_sentences(sentences):
+    # a sentence may quote a submission
     return [printable(text[:MAX_SENTENCE_LENGTH]) for text in sentences[:MAX_SENTENCES]]
 
 
@@ -224,13 +225,13 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     extra = graded.pop(EXTRA_SECTION, {})
     if not isinstance(extra, dict):
         raise ValueError(f'{lab}: "{EXTRA_SECTION}" is a section of its own')
-    criteria = LABS[lab].criteria
-    _refuse_invalid_points(lab, graded, [each.name for each in criteria if not each.extra])
-    _refuse_invalid_points(lab, extra, [each.name for each in criteria if each.extra])
+    _refuse_invalid_points(lab, graded, is_extra=False)
+    _refuse_invalid_points(lab, extra, is_extra=True)
     return {**graded, **extra}
 
 
-def _refuse_invalid_points(lab, section, names):
+def _refuse_invalid_points(lab, section, is_extra):
+    names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra == is_extra]
     for name in [*section, *names]:
         if name not in names:
             raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '

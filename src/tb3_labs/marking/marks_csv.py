@@ -19,7 +19,7 @@ from urllib.parse import quote
 
 from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
-from tb3_labs.marking.student_results import symbol
+from tb3_labs.marking.student_results import outcome_symbol
 from tb3_labs.report.page.document import Markup, document, safe_cell, table
 
 STUDENT, POINTS, FULL_POINTS = 'student', 'points', 'of'
@@ -68,7 +68,7 @@ class MarksTable:
             cells = cells_of(marks)
             old = old_points.get(cells[STUDENT])
             new = cells[POINTS] or NOT_JUDGED
-            if old and _number_in(old) != _number_in(new):
+            if old and _number_in(old) != _number_in(new):      # a text (NaN) is always a change
                 changes.append(f'{marks.student} ({old}, now {new})')
         if not changes:
             return []
@@ -77,7 +77,7 @@ class MarksTable:
 
     def renewed_text(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added are kept.
-        Rows without new marks are kept too, even if several rows have the same name."""
+        Rows without new marks are also kept, even if several of them have the same name."""
         columns = list(cells_of(all_marks[0]))
         columns += [column for column in self._columns if column not in columns]
         new_rows = []
@@ -102,11 +102,12 @@ def cells_of(marks: Marks) -> Dict[str, str]:
              POINTS: f'{marks.points:g}' if marks.has_known_points else '',
              FULL_POINTS: f'{marks.full_points:g}'}
     for verdict in marks.graded_verdicts + marks.extra_verdicts:
-        text = f'{verdict.points:g}'
         if marks.unjudged:
             text = ''
         elif verdict.criterion.extra and not verdict.full_points:
             text = 'yes' if verdict.outcome is Outcome.MET else 'no'
+        else:
+            text = f'{verdict.points:g}'
         cells[verdict.criterion.label] = text
     cells['node'] = safe_cell(marks.node)
     cells[REMARKS] = safe_cell(' '.join(marks.sentences)[:MAX_REMARKS_LENGTH])
@@ -129,7 +130,7 @@ def _decided_points(cell: str, student: str) -> Optional[float]:
     if not cell:
         return None
     points = _number_in(cell)
-    if not 0.0 <= points < math.inf:
+    if not 0.0 <= points < math.inf:        # also true for NaN
         raise ValueError(f'{student}: {DECIDED} = {cell[:40]!r} is not valid: a number of at least '
                          '0, or nothing')
     return points
@@ -143,9 +144,8 @@ th, td { padding: 1px 2px; text-align: center; }
 td.words { min-width: 24em; overflow-wrap: anywhere; }'''
 
 
-def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str]) -> str:
-    """Returns the page of all students as HTML. `lab` is the title of the lab. `notes` are
-    sentences only for the instructor."""
+def overview_page(all_marks: Sequence[Marks], lab_title: str, notes: Sequence[str]) -> str:
+    """Returns the page of all students as HTML. `notes` are sentences only for the instructor."""
     rows = []
     for marks in all_marks:
         cells = cells_of(marks)
@@ -153,9 +153,10 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str]) -> str:
             f'<a href="{quote(marks.student)}.html">{escape(marks.student)}</a>')
         cells[POINTS] = cells[POINTS] or NOT_JUDGED
         if not marks.unjudged:
-            cells.update({verdict.criterion.label: symbol(verdict) for verdict in marks.verdicts})
+            cells.update({verdict.criterion.label: outcome_symbol(verdict)
+                          for verdict in marks.verdicts})
         rows.append(list(cells.values()))
     blocks = ['<h2>Only for the instructor</h2>'] if notes else []
     blocks += [f'<p>{escape(note)}</p>' for note in notes]
     blocks.append(table(list(cells_of(all_marks[0])), rows, text_columns=(REMARKS,)))
-    return document(f'{lab}: overview', blocks, LANDSCAPE_STYLE)
+    return document(f'{lab_title}: overview', blocks, LANDSCAPE_STYLE)

@@ -22,7 +22,7 @@ from tb3_labs.command_line import failure_text, output_folder, printable, write_
 from tb3_labs.marking.intake.sandbox import NO_SANDBOX_WARNING
 from tb3_labs.marking.labs.gamepad import HANDOUT_PAD
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
-from tb3_labs.marking.marks_csv import MarksTable, overview
+from tb3_labs.marking.marks_csv import MarksTable, overview_page
 from tb3_labs.marking.student_nodes import OWN_PACKAGE
 from tb3_labs.marking.student_results import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
@@ -97,7 +97,7 @@ class MarksFolder:
             return self._new_marks[student]
         return self._write_page(self._records[student])
 
-    def write(self, trial_marks: Marks, digest: str) -> Marks:
+    def write_student(self, trial_marks: Marks, digest: str) -> Marks:
         """Write a student's record, page and results after the trial. Returns the Marks with
         points. `digest` is the submission's digest."""
         record: Dict[str, Any] = {
@@ -125,7 +125,7 @@ class MarksFolder:
         notes += [f'{TABLE_FILE} has a decision on {printable(name)}, of whom there are no marks.'
                   for name in self._table.decisions if name not in map(safe_cell, self._records)]
         page = self._path / 'overview.html'
-        write_output(page, overview(all_marks, LABS[self.lab].title, notes))
+        write_output(page, overview_page(all_marks, LABS[self.lab].title, notes))
         return page, notes
 
     def _read_record(self, file):
@@ -147,12 +147,11 @@ class MarksFolder:
             return MarksTable()
         try:
             return MarksTable(path.read_text(encoding='utf-8'))
+        except UnicodeDecodeError:
+            reason = 'a spreadsheet must save it as "CSV UTF-8"'
         except ValueError as problem:
-            why = str(problem)
-            if isinstance(problem, UnicodeDecodeError):
-                why = 'a spreadsheet must save it as "CSV UTF-8"'
-            raise ValueError(
-                f'{path} cannot be read, and may hold what a person wrote: {why}') from None
+            reason = str(problem)
+        raise ValueError(f'{path} cannot be read, and may hold what a person wrote: {reason}')
 
     def _write_page(self, record):
         trial_marks = Marks(**record['handed_in'])
@@ -205,7 +204,7 @@ def locked(path: Path) -> Iterator[None]:
 
 def trial_files(lab: str) -> List[Path]:
     """Returns the files that influence the node in a trial of a lab. Criteria, points and sentences
-    do not influence a trial, since each run makes verdicts from the bag."""
+    do not, because each run makes verdicts from the bag."""
     marking = Path(__file__).resolve().parent
     installed_robot = PACKAGE_FOLDER.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT
     paths = {*marking.glob('trial/*.py'), *marking.glob('labs/ros_*.py'),

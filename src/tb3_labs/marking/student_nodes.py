@@ -37,7 +37,7 @@ LAB_NODES = {
 
 
 def is_valid_name(text: str) -> bool:
-    """Do ROS and Python allow `text` as the name of a package, a type or a field?"""
+    """Do ROS and Python allow `text` as a name, such as that of a package, type and field?"""
     return NAME_PATTERN.fullmatch(text) is not None and not keyword.iskeyword(text)
 
 
@@ -57,14 +57,14 @@ NODE_START_VARIABLE = 'TB3_LABS_NODE_START'
 #: A program in a sandbox can write only into these folders.
 SANDBOX_HOME = '/home/student'
 WRITABLE_FOLDERS = '/tmp', SANDBOX_HOME, '/dev/shm'
-#: This command starts a node. The node dies with the process that starts the node. On a busy
-#: processor, the robot has priority over the node.
+#: This command starts a node, which dies with the process that starts it. On a busy processor, the
+#: robot has priority over the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 
 
 class NodeStart(NamedTuple):
-    """The data for the start of a node. The program mark.py writes the data into a file. The check
-    reads the file in another process, and starts the node."""
+    """The data for the start of a node. mark.py writes them into a file, and the check, which is
+    another process, reads it."""
 
     prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the command's first words
     environment: Optional[Dict[str, str]] = None        # None means the environment of this process

@@ -1,6 +1,6 @@
 """The page of one student, and results.json, the same content for Gradescope.
 
-The page shows the verdicts, and the timeline of the recorded trial. The page needs no other file.
+The page shows the verdicts, and the timeline of the recorded trial. It needs no other file.
 
 In results.json the whole score is the sum of the tests' scores. An unjudged submission gets a file
 with the score 0 and the reason, because Gradescope would call a missing file a fault of the
@@ -29,7 +29,7 @@ SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
 SEEN_HEADING = 'what was seen, and where to look'
-VISIBILITY = 'visible'      # Gradescope shows the test to the student at once
+VISIBILITY = 'visible'      # Gradescope always shows the test to the student
 
 PAGE_STYLE = '''
 td.words { min-width: 20em; }
@@ -38,8 +38,8 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 '''
 
 
-def student_page(marks: Marks, lab: str) -> str:
-    """Returns a student's page as HTML. `lab` is the title of the lab."""
+def student_page(marks: Marks, lab_title: str) -> str:
+    """Returns a student's page as HTML."""
     blocks = _points_and_remarks(marks)
     observation = marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
@@ -53,7 +53,7 @@ def student_page(marks: Marks, lab: str) -> str:
             blocks += [section(timeline_of(observation, marks.verdicts)),
                        hints_section(marks.first_broken_link, marks.mistake_sentence)]
         blocks += _last_lines(observation)
-    return document(f'{lab}: {marks.student}', blocks, PAGE_STYLE)
+    return document(f'{lab_title}: {marks.student}', blocks, PAGE_STYLE)
 
 
 def _points_and_remarks(marks):
@@ -109,18 +109,18 @@ def _verdict_table(verdicts, has_timeline):
         if has_timeline and verdict.moment is not None and verdict.outcome is Outcome.MISSED:
             sentence = Markup(f'{escape(sentence)} <a href="#t={verdict.moment:.1f}">Watch it</a>')
         points = f'{verdict.points:g} / {verdict.full_points:g}' if verdict.full_points else ''
-        rows.append([verdict.criterion.meaning, symbol(verdict), points, sentence])
+        rows.append([verdict.criterion.meaning, outcome_symbol(verdict), points, sentence])
     titles = ['what is asked', '', 'points', SEEN_HEADING]
     return table(titles, rows, text_columns=(SEEN_HEADING,), is_plain=True)
 
 
-def symbol(verdict: Verdict) -> Markup:
+def outcome_symbol(verdict: Verdict) -> Markup:
     """Returns a coloured sign for the outcome of a verdict."""
-    outcome = verdict.outcome
-    if verdict.criterion.extra and outcome is Outcome.MISSED:
-        outcome = Outcome.NOT_OFFERED       # the handout does not require this criterion
-    return Markup(f'<span class="verdict" style="background: {COLOURS[outcome]}" '
-                  f'title="{verdict.outcome.value}">{SYMBOLS[outcome]}</span>')
+    # the handout does not require an extra criterion
+    is_missed_extra = verdict.criterion.extra and verdict.outcome is Outcome.MISSED
+    shown_outcome = Outcome.NOT_OFFERED if is_missed_extra else verdict.outcome
+    return Markup(f'<span class="verdict" style="background: {COLOURS[shown_outcome]}" '
+                  f'title="{verdict.outcome.value}">{SYMBOLS[shown_outcome]}</span>')
 
 
 def _last_lines(observation):
@@ -152,22 +152,18 @@ def results(marks: Marks) -> Dict[str, Any]:
         'output_format': 'html',
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
-        'tests': [_test(number, verdict) for number, verdict in enumerate(verdicts, 1)],
+        'tests': [_gradescope_test(number, verdict) for number, verdict in enumerate(verdicts, 1)],
         'extra_data': {'student': marks.student},
     }
 
 
-def _test(number, verdict):
-    name = verdict.criterion.meaning
-    max_score = verdict.full_points
-    if verdict.criterion.extra:
-        name = 'Beyond the handout: ' + name
-        max_score = 0.0
+def _gradescope_test(number, verdict):
+    is_extra = verdict.criterion.extra
     return {
-        'name': name,
+        'name': ('Beyond the handout: ' if is_extra else '') + verdict.criterion.meaning,
         'number': str(number),
         'score': verdict.points,
-        'max_score': max_score,
+        'max_score': 0.0 if is_extra else verdict.full_points,
         'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
         'output': verdict.sentence,
         'visibility': VISIBILITY,

@@ -90,22 +90,21 @@ class TrialRunner:
         bag = work / 'trial.bag'
         marks.path_prefixes = [f'{workspace}/{COPY_FOLDER}/{parsed.package_folder}/',
                                f'{workspace}/{COPY_FOLDER}/', f'{workspace}/']
-        protection = Protection()
         if self.folder.options.sandbox:
             protection = Sandbox([workspace, work / 'etc'])
-        elif os.geteuid() == 0:
-            protection = OtherUser()
+        else:
+            protection = OtherUser() if os.geteuid() == 0 else Protection()
         environment = trial_environment(work, dict(os.environ, **{IDENTITY_VARIABLE: identity}))
         node_start = prepare_workspace(parsed, workspace, environment, protection)
         marks.node = node_start.name
         if self.folder.lab == GAMEPAD:
             marks.remarks.append(pad_text(self.folder.options.pad))
         protection.hand_over(workspace)
-        # The node's environment is written into a file. In the node's environment the check itself
-        # would import modules of the submission.
+        # The node's environment is written into a file. In it the check itself would import modules
+        # of the submission.
         environment.update(node_start.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
-        write_output(log, '')       # if the log is a link, a new file replaces the link
+        write_output(log, '')       # if the log is a link, a new file replaces it
         with open(str(log), 'w') as file:
             command = protection.check_command(self._rostest_command(marks.node, work))
             is_in_time = self._run_check(command, environment, file)
@@ -168,9 +167,8 @@ def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
 def kill_processes(identity: str) -> None:
     """Kill all processes that have `identity` in their environment.
 
-    A program may start processes faster than this function finds them. Therefore this function
-    first stops all processes, and then kills them. A stopped process starts nothing, and no new
-    process gets the number of a stopped process.
+    A program may start processes faster than this function finds them. Therefore all processes are
+    first stopped, and then killed. A stopped process starts nothing, and keeps its number.
     """
     variable = f'{IDENTITY_VARIABLE}={identity}'.encode()
     empty_searches = 0
@@ -179,7 +177,7 @@ def kill_processes(identity: str) -> None:
         stopped_pids: Set[int] = set()
         finds_more = True
         while finds_more:
-            finds_more = _stop_more(variable, stopped_pids)
+            finds_more = _stop_more_processes(variable, stopped_pids)
         empty_searches = 0 if stopped_pids else empty_searches + 1
         for pid in stopped_pids:
             with suppress(ProcessLookupError):      # it has ended already
@@ -187,7 +185,7 @@ def kill_processes(identity: str) -> None:
                     os.kill(pid, signal.SIGKILL)
 
 
-def _stop_more(variable, stopped_pids):
+def _stop_more_processes(variable, stopped_pids):
     """Stop the processes that have `variable` in their environment, and their process groups. Add
     the processes to `stopped_pids`. Returns False if the search found no further process."""
     old_count = len(stopped_pids)
@@ -212,16 +210,17 @@ def _has_in_environment(pid, variable):
 
 def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, str]:
     """Returns the environment of a separate ROS, which writes only into the folder `work`."""
-    settings, home = work / 'etc', work / 'ros'
+    settings = work / 'etc'
+    home = work / 'ros'
     settings.mkdir(exist_ok=True)
     home.mkdir(exist_ok=True)
-    logging = settings / 'logging.yaml'
-    logging.write_text(LOGGING_CONFIG)
+    logging_file = settings / 'logging.yaml'
+    logging_file.write_text(LOGGING_CONFIG)
     # with this empty file, roscore does not start rosout, which would write a file of log lines
     (settings / 'roscore.xml').write_text('<launch/>')
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
-                ROS_PYTHON_LOG_CONFIG_FILE=str(logging),
+                ROS_PYTHON_LOG_CONFIG_FILE=str(logging_file),
                 ROS_TEST_RESULTS_DIR='results')     # relative, since rostest cuts paths at blanks
 
 
@@ -230,19 +229,19 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     two install prefixes: `prefix`, and the prefix of ROS.
 
     `caller` is the environment of the instructor's terminal. The instructor's workspaces are left
-    out, since their nodes and messages must not replace a submission's nodes and messages.
+    out, so that their nodes and messages do not replace those of a submission.
     """
     prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
-    modules = caller.get(PYTHONPATH, '').split(':')
+    python_paths = caller.get(PYTHONPATH, '').split(':')
     _link_files(prefix / 'share', [rospkg.RosPack().get_path(OWN_PACKAGE)])
     _link_files(prefix / 'lib', [f'{folder}/lib/{OWN_PACKAGE}' for folder in prefixes])
-    _link_files(prefix / PYTHON_FOLDER, [f'{folder}/{OWN_PACKAGE}' for folder in modules])
+    _link_files(prefix / PYTHON_FOLDER, [f'{folder}/{OWN_PACKAGE}' for folder in python_paths])
     (prefix / '.catkin').touch()
     site = Path(sys.prefix).parent / 'devel' / PYTHON_FOLDER / 'sitecustomize.py'
     if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
     ros_prefixes = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')]
-    roots = [str(prefix), *ros_prefixes[-1:]]
+    roots = [str(prefix), *ros_prefixes[-1:]]       # the last is the prefix of ROS itself
     variables = {name: value for name, value in caller.items()
                  if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():
@@ -251,11 +250,11 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     return variables
 
 
-def _link_files(place, folders):
-    """Make `place`/tb3_labs with links to the files of the first existing folder in `folders`."""
-    own = place / OWN_PACKAGE
-    own.mkdir(parents=True)
+def _link_files(parent, folders):
+    """Make `parent`/tb3_labs with links to the files of the first existing folder in `folders`."""
+    own_folder = parent / OWN_PACKAGE
+    own_folder.mkdir(parents=True)
     folder = next(filter(os.path.isdir, folders), None)
     if folder is not None:
         for name in os.listdir(folder):
-            (own / name).symlink_to(os.path.join(os.path.abspath(folder), name))
+            (own_folder / name).symlink_to(os.path.join(os.path.abspath(folder), name))
