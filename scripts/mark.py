@@ -25,7 +25,7 @@ from tb3_labs.marking.intake.sandbox import (
 from tb3_labs.marking.intake.submissions import refuse_unknown_names, submissions_in
 from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
-from tb3_labs.marking.marks_folder import MarksFolder, Options, failure_sentence, locked
+from tb3_labs.marking.marks_folder import MarksFolder, Options, error_sentence, locked
 from tb3_labs.marking.trial_runner import (
     POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, marks_before_trial)
 from tb3_labs.terminal import run_tool
@@ -205,7 +205,7 @@ class ClassMarker:
             print_line(f'{label}: {NOT_JUDGED}')
             self._write_student(marks_before_trial(submission, str(problem)), digest='')
         except Exception as problem:    # an error with one submission must not end the marking
-            reason = failure_sentence(problem)
+            reason = error_sentence(problem)
             print_error(f'{label}: {NOT_JUDGED}: {reason}')
             self._write_student(marks_before_trial(submission, reason), digest='')
 

@@ -30,7 +30,7 @@ from tb3_labs.report.page.document import safe_cell
 
 TABLE_FILE = 'marks.csv'
 RECORD_SUFFIX = '.marks.json'
-#: The fields of Marks that a record keeps, since the bag of the trial does not contain them.
+#: The fields of Marks that are not in the bag of the trial, so that a record keeps them.
 RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
                    'seconds', 'path_prefixes')
 PACKAGE_FOLDER = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
@@ -95,7 +95,7 @@ class MarksFolder:
     def _marks_of(self, student):
         if student in self._new_marks:
             return self._new_marks[student]
-        return self._write_page(self._records[student])
+        return self._judge_student(self._records[student])
 
     def write_student(self, trial_marks: Marks, digest: str) -> Marks:
         """Write a student's record, page and results after the trial. Returns the Marks with
@@ -105,7 +105,7 @@ class MarksFolder:
             'handed_in': {name: getattr(trial_marks, name) for name in RECORDED_FIELDS},
             'bag': self._bag_digest(trial_marks.student)}
         self._records[trial_marks.student] = record
-        marks = self._write_page(record)
+        marks = self._judge_student(record)
         if marks.delay_sentence:
             record['key']['submission'] = ''    # the next run tries the submission again
         write_output(self.logs / (marks.student + RECORD_SUFFIX), json.dumps(record))
@@ -122,8 +122,9 @@ class MarksFolder:
         write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
         notes += [f'To look at: {marks.student}: {finding}'
                   for marks in all_marks for finding in marks.findings]
+        known_names = set(map(safe_cell, self._records))
         notes += [f'{TABLE_FILE} has a decision on {printable(name)}, of whom there are no marks.'
-                  for name in self._table.decisions if name not in map(safe_cell, self._records)]
+                  for name in self._table.decisions if name not in known_names]
         page = self._path / 'overview.html'
         write_output(page, overview_page(all_marks, LABS[self.lab].title, notes))
         return page, notes
@@ -153,7 +154,8 @@ class MarksFolder:
             reason = str(problem)
         raise ValueError(f'{path} cannot be read, and may hold what a person wrote: {reason}')
 
-    def _write_page(self, record):
+    def _judge_student(self, record):
+        """Write a student's page and results. Returns the Marks with points."""
         trial_marks = Marks(**record['handed_in'])
         bag = self.bag(trial_marks.student)
         observation = None
@@ -167,7 +169,7 @@ class MarksFolder:
         try:
             marks, page = self._marks_and_page(trial_marks, observation)
         except Exception as problem:    # an error with one student must not end the run
-            trial_marks = replace(trial_marks, unjudged=failure_sentence(problem))
+            trial_marks = replace(trial_marks, unjudged=error_sentence(problem))
             marks, page = self._marks_and_page(trial_marks, None)
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
@@ -184,7 +186,7 @@ class MarksFolder:
         return marks, student_page(marks, LABS[self.lab].title)
 
 
-def failure_sentence(problem: Exception) -> str:
+def error_sentence(problem: Exception) -> str:
     """Returns a sentence on an error in the code of the marking."""
     return f'The marking of it failed: {failure_text(problem)} ({type(problem).__name__}).'
 

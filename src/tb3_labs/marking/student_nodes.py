@@ -37,7 +37,7 @@ LAB_NODES = {
 
 
 def is_valid_name(text: str) -> bool:
-    """Do ROS and Python allow `text` as a name, such as that of a package, type and field?"""
+    """Returns True if ROS and Python allow `text` as the name of a package, a type or a field."""
     return NAME_PATTERN.fullmatch(text) is not None and not keyword.iskeyword(text)
 
 

@@ -2,8 +2,8 @@
 
 The page shows the verdicts, and the timeline of the recorded trial. It needs no other file.
 
-In results.json the whole score is the sum of the tests' scores. An unjudged submission gets a file
-with the score 0 and the reason, because Gradescope would call a missing file a fault of the
+In results.json the whole score is the sum of the tests' scores. An unjudged submission also gets a
+file, with the score 0 and the reason, because Gradescope would call a missing file an error of the
 autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """

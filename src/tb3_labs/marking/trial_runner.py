@@ -88,8 +88,8 @@ class TrialRunner:
     def _record_trial(self, marks, parsed, work, identity):
         workspace = work / 'ws'
         bag = work / 'trial.bag'
-        marks.path_prefixes = [f'{workspace}/{COPY_FOLDER}/{parsed.package_folder}/',
-                               f'{workspace}/{COPY_FOLDER}/', f'{workspace}/']
+        copy = f'{workspace}/{COPY_FOLDER}/'
+        marks.path_prefixes = [f'{copy}{parsed.package_folder}/', copy, f'{workspace}/']
         if self.folder.options.sandbox:
             protection = Sandbox([workspace, work / 'etc'])
         else:
@@ -221,7 +221,7 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging_file),
-                ROS_TEST_RESULTS_DIR='results')     # relative, since rostest cuts paths at blanks
+                ROS_TEST_RESULTS_DIR='results')     # relative: rostest cuts a path at a blank
 
 
 def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:

@@ -100,16 +100,16 @@ def find_node(folder: Path, node_names: NodeNames, chosen_package: str = '',
 
 def _starting_program(module, programs, folder):
     """Returns the first program that imports and starts `module`, and is in the same package.
-    Returns None if there is no such program, or if `module` itself does more than define names."""
+    Returns None if there is none, or if `module` itself does more than define names."""
     path = folder / module.path
     if read_program(path).runs_code_on_import:
         return None
     package = node_package(path, folder)
     for program in programs:
         script = folder / program.path
-        if package not in script.parents or (program.is_old and not module.is_old):
-            continue
-        if read_program(script).runs_code_on_import and path in programs_of(script, package):
+        is_older = program.is_old and not module.is_old
+        if (package in script.parents and not is_older and read_program(script).runs_code_on_import
+                and path in programs_of(script, package)):
             return program
     return None
 

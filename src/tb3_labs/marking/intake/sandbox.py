@@ -49,7 +49,7 @@ if user_id:
     os.setresuid(*ids)
 os.makedirs('{LOG_FOLDER}', exist_ok=True)
 os.environ.pop('{IDENTITY_VARIABLE}', None)
-# without this line Ctrl+C would be ignored here, since bubblewrap ignores it
+# bubblewrap ignores Ctrl+C, so without this line the command would ignore it
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:
     os.execvp(command[0], command)
@@ -179,7 +179,7 @@ def _change_owner(folder, user_id):
 
 
 def _counts_processes_per_sandbox():
-    """Does Linux count the processes of each user namespace separately, as since Linux 5.14?"""
+    """Does Linux count the processes of each user namespace separately? Linux 5.14 does."""
     major, minor, *_ = re.findall(r'\d+', platform.release())
     return (int(major), int(minor)) >= (5, 14)
 
