@@ -10,7 +10,7 @@ import re
 import shlex
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, List, NamedTuple, Tuple
+from typing import List, NamedTuple, Tuple
 
 from tb3_labs.marking.intake.archives import UNPACKED_SUFFIX, NotJudged, files_in, shortened
 from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
@@ -35,7 +35,7 @@ class ChosenNode(NamedTuple):
 
 
 class _Program(NamedTuple):
-    """A program of the submission. Of those that can be the node, the lowest `order` is chosen."""
+    """A program of the submission. Of those that can be the node, the first in `order` is chosen."""
 
     path: str
     text: str
@@ -54,7 +54,7 @@ class _Program(NamedTuple):
         return self.is_old, self.package_rank, missing_signs, self.name_rank
 
     @property
-    def order(self) -> Tuple[Any, ...]:
+    def order(self) -> Tuple[Tuple[bool, int, int, int], bool, int, int, str]:
         depth = self.path.count('/')
         return self.rank, self.is_outside_zip, self.folder_rank, depth, self.path
 
@@ -186,20 +186,20 @@ def _rank(name, usual_names):
 def _package_rank(usual, own_names, outer_names):
     """Returns SAME_NAME if the package has the name `usual`, PART_OF_NAME if its name contains
     `usual`, OUTER_FOLDER if the name of an outer folder contains `usual`, and else NOWHERE."""
-    usual = _without_zeros(usual)
-    own_names = [_without_zeros(name) for name in own_names]
+    usual = _plain_name(usual)
+    own_names = [_plain_name(name) for name in own_names]
     if usual in own_names:
         return SAME_NAME
     # my_lab2 and Lab2-main contain lab2, but lab20 does not
     pattern = re.compile(re.escape(usual) + r'(?!\d)')
     if any(pattern.search(name) for name in own_names):
         return PART_OF_NAME
-    if any(pattern.search(_without_zeros(name)) for name in outer_names):
+    if any(pattern.search(_plain_name(name)) for name in outer_names):
         return OUTER_FOLDER
     return NOWHERE
 
 
-def _without_zeros(name):
+def _plain_name(name):
     """Returns lab2 for Lab_02 and lab-2."""
     return re.sub(r'(?<=[a-z])[ _.-]*0*(?=\d)', '', name.lower())
 

@@ -22,7 +22,7 @@ import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-MAX_EXAMPLE_BYTES = 100 * 10 ** 3
+MAX_EXAMPLE_BYTES = 10 ** 5
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 #: {type of a field that the check fills in: format of the module struct}. Of a header the check
 #: fills in only the stamp.

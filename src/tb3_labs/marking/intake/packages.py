@@ -8,7 +8,7 @@ from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.student_nodes import NAME_PATTERN, is_valid_name
 
 MANIFEST = 'package.xml'
-MAX_MANIFEST_BYTES = 100 * 10 ** 3      # the rest of a package.xml or a setup.py is not read
+MAX_MANIFEST_BYTES = 10 ** 5        # the rest of a package.xml or a setup.py is not read
 #: Folders of messages and services have these names, and the files have these endings.
 MESSAGES = 'msg'
 DEFINITION_KINDS = MESSAGES, 'srv'

@@ -179,7 +179,7 @@ def _change_owner(folder, user_id):
 
 
 def _counts_processes_per_sandbox():
-    """Does Linux count the processes of each user namespace separately? Linux 5.14 does."""
+    """Returns True since Linux 5.14, which counts each user namespace's processes separately."""
     major, minor, *_ = re.findall(r'\d+', platform.release())
     return (int(major), int(minor)) >= (5, 14)
 

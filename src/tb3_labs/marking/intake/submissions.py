@@ -84,8 +84,8 @@ def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     folder: its PlatformName}.
 
     Files belong to one student if the student's name and the number are the same. A file without a
-    number belongs to a separate student. If several students have the same name, their numbers or
-    files are added to it. Each student's name is a valid name of a file.
+    number belongs to a separate student. If several students have the same name, the number or the
+    file's name is added to it. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, platform_name in names.items():
