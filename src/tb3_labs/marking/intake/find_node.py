@@ -35,7 +35,7 @@ class ChosenNode(NamedTuple):
 
 
 class _Program(NamedTuple):
-    """A program of the submission. Of those that can be the node, the first in `order` is chosen."""
+    """A program of the submission. The first in `order` that can be the node is chosen."""
 
     path: str
     text: str
