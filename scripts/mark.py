@@ -27,7 +27,7 @@ from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, error_sentence, locked
 from tb3_labs.marking.trial_runner import (
-    POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, marks_before_trial)
+    POLL_PERIOD, MarkingInterrupted, TrialRunner, make_marking_environment, marks_before_trial)
 from tb3_labs.terminal import run_tool
 
 #: These signals come from Ctrl+C, the command kill, and a closed terminal.
@@ -86,13 +86,13 @@ def main(argv):
 def mark_class(arguments, work):
     """Mark a class in the environment of a separate ROS, with temporary files in the folder `work`.
     Returns the exit status."""
-    environment = marking_environment(work / 'ros', os.environ)
+    environment = make_marking_environment(work / 'ros', os.environ)
     os.environ.clear()
     os.environ.update(environment)
     parts = LABS[arguments.lab].read_parts(arguments.parts)
     criterion_points = points_of(arguments.lab, read_points(arguments.points))
     pad_called(arguments.pad)       # raises ValueError for an unknown pad
-    submissions = _submissions(arguments)
+    submissions = _chosen_submissions(arguments)
     options = Options(arguments.package, arguments.type, arguments.pad,
                       sandbox=_choose_protection(arguments, work))
     with locked(arguments.folder):
@@ -108,7 +108,7 @@ def mark_class(arguments, work):
     return int(has_failed)
 
 
-def _submissions(arguments):
+def _chosen_submissions(arguments):
     marks_folder = arguments.folder.resolve()
     folder = arguments.submissions.resolve()
     if not folder.is_dir():

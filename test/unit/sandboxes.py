@@ -45,7 +45,7 @@ def skip_if_closed(place):
 def ros_alone(tmp_path_factory):
     """Until the end of the module this process has ROS and this package, and no other workspace."""
     from tb3_labs.marking import trial_runner
-    made = trial_runner.marking_environment(tmp_path_factory.mktemp('ros'), os.environ)
+    made = trial_runner.make_marking_environment(tmp_path_factory.mktemp('ros'), os.environ)
     sourced = {os.getcwd(), *os.environ.get('PYTHONPATH', '').split(':')}
     modules = made['PYTHONPATH'].split(':') + [path for path in sys.path if path not in sourced]
     with mock.patch.dict(os.environ, made, clear=True), mock.patch.object(sys, 'path', modules):

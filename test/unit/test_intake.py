@@ -11,7 +11,7 @@ from sandboxes import hand_in, skip_if_closed
 from tb3_labs.marking.intake import archives
 from tb3_labs.marking.intake.archives import NotJudged, SubmissionCopy, copy_submission, digest_of, submitted_files
 from tb3_labs.marking.intake.submissions import (
-    PlatformName, Submission, grouped_by_student, file_name, platform_name_of, submissions_in)
+    PlatformName, Submission, grouped_by_student, valid_file_name, platform_name_of, submissions_in)
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
@@ -46,12 +46,12 @@ NASTY = ['"><script>', "O'Hara; rm -rf ~", 'two\nlines', '\x1b[2Jann', '.._', '.
 
 def test_every_name_becomes_a_different_one_that_files_and_lines_can_have():
     for name in NASTY:
-        made = file_name(name)
+        made = valid_file_name(name)
         assert made.isprintable() and '/' not in made and len(made.encode()) < 200
-        assert file_name(made) == made and made not in ('', '.', '..', 'overview')
+        assert valid_file_name(made) == made and made not in ('', '.', '..', 'overview')
     for name in ('Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0'):
-        assert file_name(name) == name
-    assert file_name(os.fsdecode(b'M\x80\xff')) == 'M\\x80\\xff'
+        assert valid_file_name(name) == name
+    assert valid_file_name(os.fsdecode(b'M\x80\xff')) == 'M\\x80\\xff'
     names = NASTY + ['M\\xfcller', 'M\\xfcller_', 'x' * 254, '..', 'Ann', 'Ann ']
     found = grouped_by_student({name: platform_name_of(name, True) for name in names})
     assert sorted(name for name, in found.values()) == sorted(names)

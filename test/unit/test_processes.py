@@ -18,7 +18,7 @@ from tb3_labs.marking.limits import MAX_ADDRESS_SPACE_BYTES, MAX_FILE_BYTES, MAX
 from tb3_labs.marking.student_nodes import IDENTITY_VARIABLE, SANDBOX_HOME, WRITABLE_FOLDERS
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.trial.processes import ResourceWatch
-from tb3_labs.marking.trial_runner import kill_processes, trial_environment
+from tb3_labs.marking.trial_runner import kill_processes, make_trial_environment
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: This program prints what it sees. Its arguments are a folder of its own, and paths that it must not see.
@@ -40,7 +40,7 @@ print(json.dumps({
 
 
 def test_a_ros_of_its_own_writes_below_its_folder_alone(tmp_path):
-    made = trial_environment(tmp_path, {'HOME': '/home/ann'})
+    made = make_trial_environment(tmp_path, {'HOME': '/home/ann'})
     assert made.pop('HOME') == '/home/ann' and made.pop('ROS_HOSTNAME') == 'localhost'
     assert made.pop('ROS_TEST_RESULTS_DIR') == 'results' and os.path.isdir(made['ROS_HOME'])
     assert set(made) == {'TMPDIR', 'ROS_HOME', 'ROS_LOG_DIR', 'ROS_ETC_DIR', 'ROS_PYTHON_LOG_CONFIG_FILE'}

@@ -40,14 +40,14 @@ NODE = PYTHON + 'print("runs")\n'
 @pytest.fixture(scope='module')
 def built_once():
     """The modules of equal messages are made once: most tests have lab1's message."""
-    made, make = {}, workspace._built_types
+    made, make = {}, workspace._run_build_program
 
     def examples_of(definitions, environment, sandbox):
         key = repr((definitions, type(sandbox)))
         if key not in made:
             made[key] = make(definitions, environment, sandbox)
         return made[key]
-    with mock.patch.object(workspace, '_built_types', examples_of):
+    with mock.patch.object(workspace, '_run_build_program', examples_of):
         yield
 
 
@@ -500,7 +500,7 @@ def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_
         (tmp_path / path).touch()
     monkeypatch.setattr(trial_runner.rospkg, 'RosPack', lambda: SimpleNamespace(
         get_path=lambda name: str(tmp_path / 'src' / name)))
-    made = trial_runner.marking_environment(tmp_path / 'own', {
+    made = trial_runner.make_marking_environment(tmp_path / 'own', {
         'CMAKE_PREFIX_PATH': ':'.join(spaces), 'ROS_PACKAGE_PATH': str(tmp_path / 'src') + ':/x',
         'PYTHONPATH': ':'.join(space + '/lib/python3/dist-packages' for space in spaces),
         'PATH': over + '/bin:/home/ann/bin', 'LD_LIBRARY_PATH': over + '/lib', 'HOME': '/home/ann',

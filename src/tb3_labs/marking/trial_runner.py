@@ -94,7 +94,7 @@ class TrialRunner:
             protection = Sandbox([workspace, work / 'etc'])
         else:
             protection = OtherUser() if os.geteuid() == 0 else Protection()
-        environment = trial_environment(work, dict(os.environ, **{IDENTITY_VARIABLE: identity}))
+        environment = make_trial_environment(work, {**os.environ, IDENTITY_VARIABLE: identity})
         node_start = prepare_workspace(parsed, workspace, environment, protection)
         marks.node = node_start.name
         if self.folder.lab == GAMEPAD:
@@ -208,7 +208,7 @@ def _has_in_environment(pid, variable):
         return False
 
 
-def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, str]:
+def make_trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, str]:
     """Returns the environment of a separate ROS, which writes only into the folder `work`."""
     settings = work / 'etc'
     home = work / 'ros'
@@ -224,7 +224,7 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
                 ROS_TEST_RESULTS_DIR='results')     # relative: rostest cuts a path at a blank
 
 
-def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
+def make_marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
     """Make the folder `prefix` with links to the files of this package. Returns an environment with
     two install prefixes: `prefix`, and the prefix of ROS.
 

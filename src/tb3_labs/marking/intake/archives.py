@@ -70,8 +70,8 @@ def copy_submission(original_names: Dict[Path, str], folder: Path) -> List[str]:
             copy.unpack(source, path.with_name(path.stem + UNPACKED_SUFFIX))
             continue
         with open(str(source), 'rb') as opened:
-            copy.add(opened, path, size=source.stat().st_size,
-                     is_executable=os.access(str(source), os.X_OK))
+            copy.add_file(opened, path, size=source.stat().st_size,
+                          is_executable=os.access(str(source), os.X_OK))
     return remarks + copy.remarks()
 
 
@@ -128,7 +128,7 @@ class SubmissionCopy:
         self._large_files: List[PurePath] = []
         self._links: List[PurePath] = []
 
-    def add(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
+    def add_file(self, source: IO[bytes], path: PurePath, size: int, is_executable: bool) -> None:
         """Write a file of `size` [bytes] to `path` in the copy, in place of an older file. A file
         with more than MAX_COPIED_BYTES is left out."""
         if size > MAX_COPIED_BYTES:
@@ -170,8 +170,8 @@ class SubmissionCopy:
             self._links.append(folder / path)
             return
         with archive.open(entry) as source:
-            self.add(source, folder / path, size=entry.file_size,
-                     is_executable=bool(mode & stat.S_IXUSR))
+            self.add_file(source, folder / path, size=entry.file_size,
+                          is_executable=bool(mode & stat.S_IXUSR))
 
     def remarks(self) -> List[str]:
         """Returns remarks on the files that were left out."""
@@ -191,7 +191,7 @@ def _safe_path(name):
     return '/'.join(parts)
 
 
-def shortened(names: Sequence[str], max_names: int = 6) -> str:
+def short_list(names: Sequence[str], max_names: int = 6) -> str:
     """Returns a text with the first `max_names` names, and the number of further names."""
     shown_names = ', '.join(names[:max_names])
     further_count = len(names) - max_names
@@ -201,4 +201,4 @@ def shortened(names: Sequence[str], max_names: int = 6) -> str:
 def _omission_remarks(reason, paths):
     """Returns a list with one remark on the paths that are left out; [] if there are no paths."""
     shown = [printable(path[:MAX_SHOWN_PATH_LENGTH]) for path in sorted(map(str, paths))]
-    return [f'Left out, because {reason}: {shortened(shown, max_names=3)}.'] if shown else []
+    return [f'Left out, because {reason}: {short_list(shown, max_names=3)}.'] if shown else []

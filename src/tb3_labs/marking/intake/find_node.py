@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
-from tb3_labs.marking.intake.archives import UNPACKED_SUFFIX, NotJudged, files_in, shortened
+from tb3_labs.marking.intake.archives import UNPACKED_SUFFIX, NotJudged, files_in, short_list
 from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
 from tb3_labs.marking.intake.packages import (
     NODE_FOLDERS, is_old_or_copy, node_package, package_folder, package_name)
@@ -85,7 +85,7 @@ def find_node(folder: Path, node_names: NodeNames, chosen_package: str = '',
         if chosen_package:
             missing += f' in a package {chosen_package}'
         listed_files = dict.fromkeys([*program_files, *files])    # the programs first
-        listing = shortened([str(file.relative_to(folder)) for file in listed_files]) or 'nothing'
+        listing = short_list([str(file.relative_to(folder)) for file in listed_files]) or 'nothing'
         raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in '
                         f'(--type chooses a file): {listing}. {UNPACKING_RULES}')
     best = candidates[0]
@@ -120,7 +120,7 @@ def _remarks_and_findings(candidates, node_names):
         remark = f"There is no {' or '.join(node_names.files)}; judged was {best.path}."
         return [] if best.has_usual_name else [remark], []
     remark = (f'{len(candidates)} files can be the node; judged was {best.path}. The others: '
-              f'{shortened([other.path for other in others])}.')
+              f'{short_list([other.path for other in others])}.')
     doubtful_paths = [other.path for other in others if _is_doubtful(best, other)]
     if not doubtful_paths:
         return [remark], []

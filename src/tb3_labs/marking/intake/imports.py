@@ -119,8 +119,8 @@ def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
     return programs
 
 
-def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Path]
-                 ) -> MissingModules:
+def find_missing_modules(node: Path, package: Path, folder: Path,
+                         packages: Dict[str, Path]) -> MissingModules:
     """Returns the MissingModules of a node, and makes the missing packages of messages.
 
     `package` is the folder of the node's package. `folder` is the folder of the submission.

@@ -19,9 +19,9 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tu
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    IGNORED_PATHS, ZIP_SUFFIX, NotJudged, copy_submission, digest_of, is_zip, shortened)
+    IGNORED_PATHS, ZIP_SUFFIX, NotJudged, copy_submission, digest_of, is_zip, short_list)
 from tb3_labs.marking.intake.find_node import find_node
-from tb3_labs.marking.intake.imports import find_missing
+from tb3_labs.marking.intake.imports import find_missing_modules
 from tb3_labs.marking.intake.packages import node_package, package_name, packages_in
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
 from tb3_labs.marking.student_nodes import NodeNames
@@ -47,7 +47,7 @@ json.dump(answer, sys.stdout)
 '''
 
 
-def file_name(text: str) -> str:
+def valid_file_name(text: str) -> str:
     """Returns a valid and printable name for a file. If `text` is valid, the name is `text`."""
     name = printable(text.strip()).replace('/', '_')
     if RESERVED_NAMES.fullmatch(name):
@@ -90,14 +90,14 @@ def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, platform_name in names.items():
         lone_file = '' if platform_name.number else name
-        group = file_name(platform_name.student), platform_name.number, lone_file
+        group = valid_file_name(platform_name.student), platform_name.number, lone_file
         groups.setdefault(group, []).append(name)
     group_counts = Counter(student for student, _, _ in groups)
     students: Dict[str, List[str]] = {}
     for (student, number, lone_file), names_of_student in groups.items():
         if group_counts[student] > 1:
-            student = file_name(f'{student} ({number or lone_file})')
-        while student in students:      # file_name() may make two names equal
+            student = valid_file_name(f'{student} ({number or lone_file})')
+        while student in students:      # valid_file_name() may make two names equal
             student += '_'
         students[student] = names_of_student
     return students
@@ -108,7 +108,7 @@ def refuse_unknown_names(names: Iterable[str], students: Sequence[str]) -> None:
     for name in names:
         if name not in students:
             raise ValueError(f'no submission is called {name}; these are: '
-                             + shortened(students, max_names=100))
+                             + short_list(students, max_names=100))
 
 
 class Submission(NamedTuple):
@@ -210,7 +210,7 @@ def read_in_this_process(files: Dict[str, str], copy_path: str, node_names: Sequ
     node = copy / chosen.path
     package = node_package(node, copy)
     packages = packages_in(copy, node)
-    missing = find_missing(node, package, copy, packages)
+    missing = find_missing_modules(node, package, copy, packages)
     if missing.used_modules:
         raise NotJudged(f'{chosen.path} needs modules that do not work on the marking machine: '
                         f"{', '.join(missing.used_modules)}.")

@@ -62,7 +62,8 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
     packages = {name: copy / parsed.packages[name] for name in own_names[-MAX_PACKAGES:]}
     _repair_node(node, remarks, parsed.findings)
     environment = dict(environment)
-    _put_first(dict.fromkeys([package, *packages.values()]), environment, 'ROS_PACKAGE_PATH')
+    package_folders = dict.fromkeys([package, *packages.values()])
+    _put_folders_first(package_folders, environment, 'ROS_PACKAGE_PATH')
     types = build_types(packages, node, python_folder, environment, remarks, protection)
     for module in parsed.unused_modules:
         module_folder = python_folder
@@ -75,7 +76,7 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
     if parsed.unused_modules:
         remarks.append(f"{', '.join(parsed.unused_modules)}: imported, but not used, and the "
                        'marking machine cannot import it: left out.')
-    _put_first([python_folder], environment, PYTHONPATH)
+    _put_folders_first([python_folder], environment, PYTHONPATH)
     environment = with_probe(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
         NODE_PREFIX + protection.program_command([]),
@@ -83,7 +84,7 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
         _shown_name(parsed.package_name, node.name), str(copy))
 
 
-def _put_first(folders, environment, variable):
+def _put_folders_first(folders, environment, variable):
     paths = [str(folder) for folder in folders]
     if environment.get(variable):
         paths.append(environment[variable])
@@ -145,7 +146,7 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
     if not definitions:
         return None
     try:
-        built = _built_types(definitions, environment, protection)
+        built = _run_build_program(definitions, environment, protection)
     except (subprocess.SubprocessError, ValueError):
         remarks.append('The messages and services could not be built.')
         built = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
@@ -179,7 +180,7 @@ def _definitions(packages):
     return definitions
 
 
-def _built_types(definitions, environment, protection):
+def _run_build_program(definitions, environment, protection):
     # the sandbox limits the size of a file but not of a pipe, so the answer is a file
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
