@@ -20,8 +20,11 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-#: The values of `package_rank`: the places of a package's usual name, the best first.
-SAME_NAME, PART_OF_NAME, OUTER_FOLDER, NOWHERE = range(4)
+# The values of `package_rank`: where the usual name of a package was found.
+SAME_NAME = 0           # it is the package's name
+PART_OF_NAME = 1        # the package's name contains it
+OUTER_FOLDER = 2        # the name of an outer folder contains it
+NOWHERE = 3
 UNPACKING_RULES = ('Only zip files are unpacked, and none in others. Folders such as build, devel, '
                    'install, logs and venv are left out.')
 
@@ -184,8 +187,7 @@ def _rank(name, usual_names):
 
 
 def _package_rank(usual, own_names, outer_names):
-    """Returns SAME_NAME if the package has the name `usual`, PART_OF_NAME if its name contains
-    `usual`, OUTER_FOLDER if the name of an outer folder contains `usual`, and else NOWHERE."""
+    """Returns where the name `usual` was found, such as SAME_NAME."""
     usual = _plain_name(usual)
     own_names = [_plain_name(name) for name in own_names]
     if usual in own_names:

@@ -85,10 +85,8 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
 
 
 def _put_folders_first(folders, environment, variable):
-    paths = [str(folder) for folder in folders]
-    if environment.get(variable):
-        paths.append(environment[variable])
-    environment[variable] = ':'.join(paths)
+    paths = [*map(str, folders), environment.get(variable, '')]
+    environment[variable] = ':'.join(filter(None, paths))
 
 
 def _shown_name(package, file):
