@@ -21,7 +21,7 @@ finish() {
   local job left
   trap '' INT TERM HUP
   exec 2>/dev/null    # bash names each process that it ends
-  for job in $(jobs -p); do    # roslaunch leads the group; the filter ends at once, and no traceback is shown
+  for job in $(jobs -p); do    # roslaunch leads the group; the filter ends immediately, and no traceback is shown
     kill -TERM -- "-$job" || true
     timeout "$patience" tail -s 0.1 --pid="$job" -f /dev/null || true
     kill -KILL -- "-$job" || true

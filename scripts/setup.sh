@@ -122,7 +122,7 @@ build_ready() { [ -e "$ws/devel/setup.bash" ] && holds "$ws/build.stamp" "$(buil
 make_venv() {
   local without_pip=(--without-pip)
   say 'making the Python environment ...'
-  rm -rf "$ws/venv" "$ws/venv.stamp" "$ws/build.stamp"    # the build writes into the environment, too
+  rm -rf "$ws/venv" "$ws/venv.stamp" "$ws/build.stamp"    # the build also writes into the environment
   # fill_venv would use the system's pip instead of the environment's
   if /usr/bin/python3 -Ic 'import pip' 2>/dev/null; then without_pip=(); fi
   /usr/bin/python3 -Im venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'

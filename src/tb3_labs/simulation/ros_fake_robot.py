@@ -52,7 +52,7 @@ ACCELERATION_AT_REST = (
 
 class FakeRobot:
     """Connects a Simulator to its topics. If `hidden_fault` is a mystery_robot.HiddenFault, its
-    settings replace `settings`, and neither /tf_static nor the ground truth is published, since
+    settings replace `settings`. Then neither /tf_static nor the ground truth is published, because
     both would show the fault. If the environment variable TRUTH_PIPE is set, the true poses are
     written to this pipe, and not to a topic."""
 
@@ -147,21 +147,21 @@ def step_forever(robot, clock, pace):
 
 
 class TruthPipe:
-    """Writes true poses into a named pipe. The program that reads the pipe has made the pipe."""
+    """Writes true poses into a named pipe. The program that reads the pipe has made it."""
 
     def __init__(self, path):
         self._path = path
         self._pipe = -1
 
     def open_if_read(self):
-        """Open the pipe if a program reads it. Returns whether the pipe is open."""
+        """Open the pipe if a program reads it. Returns True if it is open."""
         if self._pipe < 0:
             with suppress(OSError):    # no program reads the pipe yet
                 self._pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)
         return self._pipe >= 0
 
     def write(self, pose):
-        """Write a pose. If the pipe is full, the pose is dropped, since the robot must not wait."""
+        """Write a pose. A full pipe drops it, because the robot must not wait."""
         with suppress(OSError):
             os.write(self._pipe, f'{pose.x:.9g} {pose.y:.9g} {pose.yaw:.9g}\n'.encode())
 
@@ -203,7 +203,7 @@ def _pop_earlier(wheel_readings, stamp):
 
 
 def make_publisher(topic, message_type, **options):
-    """Returns a publisher that sends each message at once."""
+    """Returns a publisher that sends each message immediately."""
     publisher = rospy.Publisher(topic, message_type, queue_size=50, tcp_nodelay=True, **options)
     make_writes_immediate(publisher, max_waiting=50)
     return publisher
