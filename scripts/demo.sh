@@ -43,7 +43,7 @@ cat "$run/said" >&2
 [ -n "$ready" ] || exit 1
 trap 'exit 130' INT TERM HUP
 
-# The demonstration starts its own master, since it would also drive a real robot of another master. The lock finds a second
+# The demonstration starts its own master, because it would also drive a real robot of another master. The lock finds a second
 # demonstration that starts at the same moment.
 address=${ROS_MASTER_URI#*://} address=${address%%/*}
 exec 9>>"/tmp/tb3_labs_demo.$UID.${address##*:}.lock"

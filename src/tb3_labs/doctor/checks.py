@@ -54,8 +54,8 @@ def _check_return_path(computer, graph, live_peers, publishers):
     robot = live_peers[robot_node]
     own_publishers = {}
     for node, peer in publishers.items():
-        may_be_here = peer.problem == 'unresolved' or (not peer.problem and is_own(peer.address))
-        if may_be_here and node not in graph.robot_nodes:
+        can_be_here = peer.problem == 'unresolved' if peer.problem else is_own(peer.address)
+        if can_be_here and node not in graph.robot_nodes:
             own_publishers[node] = peer.uri
     if own_publishers:
         time.sleep(1.0)    # the robot needs this time to connect to a new publisher

@@ -38,9 +38,9 @@ class Drivetrain:
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
-        self.set_goals(self._left_goal, self._right_goal)
+        self.set_goal_speeds(self._left_goal, self._right_goal)
 
-    def set_goals(self, left: float, right: float) -> None:
+    def set_goal_speeds(self, left: float, right: float) -> None:
         """Set the goal speeds [rad/s] of the motors."""
         self._left_goal, self._right_goal = left, right
         self._update_turn_rates()

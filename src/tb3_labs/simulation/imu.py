@@ -1,9 +1,9 @@
 """Simulates the IMU, which measures yaw and rate of turn with noise, drift and bias.
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
-The rate of turn of the IMU is the sum of the true rate, the rate of the drift, the bias of the last
+Its rate of turn is the sum of the true rate, the rate of the drift, the bias of the last
 calibration, and another white noise. The gyro has a dead zone. The yaw and the rate of turn of a
-sample were measured `sample_age` [s] before the stamp of the sample.
+sample were measured `sample_age` [s] before its stamp.
 
 Units: SI. The noise was measured on a real Burger at rest, whose yaw changes by a few thousandths
 of a degree from one sample to the next.

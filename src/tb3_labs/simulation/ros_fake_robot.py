@@ -1,7 +1,7 @@
 """Simulates a robot on the topics of a real robot, in real time or by its own /clock.
 
 The messages have the same values as messages of ROBOTIS OpenCR firmware 1.2.6. The covariances are
-from turtlebot3_sensor.cpp, and the covariances of the odometry are zero.
+from turtlebot3_sensor.cpp, and those of the odometry are zero.
 """
 import itertools
 import math
@@ -61,7 +61,7 @@ class FakeRobot:
         self._hidden_fault = hidden_fault
         if hidden_fault:
             settings = hidden_fault.settings_at(0.0)
-        self._robot = Simulator(settings)
+        self._simulator = Simulator(settings)
         self._sensors = SensorTopics()
         pipe_path = os.environ.get(TRUTH_PIPE)
         self._pipe = TruthPipe(pipe_path) if pipe_path else None
@@ -78,7 +78,7 @@ class FakeRobot:
     def configure(self, settings):
         """Use all `settings` except FIXED_FIELDS from now on."""
         with self._lock:
-            self._robot.configure(settings)
+            self._simulator.configure(settings)
 
     def tick(self, step, time_zero):
         """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
@@ -86,17 +86,17 @@ class FakeRobot:
         is_truth_due = step % STEPS_PER_TRUTH == 0 and self._has_truth_readers()
         with self._lock:
             if self._hidden_fault:
-                self._robot.configure(self._hidden_fault.settings_at(self._robot.now))
-            bursts = self._robot.step_in_bursts(SIMULATION_STEP)
-            now = time_zero + self._robot.now
-            world_T_odom = self._robot.sensors.world_T_odom
-            truth = self._robot.truth if is_truth_due else None
+                self._simulator.configure(self._hidden_fault.settings_at(self._simulator.now))
+            bursts = self._simulator.step_in_bursts(SIMULATION_STEP)
+            now = time_zero + self._simulator.now
+            world_T_odom = self._simulator.sensors.world_T_odom
+            truth = self._simulator.truth if is_truth_due else None
         if self._static_tf and self._world_T_odom != world_T_odom:
             self._world_T_odom = world_T_odom
             self._static_tf.publish(TFMessage([
                 to_transform(world_T_odom, 'world', frame_name('odom'), now)]))
         for burst in bursts:
-            self._sensors.send(burst, time_zero, self._robot.sensors.wheel_readings)
+            self._sensors.send(burst, time_zero, self._simulator.sensors.wheel_readings)
         if truth is None:
             return
         if self._pipe:
@@ -111,11 +111,11 @@ class FakeRobot:
 
     def _on_command(self, message):
         with self._lock:
-            self._robot.command(message.linear.x, message.angular.z)
+            self._simulator.command(message.linear.x, message.angular.z)
 
     def _on_reset(self, _message):
         with self._lock:
-            self._robot.reset()
+            self._simulator.reset()
 
 
 def start_stepping(robot, speed):

@@ -129,7 +129,7 @@ class Simulator:
         if command != self._motor_command:
             self._body.advance_to(stamp)
             self._motor_command = command
-            self._body.drivetrain.set_goals(*motor_speeds(*command, self._model))
+            self._body.drivetrain.set_goal_speeds(*motor_speeds(*command, self._model))
             self._body.save_motion()
 
     def _read_messages(self, stamp: float) -> None:
