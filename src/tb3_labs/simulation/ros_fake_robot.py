@@ -59,9 +59,7 @@ class FakeRobot:
     def __init__(self, settings, hidden_fault=None):
         self._lock = threading.Lock()    # guards the simulator
         self._hidden_fault = hidden_fault
-        if hidden_fault:
-            settings = hidden_fault.settings_at(0.0)
-        self._simulator = Simulator(settings)
+        self._simulator = Simulator(hidden_fault.settings_at(0.0) if hidden_fault else settings)
         self._sensors = SensorTopics()
         pipe_path = os.environ.get(TRUTH_PIPE)
         self._pipe = TruthPipe(pipe_path) if pipe_path else None
