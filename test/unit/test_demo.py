@@ -76,7 +76,7 @@ def test_a_false_of_another_node_is_a_stop_only_after_control_was_given(demo):
     demo._on_control(message(True, '/gamepad'))
     assert demo._await_arrival('goal_state') == (2.0, 'ROTATE_TO_GOAL')
     demo._on_control(message(False, '/gamepad'))
-    with pytest.raises(demo._await.__globals__['ControlTaken']):
+    with pytest.raises(demo._await_arrival.__globals__['ControlTaken']):
         demo._await_arrival('goal_state')
     demo._received['has_control'] = [(3.0, False)]
     demo._give_control()    # before the next drive
