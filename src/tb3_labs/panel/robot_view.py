@@ -1,4 +1,4 @@
-"""Makes a picture of one robot from the robot's latest messages. A page draws the picture.
+"""Makes a picture of one robot from its latest messages. A page draws the picture.
 
 A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 

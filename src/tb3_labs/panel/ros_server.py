@@ -114,11 +114,11 @@ class _CheckedHandler:
         headers = self.request.headers
         is_public = self.request.path.endswith(PUBLIC_SUFFIXES)
         token = None if is_public else self.get_query_argument('token', '')
-        refusal = self._access.refusal(headers.get('Host'), headers.get('Origin'), token)
-        if refusal:
-            rospy.logwarn_throttle(1.0, 'a browser was refused: ' + refusal)
+        reason = self._access.refusal_reason(headers.get('Host'), headers.get('Origin'), token)
+        if reason:
+            rospy.logwarn_throttle(1.0, 'a browser was refused: ' + reason)
             self.set_status(403)
-            self.finish(f'tb3_labs: {refusal}\n')
+            self.finish(f'tb3_labs: {reason}\n')
 
 
 class _File(_CheckedHandler, web.StaticFileHandler):
