@@ -128,12 +128,11 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
 
 
 def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
-    request = PageRequest(type=message['type'], value=read(message),
-                          id=_read_optional(message, 'id', int),
-                          known_stops=_read_optional(message, 'stops', int))
-    if message.get('t') is not None:
-        return request._replace(sent_at=_read_number(message, 't', MAX_SENT_TIME))
-    return request
+    has_time = message.get('t') is not None
+    return PageRequest(
+        type=message['type'], value=read(message), id=_read_optional(message, 'id', int),
+        known_stops=_read_optional(message, 'stops', int),
+        sent_at=_read_number(message, 't', MAX_SENT_TIME) if has_time else 0.0)
 
 
 def _read_pose(message: Dict) -> TypedPose:

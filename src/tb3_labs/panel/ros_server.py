@@ -47,13 +47,10 @@ class Server:
     """
 
     def __init__(self, config, open_page):
-        names = []
-        token = ''
-        shown_name = 'localhost'
-        if config.address != LOOPBACK:
-            names = _names_of_this_computer(config.address)
-            token = secrets.token_urlsafe(12)
-            shown_name = config.address
+        is_local = config.address == LOOPBACK
+        names = [] if is_local else _names_of_this_computer(config.address)
+        token = '' if is_local else secrets.token_urlsafe(12)
+        shown_name = 'localhost' if is_local else config.address
         if config.address == '0.0.0.0':
             shown_name = rosgraph.network.get_local_address()
         self._access = Access(names, token)

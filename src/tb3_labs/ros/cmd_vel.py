@@ -31,8 +31,7 @@ class CmdVel:
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError(f'command ({linear}, {angular}) is not finite')
-        linear = linear if abs(linear) >= MIN_SPEED else 0.0
-        angular = angular if abs(angular) >= MIN_SPEED else 0.0
+        linear, angular = (speed if abs(speed) >= MIN_SPEED else 0.0 for speed in command)
         if not self._clock_runs or (linear, angular) == (0.0, 0.0):
             self.stop()
         elif not self._is_closed:

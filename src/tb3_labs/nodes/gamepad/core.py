@@ -217,7 +217,8 @@ class GamepadCore:
         return action + ' to drive again'
 
     def _stop_if_lost(self, now: float) -> None:
-        if self.pad.freshness.is_fresh(now) or not self._needs_pad:
+        is_lost = self._needs_pad and not self.pad.freshness.is_fresh(now)
+        if not is_lost:
             return
         advice = ''
         if self.pad.joy_node_hangs:
