@@ -25,7 +25,7 @@ from tb3_labs.ros.conversions import (
     frame_name, to_odometry_sample, to_pose_stamped, to_transform)
 from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
-from tb3_labs.ros.node import roslaunch_of_this
+from tb3_labs.ros.node import parent_roslaunch
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
@@ -59,7 +59,7 @@ def pop_permission():
 
 def _has_control_at_start(typed_control):
     """Was control given on the command line? False after a restart by roslaunch."""
-    launch = roslaunch_of_this()
+    launch = parent_roslaunch()
     giver_parameter = rospy.get_name() + '_given_by'    # has the last launch that gave control
     if launch and typed_control is True:
         if rospy.get_param(giver_parameter, 0) == launch:
