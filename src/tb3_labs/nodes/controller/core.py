@@ -182,8 +182,9 @@ class ControllerCore:
         problem = self._sensors.problem_text(now, with_age=True)
         if problem:
             raise ValueError(f'cannot turn: {problem} (is the robot running?)')
-        if self._gyro.problem_text():
-            raise ValueError('cannot turn: ' + self._gyro.problem_text())
+        conflict = self._gyro.problem_text()
+        if conflict:
+            raise ValueError(f'cannot turn: {conflict}')
 
     def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
         self._log_result(now)
