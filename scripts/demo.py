@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """The demonstration of the Transformation lab, judged by the simulated robot's true pose.
 
-The node gives control to move_to_goal, which drives to its goal. Then the node resets the local
-frame to the robot's place, and the robot drives again. If every drive ends within tolerance, the
-node makes a file for demo.sh. demo.launch ends with this node.
+The node gives control to move_to_goal, which drives to its goal. Then it resets the local frame to
+the robot's place, and the robot drives again. If every drive ends within tolerance, it makes a file
+for demo.sh. demo.launch ends with this node.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -88,12 +88,12 @@ class DemoDrive:
         return (self.last_state == GoalState.GOAL_REACHED.name
                 and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)
 
-    def row(self, number):
+    def table_row(self, number):
         distance, angle = self.true_error
         true_error = f'{1000.0 * distance:.1f} mm {angle:.2f} deg'
         verdict = 'ok' if self.is_good else 'NOT GOOD: ' + self.last_state
-        return TABLE_ROW.format(f'drive {number}', short_pose(self.goal),
-                                short_pose(self.measured_pose), true_error,
+        return TABLE_ROW.format(f'drive {number}', pose_text(self.goal),
+                                pose_text(self.measured_pose), true_error,
                                 f'{self.duration:.2f} s', verdict)
 
 
@@ -109,17 +109,17 @@ class Demo:
         self._received = {}     # {topic: [(time of arrival [s], value)]}
         self._has_granted = False    # did move_to_goal get control from this node?
         self._is_control_taken = False
-        # not latched, since a latched permission may be old
-        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        self._store('goal_state', String, lambda message: message.data)
-        self._store('has_control', Bool, lambda message: message.data)
+        # not latched: a latched permission may be old
+        self._permission = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
+        self._subscribe('goal_state', String, lambda message: message.data)
+        self._subscribe('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
-            self._store(topic, PoseStamped, lambda message: to_pose2(message.pose))
+            self._subscribe(topic, PoseStamped, lambda message: to_pose2(message.pose))
         rospy.Subscriber('ctrl_relinq', Bool, guarded(self._on_control), tcp_nodelay=True)
         threading.Thread(target=guarded(self._judge_drives), daemon=True).start()
 
-    def _store(self, topic, message_type, read):
-        """Store the latest value of `topic`, but all values of goal_state."""
+    def _subscribe(self, topic, message_type, read):
+        """Subscribe to `topic`. Store its latest value, but all values of goal_state."""
         received = self._received[topic] = []
 
         def store(message):
@@ -134,8 +134,8 @@ class Demo:
             self._is_control_taken = self._has_granted
 
     def _judge_drives(self):
-        self._await('local_pose')
-        self._await('current_goal')
+        self._await_arrival('local_pose')
+        self._await_arrival('current_goal')
         if self._config.record and not wait_until(is_recorder_listening, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
         problem = self._demonstrate()
@@ -154,7 +154,7 @@ class Demo:
                 drives.append(self._drive(needs_reset=number > 1))
         except ControlTaken:
             return 'Control was taken from the demonstration: it drives no more'
-        print(table(drives))
+        print(drives_table(drives))
         if not all(drive.is_good for drive in drives):
             return 'a drive ended outside the tolerance'
         if 'TB3_LABS_DEMO' in os.environ:
@@ -163,51 +163,51 @@ class Demo:
 
     def _drive(self, needs_reset):
         """Let the robot drive once. Returns the DemoDrive. If late sensors end a drive before the
-        robot moves, the robot begins the drive again, after a reset."""
-        if self._value('has_control'):
+        robot moves, the drive begins again, after a reset."""
+        if self._await_value('has_control'):
             needs_reset = True
-        world_T_local = self._value('ground_truth', rospy.get_time())
-        for _ in range(MAX_ATTEMPTS):
+        world_T_local = self._await_value('ground_truth', rospy.get_time())
+        for attempt in range(MAX_ATTEMPTS):
             self._received['goal_state'].clear()
-            if needs_reset:
+            if needs_reset or attempt > 0:
                 self._wait_for('a reset', try_reset)
-            needs_reset = True
             self._give_control()
-            begin, state = self._await('goal_state', matches=has_begun_or_ended)
+            begin, state = self._await_arrival('goal_state', matches=has_begun_or_ended)
             if not is_over(state):
                 break
-        end, state = self._await('goal_state', matches=is_over)
-        world_T_robot = self._value('ground_truth', end + SETTLING_TIME)
+        end, state = self._await_arrival('goal_state', matches=is_over)
+        world_T_robot = self._await_value('ground_truth', end + SETTLING_TIME)
         return DemoDrive(
-            state, goal=self._value('current_goal'), measured_pose=self._value('local_pose', end),
+            state, goal=self._await_value('current_goal'),
+            measured_pose=self._await_value('local_pose', end),
             true_pose=world_T_local.inverse() @ world_T_robot, duration=end - begin)
 
     def _give_control(self):
         """Publish permissions until move_to_goal has control, or a person stops the robot. A node
         that has just started ignores a permission that may be old."""
         def try_to_give():
-            if self._is_control_taken or self._value('has_control'):
+            if self._is_control_taken or self._await_value('has_control'):
                 return True
-            self._control.publish(False)
-            self._control.publish(True)
-            return wait_until(lambda: self._value('has_control'), GRANT_PERIOD)
+            self._permission.publish(False)
+            self._permission.publish(True)
+            return wait_until(lambda: self._await_value('has_control'), GRANT_PERIOD)
         self._wait_for('move_to_goal to take control', try_to_give)
         self._has_granted = True
 
-    def _value(self, topic, since=0.0):
-        _, value = self._await(topic, since)
+    def _await_value(self, topic, since=0.0):
+        _, value = self._await_arrival(topic, since)
         return value
 
-    def _await(self, topic, since=0.0, matches=lambda value: True):
+    def _await_arrival(self, topic, since=0.0, matches=lambda value: True):
         """Wait for a value of `topic` that arrived at `since` [s] or later, and for which
         `matches(value)` is true. Returns (time of arrival [s], value)."""
-        def values():
+        def matching_values():
             if self._is_control_taken:
                 raise ControlTaken
             return [(arrival, value) for arrival, value in list(self._received[topic])
                     if arrival >= since and matches(value)]
-        self._wait_for(topic, values)
-        return values()[0]
+        self._wait_for(topic, matching_values)
+        return matching_values()[0]
 
     def _wait_for(self, what, condition):
         if not wait_until(condition, MESSAGE_TIMEOUT):
@@ -217,7 +217,7 @@ class Demo:
 
 
 def has_begun_or_ended(state):
-    """Does the robot turn to the goal, or is the drive over?"""
+    """Returns True if the robot turns to the goal, or if the drive is over."""
     return state == GoalState.ROTATE_TO_GOAL.name or is_over(state)
 
 
@@ -235,12 +235,12 @@ def is_recorder_listening():
     return heard.issuperset(map(rospy.resolve_name, RECORDED_TOPICS))
 
 
-def table(drives):
-    rows = [drive.row(number) for number, drive in enumerate(drives, 1)]
+def drives_table(drives):
+    rows = [drive.table_row(number) for number, drive in enumerate(drives, 1)]
     return '\n'.join(['', TABLE_HEADER, *rows])
 
 
-def short_pose(pose):
+def pose_text(pose):
     return f'{pose.x:.3f} {pose.y:.3f} {math.degrees(pose.yaw):.1f}'
 
 

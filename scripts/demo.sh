@@ -21,7 +21,7 @@ finish() {
   local job left
   trap '' INT TERM HUP
   exec 2>/dev/null    # bash names each process that it ends
-  for job in $(jobs -p); do    # roslaunch leads the group; the filter ends at once, and no traceback is shown
+  for job in $(jobs -p); do    # roslaunch leads the group; the filter ends immediately, and no traceback is shown
     kill -TERM -- "-$job" || true
     timeout "$patience" tail -s 0.1 --pid="$job" -f /dev/null || true
     kill -KILL -- "-$job" || true
@@ -43,7 +43,7 @@ cat "$run/said" >&2
 [ -n "$ready" ] || exit 1
 trap 'exit 130' INT TERM HUP
 
-# The demonstration starts its own master, since it would also drive a real robot of another master. The lock finds a second
+# The demonstration starts its own master, because it would also drive a real robot of another master. The lock finds a second
 # demonstration that starts at the same moment.
 address=${ROS_MASTER_URI#*://} address=${address%%/*}
 exec 9>>"/tmp/tb3_labs_demo.$UID.${address##*:}.lock"

@@ -5,7 +5,7 @@ Example: rosrun tb3_labs doctor.py robot3. A line begins with ok, warning or FAU
 an instruction. The doctor needs up to 12 s with a robot, 3 s without a master, and longer if a name
 resolves slowly. The exit status is 0 without a FAULT, 1 with a FAULT, and 2 for wrong arguments.
 
-The doctor changes nothing, and publishes nothing. For 5 s the doctor listens to imu, odom,
+The doctor changes nothing, and publishes nothing. For 5 s it listens to imu, odom,
 joint_states and cmd_vel in the robot's namespace.
 """
 import argparse
@@ -15,14 +15,14 @@ import sys
 
 try:
     from tb3_labs.command_line import Parser
-    from tb3_labs.doctor import as_text, summary
+    from tb3_labs.doctor import finding_text, summary_text
     from tb3_labs.doctor.checks import examine
     from tb3_labs.terminal import run_tool
 except ImportError as missing:
     sys.exit(f'no package {missing.name}: source scripts/setup.sh')
 
 
-def namespace(word):
+def checked_namespace(word):
     """Returns a typed namespace with slashes: '/robot3/' for 'robot3', and '/' for ''."""
     if not re.fullmatch(r'/?([A-Za-z]\w*(/[A-Za-z]\w*)*)?/?', word):
         raise argparse.ArgumentTypeError(f'{word} is not a namespace, such as robot3')
@@ -32,7 +32,7 @@ def namespace(word):
 def main(argv):
     """Print the findings. Returns the exit status."""
     parser = Parser(prog='doctor.py', description=__doc__)
-    parser.add_argument('robot', nargs='?', type=namespace,
+    parser.add_argument('robot', nargs='?', type=checked_namespace,
                         default=os.environ.get('ROS_NAMESPACE', ''),
                         help="the robot's namespace; default: ROS_NAMESPACE, or none")
     robot = parser.parse_args(argv).robot
@@ -40,10 +40,10 @@ def main(argv):
     try:
         for finding in examine(robot):
             findings.append(finding)
-            print(as_text(finding), flush=True)
+            print(finding_text(finding), flush=True)
     except KeyboardInterrupt:
         return 130
-    print(summary(findings))
+    print(summary_text(findings))
     return int(any(finding.severity == 'FAULT' for finding in findings))
 
 

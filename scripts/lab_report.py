@@ -11,7 +11,7 @@ import os
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, failure_text, number_or_text, printable
+from tb3_labs.command_line import Parser, error_text, number_or_text, printable
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.robot.turtlebot3 import model_of_environment
 from tb3_labs.supervision.goal_requests import TypedPose
@@ -57,7 +57,7 @@ def main(argv):
         return _fail(f'{problem}; install it: sudo apt install --no-install-recommends '
                      'python3-matplotlib')
     except OSError as problem:
-        return _fail(f'cannot write the report: {failure_text(problem)}; '
+        return _fail(f'cannot write the report: {error_text(problem)}; '
                      'choose another folder with -o')
     except ValueError as problem:
         return _fail(problem)

@@ -18,7 +18,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, failure_text, printable
+from tb3_labs.command_line import Parser, error_text, printable
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.sandbox import (
     NO_SANDBOX_WARNING, OtherUser, Sandbox, protection_problem)
@@ -76,7 +76,7 @@ def main(argv):
                     signal.signal(number, interrupt)
             return mark_class(arguments, Path(work))
         except (OSError, ValueError, NotJudged) as problem:
-            print_error(failure_text(problem))
+            print_error(error_text(problem))
             return 2
         except KeyboardInterrupt:
             print_error('interrupted')
@@ -192,7 +192,7 @@ class ClassMarker:
                             'goes on from here')
         for task in tasks:
             if not task.cancelled() and task.exception() is not None:
-                print_error(failure_text(task.exception()))      # the marks cannot be written
+                print_error(error_text(task.exception()))      # the marks cannot be written
                 self._has_failed = True
         return self._has_failed
 

@@ -32,7 +32,7 @@ class MouseNode:
         self._send_now = threading.Event()
         self._lock = threading.Lock()    # guards _is_closed and the publisher
         self._is_closed = False
-        # latched, so a controller that starts later gets the state of the mouse at once
+        # latched, so a controller that starts later gets the state of the mouse
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
         try:
@@ -80,7 +80,7 @@ class MouseNode:
         self._publisher.publish(message)
 
     def _close(self):
-        """Publish an inactive mouse, which stops the robot at once, not after a timeout."""
+        """Publish an inactive mouse, which stops the robot before a timeout does."""
         with self._lock:
             self._is_closed = True
             if self._is_active:

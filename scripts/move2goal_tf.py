@@ -35,10 +35,9 @@ Parameters
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
-
 from tb3_labs.nodes.move_to_goal.ros_node import MoveToGoalNode, pop_permission
 from tb3_labs.ros.node import run_node
 
 if __name__ == '__main__':
-    pop_permission()
-    run_node('move_to_goal', MoveToGoalNode, __doc__)
+    typed_control = pop_permission()
+    run_node('move_to_goal', lambda: MoveToGoalNode(typed_control), __doc__)

@@ -103,7 +103,7 @@ source "$repo/scripts/setup/packages.sh"
 
 venv_stamp() { echo "$ws $(readlink -f /usr/bin/python3) $(pinned)"; }
 
-# Prints a sum of all files on which a build depends. Python code is left out, since the devel space refers to it.
+# Prints a sum of all files on which a build depends. Python code is left out, because the devel space refers to it.
 build_stamp() {
   cd "$repo"
   {
@@ -122,7 +122,7 @@ build_ready() { [ -e "$ws/devel/setup.bash" ] && holds "$ws/build.stamp" "$(buil
 make_venv() {
   local without_pip=(--without-pip)
   say 'making the Python environment ...'
-  rm -rf "$ws/venv" "$ws/venv.stamp" "$ws/build.stamp"    # the build writes into the environment, too
+  rm -rf "$ws/venv" "$ws/venv.stamp" "$ws/build.stamp"    # the build also writes into the environment
   # fill_venv would use the system's pip instead of the environment's
   if /usr/bin/python3 -Ic 'import pip' 2>/dev/null; then without_pip=(); fi
   /usr/bin/python3 -Im venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
@@ -136,7 +136,7 @@ pip_in_venv() {
 
 # Installs pip, and the packages from PyPI by version and checksum, while the workspace is built without them.
 # --no-deps: pynput would compile evdev, which is needed only without X; the system packages have all other dependencies.
-# Only wheels are installed, since they run no program.
+# Only wheels are installed, because they run no program.
 # The files stay in the user's cache: the next copy of this repository is set up without a network.
 fill_venv() {
   local kept=${XDG_CACHE_HOME:-${HOME:-$ws}/.cache}/tb3_labs
@@ -169,8 +169,8 @@ build() {
   rm -rf "$ws/src/tb3_labs"
   mkdir -p "$ws/src/tb3_labs"
   find "$repo" -mindepth 1 -maxdepth 1 ! -name '.*' ! -name build -exec ln -s -t "$ws/src/tb3_labs" {} +
-  # roscore starts the master without rosout, since this C++ node opens a port to the network in spite of ROS_HOSTNAME. Nodes
-  # publish /rosout nevertheless.
+  # roscore starts the master without rosout, because this C++ node opens a port to the network in spite of ROS_HOSTNAME.
+  # Nodes publish /rosout nevertheless.
   mkdir -p "$ws/etc"
   ln -sfn /etc/ros/rosdep "$ws/etc/rosdep"
   touch "$ws/CATKIN_IGNORE"    # if this clone is inside another workspace, catkin must not look in here

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import rospkg
 
-from tb3_labs.command_line import Parser, failure_text
+from tb3_labs.command_line import Parser, error_text
 from tb3_labs.terminal import run_tool
 
 FOLDER = 'doc/skeletons'
@@ -73,7 +73,7 @@ def main(argv):
         write_package(package_files(templates, package), target)
     # expanduser() raises RuntimeError for an unknown user, such as ~nobody
     except (OSError, RuntimeError, ValueError) as problem:
-        print(f'skeleton.py: {failure_text(problem)}', file=sys.stderr)
+        print(f'skeleton.py: {error_text(problem)}', file=sys.stderr)
         return 2
     print(f'{target} is written. The TODOs are in its folder src. Next: cd {target.parent.parent}; '
           f'catkin_make; source devel/setup.bash; roslaunch {package} {options.lab}.launch '

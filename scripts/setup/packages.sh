@@ -41,7 +41,7 @@ pinned() { local p; for p in "${requirements[@]}"; do grep "^$p==" "$repo/script
 pip_exactly=(--no-deps --only-binary :all: --require-hashes)
 
 # Sets `missing` to the packages to install now. Sets `tests` to 1 if all packages of the tests are there: then the tests are
-# built, too.
+# also built.
 look_at_packages() {
   local installed p wanted=("${run_packages[@]}")
   installed=$(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' "${run_packages[@]}" "${test_packages[@]}" 2>/dev/null |

@@ -31,7 +31,7 @@ def number_or_text(word: str) -> Union[float, str]:
 
 def output_folder(path: Union[str, Path]) -> Path:
     """Make the folder for a tool's output if it is missing. Returns its Path. Raises ``OSError`` if
-    the folder cannot be made, or is a link, since a link may lead to any other folder."""
+    it cannot be made, or is a link, because a link may lead to any other folder."""
     folder = Path(path)
     if folder.is_symlink():
         raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))
@@ -40,7 +40,7 @@ def output_folder(path: Union[str, Path]) -> Path:
 
 
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
-    """Write a whole file, with text as UTF-8. Raises ``OSError`` if the file cannot be written. An
+    """Write a whole file, with text as UTF-8. Raises ``OSError`` if it cannot be written. An
     interrupted program does not lose the old file. The new file replaces a link, not its target."""
     path = Path(path)
     if isinstance(content, str):
@@ -54,13 +54,13 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
         new_file.unlink(missing_ok=True)    # after a failure the new file still exists
 
 
-def failure_text(problem: BaseException) -> str:
-    """Returns the reason for a failure in one line, with the file's name if it is known."""
-    if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
-        return f'{problem.filename}: {problem.strerror}'
-    if isinstance(problem, FileNotFoundError):    # os.getcwd() names no file
+def error_text(error: BaseException) -> str:
+    """Returns an exception's text in one line, with the file's name if it is known."""
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f'{error.filename}: {error.strerror}'
+    if isinstance(error, FileNotFoundError):    # os.getcwd() names no file
         return 'the current folder was deleted: go to another one, such as cd ~'
-    return ' '.join(str(problem).split())
+    return ' '.join(str(error).split())
 
 
 def printable(text: str) -> str:

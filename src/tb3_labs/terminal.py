@@ -24,8 +24,8 @@ class SafeStream:
 
 
 def run_tool(main: Callable[[List[str]], int]) -> None:
-    """Call `main` with the words of the command line, and exit with the status that `main` returns.
-    The code of a character replaces a character that the terminal cannot show."""
+    """Call `main` with the words of the command line, and exit with the status that it returns. A
+    character that the terminal cannot show is printed as its code."""
     for name in ('stdout', 'stderr'):
         with contextlib.suppress(AttributeError):    # the stream is None
             getattr(sys, name).reconfigure(errors='backslashreplace')

@@ -124,7 +124,7 @@ def test_the_node_is_watched_in_a_turn_and_while_the_mouse_is_active(desk):
     for active in (True, False):
         desk.core.on_mouse(Event(MouseState(active, 0.0, 0.0), desk.now))
         desk.tick()
-        assert desk.needs_fast_ticks is desk.core.mouse.is_active is active
+        assert desk.needs_fast_ticks is desk.core.mice.is_active is active
 
 
 def test_the_result_has_the_remaining_angle_of_the_law(desk):
@@ -235,7 +235,7 @@ def test_no_turn_without_the_imu():
 def test_the_result_of_a_turn(requested, turned, words):
     turn = ActiveTurn(math.radians(requested), 0.2, 5.0)
     turn.remaining_at_end = turn.remaining(0.2 + math.radians(turned))
-    assert turn.result(7.5) == 'Turned ' + words
+    assert turn.result_text(7.5) == 'Turned ' + words
 
 
 # -- the mouse

@@ -9,7 +9,7 @@ from pages import SCRIPTS
 from tb3_labs.geometry.se2 import Pose2
 
 PROGRAM = runpy.run_path(str(SCRIPTS / 'demo.py'))
-DemoDrive, table = PROGRAM['DemoDrive'], PROGRAM['table']
+DemoDrive, drives_table = PROGRAM['DemoDrive'], PROGRAM['drives_table']
 GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
@@ -20,7 +20,7 @@ def drive(reached=GOAL, believed=GOAL, state='GOAL_REACHED', goal=GOAL):
 def test_the_table_has_a_row_for_each_drive():
     one = drive(Pose2(-0.61, 0.6092, math.radians(0.09)), Pose2(-0.61, 0.609, math.radians(0.1)))
     two = drive(Pose2(-0.6084, 0.61, math.radians(-0.09)), Pose2(-0.609, 0.609, math.radians(0.1)))
-    assert table([one, two]).split('\n') == [
+    assert drives_table([one, two]).split('\n') == [
         '',
         '        asked [m, m, deg] believed to be at     truly off by     time',
         'drive 1  -0.610 0.610 0.0  -0.610 0.609 0.1  0.8 mm 0.09 deg   7.83 s  ok',
@@ -47,7 +47,7 @@ def demo(monkeypatch):
     made = object.__new__(kind)
     made._received = {'has_control': [(1.0, False)], 'goal_state': []}
     made._has_granted = made._is_control_taken = False
-    made.sent, made.ignored, made._control = [], 0, made
+    made.sent, made.ignored, made._permission = [], 0, made
 
     def publish(value):
         made.sent.append(value)
@@ -74,10 +74,10 @@ def test_a_false_of_another_node_is_a_stop_only_after_control_was_given(demo):
     demo._received['goal_state'].append((2.0, 'ROTATE_TO_GOAL'))
     demo._on_control(message(False, '/unnamed'))    # the demonstration's own False
     demo._on_control(message(True, '/gamepad'))
-    assert demo._await('goal_state') == (2.0, 'ROTATE_TO_GOAL')
+    assert demo._await_arrival('goal_state') == (2.0, 'ROTATE_TO_GOAL')
     demo._on_control(message(False, '/gamepad'))
-    with pytest.raises(demo._await.__globals__['ControlTaken']):
-        demo._await('goal_state')
+    with pytest.raises(demo._await_arrival.__globals__['ControlTaken']):
+        demo._await_arrival('goal_state')
     demo._received['has_control'] = [(3.0, False)]
     demo._give_control()    # before the next drive
     assert demo.sent == [False, True]

@@ -5,7 +5,7 @@ import socket
 
 import pytest
 
-from tb3_labs.doctor import as_text, fault, ok, summary, warning
+from tb3_labs.doctor import fault, finding_text, ok, summary_text, warning
 from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.computer import Computer, judge_address, outgoing_address, own_addresses
 from tb3_labs.doctor.master_and_nodes import (
@@ -19,7 +19,7 @@ OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
 
 def check(line, verdict, *words):
     """A line has this verdict and these words. A line that is not ok has a remedy."""
-    text = as_text(line)
+    text = finding_text(line)
     assert line.severity == verdict, text
     for word in words:
         assert word in text
@@ -28,9 +28,9 @@ def check(line, verdict, *words):
 
 
 def test_a_finding_is_one_line_that_begins_with_its_severity():
-    assert as_text(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']
-    assert as_text(warning('Disk', 'a', 'b')).split() == ['warning', 'Disk', 'a.', 'Do:', 'b']
-    assert as_text(fault('Disk', 'a\nb', 'c\r\033[2Jd')).isprintable()
+    assert finding_text(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']
+    assert finding_text(warning('Disk', 'a', 'b')).split() == ['warning', 'Disk', 'a.', 'Do:', 'b']
+    assert finding_text(fault('Disk', 'a\nb', 'c\r\033[2Jd')).isprintable()
 
 
 @pytest.mark.parametrize('verdicts, words', [
@@ -38,7 +38,7 @@ def test_a_finding_is_one_line_that_begins_with_its_severity():
     ('wfof', 'faults: 2, warnings: 1; begin with the first fault')])
 def test_the_last_line_has_the_numbers_of_faults_and_warnings(verdicts, words):
     kinds = {'o': ok('x', 'y'), 'w': warning('x', 'y', 'z'), 'f': fault('x', 'y', 'z')}
-    assert summary([kinds[letter] for letter in verdicts]) == words
+    assert summary_text([kinds[letter] for letter in verdicts]) == words
 
 
 # ----- judgements
@@ -250,7 +250,7 @@ def test_the_nodes_around_a_robot():
     graph = RobotGraph('/robot3/', [
         [['/robot3/odom', [CORE]], ['/robot9/odom', ['/other']], ['/robot3/cmd_vel', ['/pad']],
          ['/rosout', ['/robot3/panel']]], [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
-    assert (graph.other_robots, graph.listeners, graph.cmd_vel_publishers) == (['/robot9/'], [CORE], ['/pad'])
+    assert (graph.other_robots, graph.cmd_vel_listeners, graph.cmd_vel_publishers) == (['/robot9/'], [CORE], ['/pad'])
     assert graph.robot_nodes == [CORE]
 
 

@@ -47,7 +47,7 @@ def test_all_stamps_step_together_every_5_seconds():
 def train(left=0.0, right=0.0, start=Pose2(), **physics):
     drivetrain = Drivetrain(BURGER, start)
     drivetrain.set_physics(**dict(dict(lag=0.0, mismatch=0.0, slip=0.0), **physics))
-    drivetrain.set_goals(left, right)
+    drivetrain.set_goal_speeds(left, right)
     return drivetrain
 
 

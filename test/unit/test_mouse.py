@@ -1,7 +1,7 @@
 """Mouse positions into velocities, by the numbers of the course's mouse lab."""
 import pytest
 
-from tb3_labs.nodes.controller.mouse import Mouse, MouseState
+from tb3_labs.nodes.controller.mouse import Mice, MouseState
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Novelty, Event, LogQueue
 
@@ -12,7 +12,7 @@ def hear(mouse, active, x, y, now, name='', stamp=0.0):
 
 
 def inactive_mouse(name=''):
-    mouse = Mouse(LogQueue())
+    mouse = Mice(LogQueue())
     hear(mouse, False, 0.0, 0.0, 0.0, name)
     return mouse
 

@@ -12,7 +12,7 @@ TOKEN = 'Wq3-right_token'
 
 
 def refusal(host=HOST, origin=ORIGIN, token=None, access=None):
-    return (access or Access()).refusal(host, origin, token)
+    return (access or Access()).refusal_reason(host, origin, token)
 
 
 # -- Host

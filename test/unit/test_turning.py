@@ -10,7 +10,7 @@ from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import SETTLING_TIME, PreciseTurn, Settling
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.localization.sample_timing import SampleTiming, YawNoise
-from tb3_labs.nodes.controller.turns import Heading, TurnConfig, degrees_of
+from tb3_labs.nodes.controller.turns import Heading, TurnConfig, parse_turn
 from tb3_labs.robot.samples import ImuSample, heading_jump_text
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -23,13 +23,13 @@ ROBOT = SimulatorConfig(imu_offset_deg=-105.5, imu_drift_deg_per_min=1.0, comman
 @pytest.mark.parametrize('text, degrees', [
     ('l', 90.0), ('r', -90.0), ('b', 180.0), ('45', 45.0), ('-30.5', -30.5), ('+7', 7.0)])
 def test_words_of_the_keyboard(text, degrees):
-    assert degrees_of(text) == degrees
+    assert parse_turn(text) == degrees
 
 
 @pytest.mark.parametrize('text', ['', 'x', 'left', 'l r', '9o', '\x1b[A', 'l' * 1000])
 def test_an_invalid_word_is_answered_with_the_valid_words(text):
     with pytest.raises(ValueError) as problem:
-        degrees_of(text)
+        parse_turn(text)
     answer = str(problem.value)
     assert all(word in answer for word in ('l (90', 'r (90', 'b (180', 'number of degrees', 'q'))
     assert '\n' not in answer and len(answer) < 200

@@ -2,7 +2,7 @@
 
 The module `checks` measures, and calls the functions ``judge_*`` in order. Each of these turns
 numbers and names into a Finding. At first the doctor is not a node, and only makes XML-RPC calls.
-After the line `Way back` the doctor is an ordinary node, which listens but publishes nothing.
+After the line `Way back` it is an ordinary node, which listens but publishes nothing.
 """
 from collections import Counter
 from functools import partial
@@ -26,7 +26,7 @@ warning = partial(Finding, 'warning')       # of a possible problem
 fault = partial(Finding, 'FAULT')           # of a problem that prevents a lab
 
 
-def as_text(finding: Finding) -> str:
+def finding_text(finding: Finding) -> str:
     """Returns a finding as one line of text. Characters that cannot be printed become spaces."""
     text = f'{finding.severity:<7} {finding.subject:<8} {finding.text}'
     if finding.remedy:
@@ -34,8 +34,8 @@ def as_text(finding: Finding) -> str:
     return ''.join(character if character.isprintable() else ' ' for character in text)
 
 
-def summary(findings: Sequence[Finding]) -> str:
+def summary_text(findings: Sequence[Finding]) -> str:
     """Returns the doctor's last line, with the numbers of faults and warnings."""
     counts = Counter(finding.severity for finding in findings)
-    advice = '; begin with the first fault' if counts['FAULT'] > 1 else ''
-    return f'faults: {counts["FAULT"]}, warnings: {counts["warning"]}{advice}'
+    hint = '; begin with the first fault' if counts['FAULT'] > 1 else ''
+    return f'faults: {counts["FAULT"]}, warnings: {counts["warning"]}{hint}'

@@ -12,26 +12,26 @@ from tb3_labs.doctor.ros_listening import examine_messages
 def examine(namespace):
     """Yields the findings on this computer and on the robot in `namespace`, such as '/robot3/'."""
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
-    state = master.ask('getSystemState')
+    system_state = master.ask('getSystemState')
     if master.uri and master.problem == 'malformed':
         yield judge_master(master)    # all further checks need the address of the master
         return
     computer = this_computer(master.address)
     yield judge_address(computer)
     yield judge_master(master)
-    if state is None:
+    if system_state is None:
         return
-    graph = RobotGraph(namespace, state)
-    robot = _peers_of(master, graph.robot_nodes)
+    graph = RobotGraph(namespace, system_state)
+    robot_peers = _peers_of(master, graph.robot_nodes)
     publishers = _peers_of(master, graph.cmd_vel_publishers)
     yield judge_robot(graph)
     yield from judge_names(graph)
-    if robot:
-        yield judge_nodes(robot)
-    alive = {node: peer for node, peer in robot.items() if not peer.problem}
-    if not alive:
+    if robot_peers:
+        yield judge_nodes(robot_peers)
+    live_peers = {node: peer for node, peer in robot_peers.items() if not peer.problem}
+    if not live_peers:
         return
-    yield from _check_return_path(computer, graph, alive, publishers)
+    yield from _check_return_path(computer, graph, live_peers, publishers)
     is_wall_time = not Peer(master.uri).ask('getParam', '/use_sim_time')
     yield from examine_messages(graph, computer.outgoing_address, is_wall_time)
 
@@ -45,17 +45,17 @@ def _peers_of(master, nodes):
     return peers
 
 
-def _check_return_path(computer, graph, alive, publishers):
-    """Yields the finding on the connection from the robot to this computer. `alive` is {node of the
-    robot that answers: Peer}. `publishers` is {node that publishes cmd_vel: Peer}."""
-    robot_node = next((node for node in graph.listeners if node in alive), None)
+def _check_return_path(computer, graph, live_peers, publishers):
+    """Yields the finding on the connection from the robot to this computer. `live_peers` is {node
+    of the robot that answers: Peer}. `publishers` is {node that publishes cmd_vel: Peer}."""
+    robot_node = next((node for node in graph.cmd_vel_listeners if node in live_peers), None)
     if robot_node is None:
         return
-    robot = alive[robot_node]
+    robot = live_peers[robot_node]
     own_publishers = {}
     for node, peer in publishers.items():
-        may_be_here = peer.problem == 'unresolved' or (not peer.problem and is_own(peer.address))
-        if may_be_here and node not in graph.robot_nodes:
+        can_be_here = peer.problem == 'unresolved' if peer.problem else is_own(peer.address)
+        if can_be_here and node not in graph.robot_nodes:
             own_publishers[node] = peer.uri
     if own_publishers:
         time.sleep(1.0)    # the robot needs this time to connect to a new publisher

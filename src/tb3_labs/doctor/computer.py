@@ -15,7 +15,7 @@ from tb3_labs.doctor import Finding, fault, ok, warning
 
 
 def is_loopback(address: str) -> bool:
-    """Does an address, or a name, belong to the loopback interface?"""
+    """Does an address or a name belong to the loopback interface?"""
     return address.startswith('127.') or address in ('localhost', '::1')
 
 
@@ -68,9 +68,9 @@ class Computer:
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
-    def advice(self) -> str:
+    def remedy(self) -> str:
         """The commands that make this computer's nodes advertise the right address. If the master
-        is on this computer, the right address is the first of the `addresses`."""
+        is on this computer, this is the first of the `addresses`."""
         unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
         usable = (address for address in (self.outgoing_address, *self.addresses)
                   if address and not is_loopback(address))
@@ -98,7 +98,7 @@ def judge_address(computer: Computer) -> Finding:
         if computer.is_master_here:
             return ok('Address', text + 'this is right for this computer alone')
         text += f'the robot is told the name {computer.hostname}, and may not resolve it'
-        return warning('Address', text, computer.advice)
+        return warning('Address', text, computer.remedy)
     variable = 'ROS_HOSTNAME' if computer.ros_hostname else 'ROS_IP'
     text = f'{variable}={computer.advertised_name!r}'
     if resolved not in ('', computer.advertised_name) and not is_loopback(resolved):
@@ -118,4 +118,4 @@ def judge_address(computer: Computer) -> Finding:
     else:
         addresses = ', '.join(computer.addresses) or 'none'
         text += f' is not an address of this computer (it has {addresses})'
-    return fault('Address', text, computer.advice)
+    return fault('Address', text, computer.remedy)

@@ -54,8 +54,8 @@ class Peer:
         try:
             connection = http.client.HTTPConnection(
                 self.address, self.port, timeout=ANSWER_TIMEOUT)
-            call = xmlrpc.client.dumps((CALLER_ID, *arguments), method)
-            connection.request('POST', '/', call, {'Content-Type': 'text/xml'})
+            request = xmlrpc.client.dumps((CALLER_ID, *arguments), method)
+            connection.request('POST', '/', request, {'Content-Type': 'text/xml'})
             with connection.getresponse() as answer:
                 parameters, _ = xmlrpc.client.loads(answer.read())
             code, reason, value = parameters[0]
@@ -96,16 +96,17 @@ class RobotGraph:
         self.namespace = namespace
         self.publishers, self.subscribers, _ = map(dict, state)
         #: {topic of a sensor: nodes that publish the topic}
-        self.sensors = {name: self.publishers.get(namespace + name, []) for name in SENSORS}
+        self.sensor_publishers = {
+            name: self.publishers.get(namespace + name, []) for name in SENSORS}
         self.cmd_vel_publishers = self.publishers.get(namespace + 'cmd_vel', [])
         # A recorder, the panel and drivers also listen to cmd_vel. If a node of the robot listens,
         # all other listeners are left out.
         listeners = self.subscribers.get(namespace + 'cmd_vel', [])
-        sensor_nodes = self.sensors['imu'] + self.sensors['odom']
-        self.listeners = [node for node in listeners if node in sensor_nodes]
-        if not self.listeners:
-            self.listeners = [node for node in listeners if node not in self.cmd_vel_publishers]
-        self.robot_nodes = sorted(set(sensor_nodes + self.listeners))
+        sensor_nodes = self.sensor_publishers['imu'] + self.sensor_publishers['odom']
+        self.cmd_vel_listeners = (
+            [node for node in listeners if node in sensor_nodes]
+            or [node for node in listeners if node not in self.cmd_vel_publishers])
+        self.robot_nodes = sorted({*sensor_nodes, *self.cmd_vel_listeners})
         namespaces = {topic.rpartition('odom')[0] for topic in self.publishers
                       if topic.endswith('/odom')}
         self.other_robots = sorted(namespaces - {namespace})
@@ -134,7 +135,7 @@ class RobotGraph:
 def judge_robot(graph: RobotGraph) -> Finding:
     """Is there exactly one robot in the namespace?"""
     namespace = graph.namespace.rstrip('/')
-    imu, odom = graph.sensors['imu'], graph.sensors['odom']
+    imu, odom = graph.sensor_publishers['imu'], graph.sensor_publishers['odom']
     if not imu and not odom:
         text = f'nobody publishes {namespace}/imu or {namespace}/odom'
         remedy = "start the robot's bringup, or roslaunch tb3_labs fake_robot.launch"
@@ -150,20 +151,20 @@ def judge_robot(graph: RobotGraph) -> Finding:
                          'or a master, of its own')
         if not nodes:
             return fault('Robot', f'nobody publishes {namespace}/{topic}', BRINGUP_REMEDY)
-    if not graph.listeners:
+    if not graph.cmd_vel_listeners:
         return fault('Robot', f'nobody hears {namespace}/cmd_vel: the robot cannot be driven',
                      BRINGUP_REMEDY)
-    listeners = ', '.join(sorted(graph.listeners))
+    listeners = ', '.join(sorted(graph.cmd_vel_listeners))
     return ok('Robot', f'{imu[0]} publishes {namespace}/imu and odom, {listeners} hears cmd_vel')
 
 
 def judge_names(graph: RobotGraph) -> Iterator[Finding]:
     """Yields a finding on the nodes that listen to a wrong name, such as imu_data, and a finding on
     the nodes that publish a wrong name, such as turtle1/cmd_vel."""
-    wrong_hearers = _mistakes(
+    wrong_hearers = _mistake_sentences(
         '{node} listens to {wrong}, which nobody publishes; {right} is published by {partner}',
         graph, LAB_TOPICS, users=graph.subscribers, partners=graph.publishers)
-    wrong_senders = _mistakes(
+    wrong_senders = _mistake_sentences(
         '{node} publishes {wrong}, which nobody hears; {right} is heard by {partner}',
         graph, SUBSCRIBED_TOPICS, users=graph.publishers, partners=graph.subscribers)
     for subject, mistakes in (('Hearers', wrong_hearers), ('Senders', wrong_senders)):
@@ -172,7 +173,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
                           'correct the name in the code, or by <remap> in the launch file')
 
 
-def _mistakes(text, graph, names, users, partners):
+def _mistake_sentences(text, graph, names, users, partners):
     """Returns the sentence `text` for each node that uses a wrong topic instead of one of `names`.
     `users` and `partners` are {topic: nodes}: the publishers and the subscribers, or vice versa."""
     sentences = []
@@ -184,7 +185,7 @@ def _mistakes(text, graph, names, users, partners):
             if node in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
                 continue    # a node that also uses the right topic makes no mistake
             # a recorder is named only if no node of the robot uses the topic
-            of_robot = (each for each in partners[right] if each in graph.robot_nodes)
+            of_robot = (partner for partner in partners[right] if partner in graph.robot_nodes)
             partner = next(of_robot, partners[right][0])
             sentences.append(text.format(node=node, wrong=topic, right=right, partner=partner))
     return sentences
@@ -211,14 +212,13 @@ def judge_return_path(publishers: Mapping[str, str], connected: Collection[str],
                       computer: Computer, is_robot_elsewhere: bool) -> Finding:
     """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `publishers`
     is {node of this computer that publishes cmd_vel: URI}. `connected` contains the URIs of the
-    nodes from which `robot` receives messages. `computer` sends to the robot from its
-    `outgoing_address`."""
+    nodes from which `robot` receives messages. `computer.outgoing_address` leads to the robot."""
     for node, uri in sorted(publishers.items()):
         uri = uri.rstrip('/')
         if uri not in connected:
             text = f'{robot} cannot reach {node} at {uri}: commands do not arrive'
             return fault('Way back', text, 'if sudo ufw status says active: sudo ufw allow from '
-                         'ROBOTS_ADDRESS; else ' + computer.advice)
+                         'ROBOTS_ADDRESS; else ' + computer.remedy)
     if publishers:
         return ok('Way back', f"{robot} is connected to {', '.join(sorted(publishers))}")
     if not is_robot_elsewhere:
@@ -227,9 +227,9 @@ def judge_return_path(publishers: Mapping[str, str], connected: Collection[str],
     if computer.resolved_address != address:
         needed = address or 'of this computer'
         return fault('Way back', f'the robot cannot reach {name}: it needs the address {needed}',
-                     computer.advice)
+                     computer.remedy)
     if name != address:
         return warning('Way back', f'the robot must resolve the name {name}; start a lab, then '
-                       'this line shows whether it does', computer.advice)
+                       'this line shows whether it does', computer.remedy)
     return ok('Way back', f'{name} is the address towards the robot; start a lab, then this line '
               'shows a firewall')

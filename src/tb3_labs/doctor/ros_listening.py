@@ -43,7 +43,7 @@ def examine_messages(graph, address, is_wall_time):
         message.sender for message in received if message.topic == 'cmd_vel'))
     for name in SENSORS:
         arrivals = [message.arrived_at for message in received if message.topic == name]
-        publisher = next(iter(graph.sensors[name]), '')
+        publisher = next(iter(graph.sensor_publishers[name]), '')
         yield judge_stream(graph.namespace + name, arrivals, listening_end, publisher)
     delays = [arrived_at - message.header.stamp.to_sec()
               for topic, arrived_at, _, message in received
@@ -52,9 +52,9 @@ def examine_messages(graph, address, is_wall_time):
         yield judge_clock(min(delays))
     samples = read_samples(received)
     gyro = gyro_monitor_of(samples, graph.namespace + 'reset')
-    cause, _, remedy = gyro.problem_text().partition(': ')
-    yield judge_gyro(cause, remedy, is_compared=gyro.has_compared)
-    if cause or not gyro.has_compared:
+    problem, _, remedy = gyro.problem_text().partition(': ')
+    yield judge_gyro(problem, remedy, is_compared=gyro.has_compared)
+    if problem or not gyro.has_compared:
         return
     yaws = [(sample.stamp, sample.yaw) for _, sample in samples if isinstance(sample, ImuSample)]
     wheel_angles = [(sample.left, sample.right) for _, sample in samples
@@ -66,14 +66,13 @@ def examine_messages(graph, address, is_wall_time):
 
 def listen(namespace, address):
     """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
-    The doctor advertises `address`, its address towards the master, since ROS_IP may be wrong."""
+    The doctor advertises `address`, its address towards the master: ROS_IP may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []
 
     def on_message(message, name):
-        received.append(ReceivedMessage(
-            name, time.time(), sender_of(message), message))
+        received.append(ReceivedMessage(name, time.time(), sender_of(message), message))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,

@@ -14,7 +14,7 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 import rospkg
 import yaml
 
-from tb3_labs.command_line import failure_text, printable
+from tb3_labs.command_line import error_text, printable
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
 from tb3_labs.marking.student_nodes import GAMEPAD, IMU, MOVE2GOAL, TURN
@@ -254,4 +254,4 @@ def read_points(path: Optional[Path]) -> Any:
     except OSError as problem:
         raise ValueError(f'the points, {path}, cannot be read: {problem.strerror}') from None
     except (UnicodeDecodeError, yaml.YAMLError) as problem:
-        raise ValueError(f'the points, {path}, are not YAML: {failure_text(problem)}') from None
+        raise ValueError(f'the points, {path}, are not YAML: {error_text(problem)}') from None

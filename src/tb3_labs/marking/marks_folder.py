@@ -18,7 +18,7 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 
 import rospkg
 
-from tb3_labs.command_line import failure_text, output_folder, printable, write_output
+from tb3_labs.command_line import error_text, output_folder, printable, write_output
 from tb3_labs.marking.intake.sandbox import NO_SANDBOX_WARNING
 from tb3_labs.marking.labs.gamepad import HANDOUT_PAD
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
@@ -165,7 +165,7 @@ class MarksFolder:
                     raise ValueError(f'it is not in {bag} any more')
                 observation = read_trial(bag, trial_marks.path_prefixes)
             except ValueError as problem:
-                trial_marks.unjudged = f'Its trial cannot be judged: {failure_text(problem)}.'
+                trial_marks.unjudged = f'Its trial cannot be judged: {error_text(problem)}.'
         try:
             marks, page = self._marks_and_page(trial_marks, observation)
         except Exception as problem:    # an error with one student must not end the run
@@ -188,7 +188,7 @@ class MarksFolder:
 
 def error_sentence(problem: Exception) -> str:
     """Returns a sentence on an error in the code of the marking."""
-    return f'The marking of it failed: {failure_text(problem)} ({type(problem).__name__}).'
+    return f'The marking of it failed: {error_text(problem)} ({type(problem).__name__}).'
 
 
 @contextmanager

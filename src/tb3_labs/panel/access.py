@@ -48,8 +48,8 @@ class Access:
         self._valid_names = {name.lower() for name in ('localhost', LOOPBACK, *names)}
         self._token = token
 
-    def refusal(self, host: Optional[str], origin: Optional[str],
-                token: Optional[str]) -> Optional[str]:
+    def refusal_reason(self, host: Optional[str], origin: Optional[str],
+                       token: Optional[str]) -> Optional[str]:
         """Returns the reason why a request is refused; None if the request is accepted.
 
         `host` and `origin` are headers of the request, or None if the header is missing. Only

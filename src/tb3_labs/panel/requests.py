@@ -7,7 +7,7 @@ A request is a JSON object:
     {"type": "stop"}                         STOP, or B: the robot stops, move_to_goal loses control
     {"type": "turn", "degrees": 90}          left positive
     {"type": "goal", "x": 1, "y": 0, "yaw_deg": 0}     a goal in local [m, deg]
-    {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot's present pose in local [m, deg]
+    {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot's current pose in local [m, deg]
 
 The entry "pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}, or null if
 the person does not hold the pad. The entry "mouse" is the place in the square, or null if the
@@ -20,8 +20,8 @@ the "stops" of the picture that the person saw; see :mod:`tb3_labs.supervision.d
 
 The entry "t" is the time [s] at which the page sent the request, on the panel's clock. The page
 computes "t" as the "now" of the latest picture plus the time since this picture arrived. A picture
-needs time to arrive, so the panel may overestimate the delay of a message, but underestimates the
-delay only if the browser's clock jumps.
+needs time to arrive, so the panel may overestimate the delay of a message, but underestimates it
+only if the browser's clock jumps.
 """
 import json
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
@@ -78,7 +78,7 @@ class PageRequest(NamedTuple):
     """One message of a page."""
 
     type: str
-    value: Any = None              # see READERS
+    value: Union[HeldInputs, TypedPose, float, None] = None    # see READERS
     id: Optional[int] = None
     known_stops: Optional[int] = None    # the entry "stops"; None if missing
     sent_at: float = 0.0           # the entry "t"; 0 if missing
@@ -128,12 +128,11 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
 
 
 def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
-    request = PageRequest(type=message['type'], value=read(message),
-                          id=_read_optional(message, 'id', int),
-                          known_stops=_read_optional(message, 'stops', int))
-    if message.get('t') is not None:
-        return request._replace(sent_at=_read_number(message, 't', MAX_SENT_TIME))
-    return request
+    has_time = message.get('t') is not None
+    return PageRequest(
+        type=message['type'], value=read(message), id=_read_optional(message, 'id', int),
+        known_stops=_read_optional(message, 'stops', int),
+        sent_at=_read_number(message, 't', MAX_SENT_TIME) if has_time else 0.0)
 
 
 def _read_pose(message: Dict) -> TypedPose:

@@ -1,4 +1,4 @@
-"""Makes a picture of one robot from the robot's latest messages. A page draws the picture.
+"""Makes a picture of one robot from its latest messages. A page draws the picture.
 
 A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 
@@ -131,7 +131,6 @@ class RobotView:
             _, linear, angular = self._commands[driver]
             command = [_rounded(linear), _rounded(angular)]
         odom = self.latest('odom')
-        odom_pose = odom.pose if odom else None
         local = self.latest('local')
         frame = self.latest('frame')
         if self._computed_odom_T_local and not (local or frame):
@@ -143,7 +142,7 @@ class RobotView:
             distance = local.distance_to(goal)
             angle = math.degrees(difference(goal.yaw, local.yaw))
         return {
-            'odom': _pose_numbers(odom_pose), 'local': _pose_numbers(local),
+            'odom': _pose_numbers(odom.pose if odom else None), 'local': _pose_numbers(local),
             'frame': _pose_numbers(frame), 'truth': _pose_numbers(self._truth_in_odom()),
             'goal': _pose_numbers(goal),
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),

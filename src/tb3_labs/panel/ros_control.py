@@ -22,7 +22,7 @@ from tb3_labs.ros.rospy_internals import subscribers_of
 from tb3_labs.supervision.dead_man import DeadMan
 from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 
-#: A request is rejected after this delay [s], since the person no longer expects a motion.
+#: A request is refused after this delay [s], since the person no longer expects a motion.
 MAX_REQUEST_AGE = 2.0
 #: A stop is confirmed if the robot stands still within this time [s].
 CONFIRM_TIMEOUT = 1.5
@@ -69,7 +69,7 @@ class PanelRobot:
 
     def carry_out(self, page, request):
         """Carry out a request of `page`. Returns the answer as text, or None if another thread or a
-        timer answers. Raises ``ValueError`` with the reason if the request is rejected."""
+        timer answers. Raises ``ValueError`` with the reason if the request is refused."""
         return self._ACTIONS[request.type](self, page, request)
 
     def _drive_by_inputs(self, page, request):
@@ -120,15 +120,13 @@ class PanelRobot:
         self._refuse_if_old(request, MAX_RESET_AGE)    # the pose of an old reset may be wrong
         typed = request.value
 
-        def call():
-            is_fulfilled = False
+        def reset_and_answer():
             try:
-                text = call_reset(typed.x, typed.y, typed.yaw_deg)
-                is_fulfilled = True
+                outcome = True, call_reset(typed.x, typed.y, typed.yaw_deg)
             except Exception as problem:    # no exception may end the panel, which must stop robots
-                text = str(problem)
-            self._server.call_soon(lambda: page.answer(request, is_fulfilled, text))
-        run_in_thread(call)
+                outcome = False, str(problem)
+            self._server.call_soon(lambda: page.answer(request, *outcome))
+        run_in_thread(reset_and_answer)
 
     _ACTIONS = {'joy': _drive_by_inputs, 'stop': _stop_and_confirm, 'turn': _send_turn,
                 'goal': _send_goal, 'reset': _reset}
@@ -181,8 +179,8 @@ class PanelRobot:
     def _confirm_stop(self, page, request, since):
         """Answer a STOP of `page`, made at the time `since` [s], when the robot stands still. After
         CONFIRM_TIMEOUT, answer why the stop is not confirmed."""
-        listeners = subscribers_of(self._control_publisher)
-        listeners |= subscribers_of(self._cmd_vel_publisher)
+        listeners = (subscribers_of(self._control_publisher)
+                     | subscribers_of(self._cmd_vel_publisher))
         if not listeners - {rospy.get_name()}:
             page.answer(request, is_fulfilled=False, text='no node hears it')
             return

@@ -92,7 +92,8 @@ class Pages:
 
     def _on_line(self, message):
         """Pass a message of /rosout to the pages. Several threads may call this method."""
-        if message.level not in LEVEL_NAMES or not message.name.startswith(rospy.get_namespace()):
+        is_of_robot = message.name.startswith(rospy.get_namespace())
+        if message.level not in LEVEL_NAMES or not is_of_robot:
             return
         self._robot.subscriptions.use_view(lambda view: view.on_log_line(message.msg))
         line = {'time': time.strftime('%H:%M:%S'), 'level': LEVEL_NAMES[message.level],

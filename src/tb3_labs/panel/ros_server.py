@@ -47,13 +47,10 @@ class Server:
     """
 
     def __init__(self, config, open_page):
-        names = []
-        token = ''
-        shown_name = 'localhost'
-        if config.address != LOOPBACK:
-            names = _names_of_this_computer(config.address)
-            token = secrets.token_urlsafe(12)
-            shown_name = config.address
+        is_local = config.address == LOOPBACK
+        names = [] if is_local else _names_of_this_computer(config.address)
+        token = '' if is_local else secrets.token_urlsafe(12)
+        shown_name = 'localhost' if is_local else config.address
         if config.address == '0.0.0.0':
             shown_name = rosgraph.network.get_local_address()
         self._access = Access(names, token)
@@ -114,11 +111,11 @@ class _CheckedHandler:
         headers = self.request.headers
         is_public = self.request.path.endswith(PUBLIC_SUFFIXES)
         token = None if is_public else self.get_query_argument('token', '')
-        refusal = self._access.refusal(headers.get('Host'), headers.get('Origin'), token)
-        if refusal:
-            rospy.logwarn_throttle(1.0, 'a browser was refused: ' + refusal)
+        reason = self._access.refusal_reason(headers.get('Host'), headers.get('Origin'), token)
+        if reason:
+            rospy.logwarn_throttle(1.0, 'a browser was refused: ' + reason)
             self.set_status(403)
-            self.finish(f'tb3_labs: {refusal}\n')
+            self.finish(f'tb3_labs: {reason}\n')
 
 
 class _File(_CheckedHandler, web.StaticFileHandler):

@@ -47,7 +47,7 @@ class RobotSubscriptions:
             subscribe(topic, *arguments, queue_size=None)
 
         def subscribe_some(topic, *arguments, period=FAST_TOPIC_PERIOD):    # one in each `period`
-            subscribe(topic, *arguments, idle_for=lambda now: period)
+            return subscribe(topic, *arguments, idle_for=lambda now: period)
 
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
         subscribe_all('goal_state', String, self._store_as('state'), _read_data)
@@ -65,7 +65,7 @@ class RobotSubscriptions:
         store_transforms = self._callback(_store_transforms)
         subscribe_all('/tf_static', TFMessage, store_transforms, self._read_transforms)
         subscribe_some('/tf', TFMessage, store_transforms, self._read_transforms)
-        self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: FAST_TOPIC_PERIOD)
+        self._joy = subscribe_some('joy', Joy, lambda joy: None)
 
     def use_view(self, function):
         """Returns ``function(view)``, which may change the view. Any thread may call it."""

@@ -1,7 +1,7 @@
 """Sends the commands of a node to the robot, and one zero command at the end of a motion.
 
 A node that stops the robot publishes exactly one zero command, and then is silent, so that another
-node can drive. A node also stops the robot if the node ends, or if ROS time stands still.
+node can drive. It also stops the robot if it ends, or if ROS time stands still.
 """
 import math
 
@@ -31,8 +31,7 @@ class CmdVel:
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError(f'command ({linear}, {angular}) is not finite')
-        linear = linear if abs(linear) >= MIN_SPEED else 0.0
-        angular = angular if abs(angular) >= MIN_SPEED else 0.0
+        linear, angular = (speed if abs(speed) >= MIN_SPEED else 0.0 for speed in command)
         if not self._clock_runs or (linear, angular) == (0.0, 0.0):
             self.stop()
         elif not self._is_closed:

@@ -44,10 +44,10 @@ class CoreRunner:
                          daemon=True).start()
         self._cmd_vel = CmdVel()
         rospy.on_shutdown(self._close)
-        self._watchdog = Watchdog(self.check, self._on_clock)
+        self._watchdog = Watchdog(self.decide_now, self._on_clock)
 
-    def handle(self, method, *arguments):
-        """Give a message to the core by ``method(*arguments)``, let the core decide, and return the
+    def decide_after(self, method, *arguments):
+        """Give a message to the core by ``method(*arguments)``, let it decide, and return the
         Output. `method` itself must read the clock: a time from before the lock was taken could be
         older than the core's last decision."""
         with self._lock:
@@ -56,12 +56,12 @@ class CoreRunner:
         self._watchdog.on_message_handled()
         return output
 
-    def check(self):
+    def decide_now(self):
         """Let the core decide now, without a message."""
         with self._lock:
             self._decide()
 
-    def call(self, method, *arguments):
+    def call_core(self, method, *arguments):
         """Returns ``method(*arguments)`` of the core, without a decision of the core."""
         with self._lock:
             return method(*arguments)
@@ -99,12 +99,12 @@ class CoreRunner:
 
 
 class Watchdog:
-    """Calls `check()` in a separate thread while no message arrives, since a rospy.Timer would stop
+    """Calls `on_quiet()` in a separate thread while no message arrives. A rospy.Timer would stop
     with simulated time. If time is simulated, the thread also calls `on_clock(clock_runs)`. The
     first call of :meth:`set_awake` starts the thread."""
 
-    def __init__(self, check, on_clock):
-        self._check, self._on_clock = check, on_clock
+    def __init__(self, on_quiet, on_clock):
+        self._on_quiet, self._on_clock = on_quiet, on_clock
         self._awake = threading.Event()
         self._messages = Freshness('message', QUIET_TIME)
         self._clock = Freshness('/clock', STANDSTILL_TIME)
@@ -112,7 +112,7 @@ class Watchdog:
         self._thread = threading.Thread(target=guarded(self._watch), name='watchdog', daemon=True)
 
     def set_awake(self, is_awake):
-        """If `is_awake`, check often, else seldom. The caller holds the lock."""
+        """If `is_awake`, call `on_quiet()` often, else seldom. The caller holds the lock."""
         if not self._thread.ident:
             self._thread.start()
         if is_awake:
@@ -130,7 +130,7 @@ class Watchdog:
             quiet_time = self._messages.timeout if is_awake else IDLE_PERIOD
             remaining_quiet_time = quiet_time - self._messages.age(steady_time())
             if remaining_quiet_time <= 0.0:
-                self._check()
+                self._on_quiet()
             if is_awake:
                 time.sleep(max(CHECK_PERIOD, remaining_quiet_time))
 

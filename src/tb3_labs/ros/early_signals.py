@@ -1,4 +1,4 @@
-"""A node imports this module first. After this import Ctrl+C ends the node at once.
+"""A node imports this module first. After this import Ctrl+C ends the node immediately.
 
 Python itself would raise KeyboardInterrupt in the middle of an import. If nothing catches the
 exception, Python prints a traceback. If a library catches the exception, the node ignores Ctrl+C,

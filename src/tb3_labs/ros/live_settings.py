@@ -1,7 +1,7 @@
 """Lets a user change settings of a running node, by dynparam or in rqt_reconfigure.
 
 LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12). That server
-silently clips an invalid value to the nearest bound, before a callback can refuse the value. It
+silently clips an invalid value to the nearest bound, before a callback can refuse it. It
 also writes each change to the parameter server, so a simulated fault is present after the next
 start. Its import calls rosdep, which may print a line. Test: test/ros/live_test.py.
 """

@@ -1,4 +1,4 @@
-"""Starts a node of this package, and ends the node after a signal or a failure.
+"""Starts a node of this package, and ends it after a signal or a failure.
 
 A ``ValueError`` at the start, such as for an invalid parameter, ends the node with one fatal line
 and exit status 1, and ends the node's roslaunch. An exception in a callback also ends the node,
@@ -121,7 +121,7 @@ def _log_failure(failure=''):
     time.sleep(FLUSH_TIME)
 
 
-def roslaunch_of_this():
+def parent_roslaunch():
     """Returns the process id of the roslaunch that started this process, or 0."""
     argv = Path(f'/proc/{os.getppid()}/cmdline').read_text().split('\0')
     is_roslaunch = 'roslaunch' in map(os.path.basename, argv[:2])    # argv[0] may be python3
@@ -130,7 +130,7 @@ def roslaunch_of_this():
 
 def end_roslaunch():
     """End the roslaunch that started this process. After SIGTERM roslaunch prints no red lines."""
-    roslaunch = roslaunch_of_this()
+    roslaunch = parent_roslaunch()
     if roslaunch:
         os.kill(roslaunch, signal.SIGTERM)
 

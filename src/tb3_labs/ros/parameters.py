@@ -23,9 +23,9 @@ def read_config(*config_types, other_node=None, typed_values=()):
     known_names = {item.name for item in chain(*map(fields, config_types))} | {'model'}
     if other_node is None:
         for word in sys.argv[1:]:
-            name, has_value, _ = word.partition(':=')
-            if name in known_names or not has_value:    # rospy ignores `word` or renames a topic
-                shown_name = name if has_value else 'NAME'
+            name, separator, _ = word.partition(':=')
+            if name in known_names or not separator:    # rospy ignores `word` or renames a topic
+                shown_name = name if separator else 'NAME'
                 raise ValueError(f'{word} is not an argument; a parameter is given by '
                                  f'_{shown_name}:=VALUE (--help tells more)')
         for name in sorted(set(values) - known_names):

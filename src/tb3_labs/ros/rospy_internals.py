@@ -56,8 +56,8 @@ def serve_connections_in_threads(server=None):
     test/unit/test_node.py.
 
     Closed connections are not served. A subscriber that gets two lists of publishers within a
-    moment connects twice, and closes its first connection. If the closed connection was served
-    last, since its thread was late, the publisher would keep only this connection."""
+    moment connects twice, and closes its first connection. The thread of the closed connection may
+    be late. The publisher would then keep only the closed connection."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
     serving_lock = threading.Lock()    # one connection at a time is checked and served
@@ -76,8 +76,10 @@ def serve_connections_in_threads(server=None):
             else:
                 connection.close()
 
-    server.inbound_handler = lambda *client: threading.Thread(
-        target=serve_node, args=client, daemon=True).start()
+    def serve_in_thread(*client):
+        threading.Thread(target=serve_node, args=client, daemon=True).start()
+
+    server.inbound_handler = serve_in_thread
     server.server_sock.listen(128)    # with rospy's own limit a seventh client waits for 1 s
 
 

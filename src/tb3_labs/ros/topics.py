@@ -2,7 +2,7 @@
 
 Permissions, turns and goals are events, because a person sends each of them at one moment. A node
 uses each event once, in order, and only if the event is new (supervision/events.py). Delayed
-messages arrive all at once, so a subscriber with a queue of one message would lose events.
+messages arrive together, so a subscriber with a queue of one message would lose events.
 """
 import threading
 import time
@@ -38,7 +38,7 @@ class WarningThrottle:
 
 
 def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=None):
-    """Returns a subscriber. If several messages arrive at once, the subscriber reads only the
+    """Returns a subscriber. If several messages arrive together, the subscriber reads only the
     latest `queue_size` messages, or all messages if `queue_size` is None.
 
     `read` converts a message to the argument of `callback`. If `read` raises ``ValueError``, the
@@ -50,7 +50,7 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
     may_idle = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
 
-    def handle(message):
+    def on_message(message):
         try:
             value = message if read is None else read(message)
         except ValueError as problem:
@@ -61,7 +61,7 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
         if may_idle:
             time.sleep(idle_for(ros_time()))
 
-    return rospy.Subscriber(topic, message_type, guarded(handle), queue_size=queue_size,
+    return rospy.Subscriber(topic, message_type, guarded(on_message), queue_size=queue_size,
                             buff_size=65536, tcp_nodelay=True)
 
 
@@ -82,8 +82,8 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
 
 
 def novelty_reader(topic):
-    """Returns a function that takes a message and returns its events.Novelty. Call the function for
-    each message."""
+    """Returns a function that takes a message and returns its events.Novelty. Call it for each
+    message."""
     novelty_finder = NoveltyFinder(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: novelty_finder.novelty_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())

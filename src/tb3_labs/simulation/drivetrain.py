@@ -1,8 +1,8 @@
 """Simulates the motors and the wheels, which move the robot.
 
 A motor follows its goal speed with a first-order lag. The robot drives along arcs, which are exact
-at constant speed. While the speed changes, the arcs are short: each start or stop adds an error of
-some micrometres.
+at constant speed. While the speed changes, the arcs are short, and each start or stop adds an error
+of some micrometres.
 
 Units: SI. Motor angles are in radians, positive forwards.
 """
@@ -38,15 +38,15 @@ class Drivetrain:
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
-        self.set_goals(self._left_goal, self._right_goal)
+        self.set_goal_speeds(self._left_goal, self._right_goal)
 
-    def set_goals(self, left: float, right: float) -> None:
+    def set_goal_speeds(self, left: float, right: float) -> None:
         """Set the goal speeds [rad/s] of the motors."""
         self._left_goal, self._right_goal = left, right
         self._update_turn_rates()
 
     def _update_turn_rates(self) -> None:
-        """Compute the rates of turn. A motor that is near its goal speed gets this speed."""
+        """Compute the rates of turn. Motors that are near their goal speeds get these speeds."""
         left_excess, right_excess = self._excess_speeds()
         max_excess = max(abs(left_excess), abs(right_excess))
         self._is_steady = not self._lag or max_excess < MOTOR_SPEED_TOLERANCE
@@ -63,7 +63,7 @@ class Drivetrain:
 
     @property
     def turn_curve(self) -> TurnCurve:
-        """The robot's yaw now, and its rate of turn from now on."""
+        """The robot's current yaw, and its rate of turn from now on."""
         return TurnCurve(self._yaw, self._steady_turn_rate, self._fading_turn_rate, self._lag)
 
     @property
@@ -96,10 +96,10 @@ class Drivetrain:
         """Turn the motors by `left` and `right` [rad]. The robot drives one arc."""
         self._left_angle += left
         self._right_angle += right
-        left *= self._left_radius
-        right *= self._right_radius
-        chord = (left + right) / 2.0
-        half_turn = (right - left) / self._model.wheel_separation / 2.0
+        left_path = left * self._left_radius
+        right_path = right * self._right_radius
+        chord = (left_path + right_path) / 2.0
+        half_turn = (right_path - left_path) / self._model.wheel_separation / 2.0
         if half_turn:
             chord *= math.sin(half_turn) / half_turn
         self._x += chord * math.cos(self._yaw + half_turn)
@@ -127,23 +127,23 @@ class Body:
         if dt > 0.0:
             self.drivetrain.advance(dt)
             self._moved_until = stamp
-            self.imu.begin_motion(stamp, self.drivetrain.turn_curve)
+            self.imu.add_motion(stamp, self.drivetrain.turn_curve)
 
     def pose_at(self, now: float) -> Pose2:
         """Returns the robot's pose at `now` [s]. advance_to() must not have passed `now`."""
-        later = copy.copy(self.drivetrain)
-        later.advance(now - self._moved_until)
-        return later.pose
+        drivetrain = copy.copy(self.drivetrain)
+        drivetrain.advance(now - self._moved_until)
+        return drivetrain.pose
 
-    def begin_motion(self) -> None:
-        """Begin a new motion, after a change of goal speeds, physics or IMU settings."""
-        self.imu.begin_motion(self._moved_until, self.drivetrain.turn_curve)
+    def save_motion(self) -> None:
+        """Save the new motion after a change of goal speeds, physics or IMU settings."""
+        self.imu.add_motion(self._moved_until, self.drivetrain.turn_curve)
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 
-    def use_bias(self, bias: float) -> None:
+    def set_gyro_bias(self, bias: float) -> None:
         """Let the gyro be wrong by `bias` [rad/s] from now on."""
         self.imu.bias = bias
-        self.begin_motion()
+        self.save_motion()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
         """Returns the angles (left, right) [rad] of the motors. `moment` [s] must not go back."""

@@ -1,22 +1,21 @@
 """Simulates the robot's board, which computes motor speeds and the odometry.
 
-The faults of the real firmware are copied, because the labs have to work with these faults.
+The faults of the real firmware are copied, because the labs have to work with them.
 
-The board clips the linear and the angular speed of a command, then the speed of each wheel: a fast
-curve becomes slower and wider. The board rounds the speed of a motor towards zero to a whole number
-of speed steps, at most `motor_steps`. The library rosserial reads infinity as 1, and NaN as 1.5.
-The board obeys the newest command for half a second after reading the command.
+The board clips the linear and the angular speed of a command, then the speed of each wheel, so a
+fast curve becomes slower and wider. It rounds the speed of a motor towards zero to a whole number
+of speed steps, at most `motor_steps`. Its library rosserial reads infinity as 1, and NaN as 1.5.
+It obeys the newest command for half a second after reading it.
 
 The heading of the odometry is from the IMU. The turn ``theta - theta_last`` is *not* wrapped. When
 the IMU crosses +/-180 deg, the displacement of one sample points backwards. This sample's yaw is
 correct, but its rate of turn is wrong by a whole turn per sample, about 190 rad/s. If the servos do
 not answer, the odometry repeats the last displacement, while the wheels' angles stay constant.
 
-On `reset` the board first calibrates its gyro. During the calibration the motors keep their speed,
-and commands and further resets wait in order. The mean rate of turn during the calibration becomes
-the gyro's bias. After the calibration the board sets the odometry's pose to zero, but not the IMU's
-yaw, so these two yaws differ. The next sample of the odometry adds the turn that the IMU measured
-during the calibration.
+On `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and commands
+and further resets wait in order. The mean rate of turn in this time becomes the gyro's bias. Then
+the board sets the odometry's pose to zero, but not the IMU's yaw, so these two yaws differ. The
+next sample of the odometry adds the turn that the IMU measured during the calibration.
 
 Units: SI. Motor angles are in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with this firmware.
@@ -112,7 +111,7 @@ class Odometer:
 
 
 class Board:
-    """Reads messages and obeys commands, but not while the board calibrates its gyro."""
+    """Reads messages and obeys commands, but reads nothing while it calibrates its gyro."""
 
     def __init__(self) -> None:
         self._unread: Deque[Arrival] = deque()
@@ -125,17 +124,17 @@ class Board:
 
     @property
     def is_calibrating(self) -> bool:
-        """Does the board calibrate its gyro? It then neither reads messages nor sends samples."""
+        """True while the board calibrates its gyro: it neither reads messages nor sends samples."""
         return self.calibration_end < math.inf
 
     def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:
-        """Calibrate the gyro for `seconds`. `yaw` is the true yaw [rad] now, not wrapped."""
+        """Calibrate the gyro for `seconds`. `yaw` is the current true yaw [rad], not wrapped."""
         self.calibration_end = now + seconds
         self._calibration_duration = seconds
         self._yaw_at_begin = yaw
 
     def end_calibration(self, yaw: float) -> float:
-        """Returns the gyro's new bias [rad/s]. `yaw` is the true yaw [rad] now, not wrapped."""
+        """Returns the gyro's new bias [rad/s]. `yaw` is the current true yaw [rad], not wrapped."""
         self._last_calibration_end = self.calibration_end
         self.calibration_end = math.inf
         if not self._calibration_duration:
@@ -143,7 +142,7 @@ class Board:
         return (self._yaw_at_begin - yaw) / self._calibration_duration
 
     def read_up_to_reset(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the messages that have arrived, up to the first reset. Was a reset read?"""
+        """Read the arrived messages, up to the first reset. Returns True if there is a reset."""
         self._unread.extend(arrivals)
         while self._unread and not self.is_calibrating:
             arrival, message = self._unread.popleft()
@@ -154,7 +153,7 @@ class Board:
         return False
 
     def command_in_force(self, now: float) -> Tuple[float, float]:
-        """Returns the command (forward speed, rate of turn) that the board obeys now."""
+        """Returns the command (forward speed, rate of turn) that the board obeys at `now` [s]."""
         read_at, linear, angular = self._command
         if now - read_at > COMMAND_TIMEOUT:
             return 0.0, 0.0

@@ -1,9 +1,9 @@
 """Simulates the IMU, which measures yaw and rate of turn with noise, drift and bias.
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
-The rate of turn of the IMU is the sum of the true rate, the rate of the drift, the bias of the last
+Its rate of turn is the sum of the true rate, the rate of the drift, the bias of the last
 calibration, and another white noise. The gyro has a dead zone. The yaw and the rate of turn of a
-sample were measured `sample_age` [s] before the stamp of the sample.
+sample were measured `sample_age` [s] before its stamp.
 
 Units: SI. The noise was measured on a real Burger at rest, whose yaw changes by a few thousandths
 of a degree from one sample to the next.
@@ -45,13 +45,13 @@ class ImuModel:
         self._error_until = 0.0    # time [s] up to which `yaw_error` includes drift and bias
         #: (start [s], curve of the IMU) of each motion that is not wholly measured, oldest first.
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
-        self.begin_motion(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
+        self.add_motion(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
     def configure(self, yaw_noise: float, turn_rate_noise: float, drift: float,
                   sample_age: float) -> None:
         """Set the standard deviations `yaw_noise` [rad] and `turn_rate_noise` [rad/s], the `drift`
-        [rad/s] and the `sample_age` [s]. Call :meth:`begin_motion` afterwards. A gyro that drifts,
-        or that is noisier than the gyro of the firmware, does not have a dead zone."""
+        [rad/s] and the `sample_age` [s]. Call :meth:`add_motion` afterwards. A gyro that drifts,
+        or that is noisier than the firmware's gyro, has no dead zone."""
         self._yaw_noise = yaw_noise
         self._turn_rate_noise = turn_rate_noise
         self._drift = drift
@@ -59,8 +59,8 @@ class ImuModel:
         has_dead_zone = not drift and turn_rate_noise <= GYRO_STEP
         self._dead_zone = GYRO_DEAD_ZONE if has_dead_zone else -math.inf
 
-    def begin_motion(self, now: float, curve: TurnCurve) -> None:
-        """Measure the motion that begins at `now` [s] and follows `curve`."""
+    def add_motion(self, now: float, curve: TurnCurve) -> None:
+        """Add a motion with the turn `curve`, which begins at `now` [s] and ends the one before."""
         self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:
@@ -73,7 +73,7 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
         integral of the rate of turn."""
-        # This loop needs most of the simulation's time, so the loop uses local names and few calls.
+        # This loop needs most of the simulation's time, so it uses local names and few calls.
         motions, sample_age, dead_zone = self._motions, self._sample_age, self._dead_zone
         yaw_noise, rate_noise = self._yaw_noise, self._turn_rate_noise
         remainder, exp = math.remainder, math.exp

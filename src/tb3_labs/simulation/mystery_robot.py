@@ -2,8 +2,8 @@
 
 Each number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12
 to 22, ...) each of the FAULT_KINDS occurs once, in a random order. Neighbouring numbers have
-different faults. Random numbers come only from ``random.Random(text).random()``, since this call
-returns the same numbers in all versions of Python.
+different faults. Random numbers come only from ``random.Random(text).random()``: this call returns
+the same numbers in all versions of Python.
 
 Anyone can compute the answer with this file, but the exercise asks for a measurement as a proof.
 Times are in seconds since the start.
@@ -20,8 +20,8 @@ FAULT_PAUSE_TIME = 12.0    # [s], between two occurrences of an intermittent fau
 
 @dataclass(frozen=True)
 class Fault:
-    """A kind of fault. A fault with a `value_field` is constant. A fault without this field is
-    intermittent, and its value is the duration [s] of each occurrence."""
+    """A kind of fault. It is constant if it has a `value_field`. Otherwise it is intermittent, and
+    its value is the duration [s] of each occurrence."""
 
     name: str
     value_field: str                    # field of SimulatorConfig, set to the value times `scale`
@@ -41,7 +41,7 @@ class Fault:
         return f'{value:{sign}.{self.digits}f} {self.unit}'
 
 
-def _intermittent(name: str, quantity: str, field_name: str) -> Fault:
+def _intermittent_fault(name: str, field_name: str, quantity: str) -> Fault:
     return Fault(name, '', (2.0, 6.0), digits=1, unit='s', tolerance=0.3, quantity=quantity,
                  extra_settings={field_name: True})
 
@@ -59,12 +59,12 @@ FAULT_KINDS = (
           scale=0.01, is_signed=True),
     Fault('slip', 'slip', (10.0, 40.0), digits=0, unit='%', tolerance=2.0, scale=0.01,
           quantity="share of the wheels' travel that does not move the robot"),
-    _intermittent('frozen imu', 'duration of one freeze, in which /imu repeats one sample',
-                  'imu_frozen'),
-    _intermittent('frozen odometry', 'duration of one freeze, in which /odom repeats one sample',
-                  'odom_frozen'),
-    _intermittent('silent imu', 'duration of one silence of /imu', 'imu_silent'),
-    _intermittent('silent odometry', 'duration of one silence of /odom', 'odom_silent'),
+    _intermittent_fault('frozen imu', 'imu_frozen',
+                        'duration of one freeze, in which /imu repeats one sample'),
+    _intermittent_fault('frozen odometry', 'odom_frozen',
+                        'duration of one freeze, in which /odom repeats one sample'),
+    _intermittent_fault('silent imu', 'imu_silent', 'duration of one silence of /imu'),
+    _intermittent_fault('silent odometry', 'odom_silent', 'duration of one silence of /odom'),
     Fault('sensor latency', 'sensor_latency', (0.2, 0.6), digits=2, unit='s', tolerance=0.03,
           quantity='delay of each sample, from its stamp to its arrival'),
     Fault('command latency', 'command_latency', (0.3, 1.0), digits=2, unit='s', tolerance=0.1,
@@ -89,10 +89,10 @@ class HiddenFault:
 
     def settings_at(self, now: float) -> SimulatorConfig:
         """Returns the settings at `now` [s]. Equal settings are the same object."""
+        if self.fault.value_field:
+            return self._faulty
         is_pause = now % (FAULT_PAUSE_TIME + self.value) < FAULT_PAUSE_TIME
-        if is_pause and not self.fault.value_field:
-            return self._healthy
-        return self._faulty
+        return self._healthy if is_pause else self._faulty
 
 
 def fault_of(number: int) -> Tuple[Fault, float, int]:
@@ -112,13 +112,13 @@ def fault_of(number: int) -> Tuple[Fault, float, int]:
 
 def _fault_order(block: int) -> List[int]:
     """Returns the indices of FAULT_KINDS, in the order in which the faults occur in a block. The
-    last fault of one block is not the first fault of the next block."""
-    order = _shuffled(block)
-    if block and order[0] == _shuffled(block - 1)[-1]:
+    last fault of one block is not the first one of the next."""
+    order = _shuffled_order(block)
+    if block and order[0] == _shuffled_order(block - 1)[-1]:
         order[0], order[1] = order[1], order[0]
     return order
 
 
-def _shuffled(block: int) -> List[int]:
+def _shuffled_order(block: int) -> List[int]:
     generator = random.Random(f'order of block {block}')
     return sorted(range(len(FAULT_KINDS)), key=lambda _: generator.random())

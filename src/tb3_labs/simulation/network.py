@@ -2,17 +2,17 @@
 
 A link is one direction of the network. As in TCP, messages are not lost, and keep their order. The
 delay of a message is a constant latency plus a random jitter. A message that would arrive during a
-stall waits for the end of the stall. A cut is a stall that lasts until the setting `network_cut` is
-switched off. Stalls begin at random (a Poisson process), and delay both links. Stalls and jitter
-have separate random generators, so stalls do not change the jitter.
+stall waits for its end. A cut is a stall that lasts until the setting `network_cut` is switched
+off. Stalls begin at random (a Poisson process), and delay both links. Stalls and jitter have
+separate random generators, so stalls do not change the jitter.
 
 Units: seconds. Edge cases: A change of latency or jitter does not affect messages that were sent
-before the change. A change of the settings of stalls ends the present stall. If messages follow
-each other fast, a message also waits for the earlier messages, so the mean delay is longer than the
-latency plus the mean jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of
-0.1 to 0.4 s. Some delays are much longer than the mean, because a sender in a WLAN waits for a
-random time before each packet, and repeats a lost packet (Malone, Leith and Dangerfield, "Inferring
-queue state by measuring delay in a WiFi network").
+before it. A change of the settings of stalls ends a stall. A message also waits for the earlier
+ones, so if messages follow each other fast, the mean delay exceeds the latency plus the mean
+jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of 0.1 to 0.4 s. Some delays
+are much longer than the mean, because a sender in a WLAN waits for a random time before each
+packet, and repeats a lost packet (Malone, Leith and Dangerfield, "Inferring queue state by
+measuring delay in a WiFi network").
 """
 import math
 import random
@@ -89,8 +89,11 @@ class NetworkLink:
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
         """Send the first message at the first of the `moments` [s], and so on."""
-        latency = getattr(self._settings, self._direction + '_latency')
-        jitter = getattr(self._settings, self._direction + '_jitter')
+        settings = self._settings
+        if self._direction == 'command':
+            latency, jitter = settings.command_latency, settings.command_jitter
+        else:
+            latency, jitter = settings.sensor_latency, settings.sensor_jitter
         for message, moment in zip(messages, moments):
             due = moment + latency
             if jitter:

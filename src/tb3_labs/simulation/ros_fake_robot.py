@@ -1,7 +1,7 @@
 """Simulates a robot on the topics of a real robot, in real time or by its own /clock.
 
 The messages have the same values as messages of ROBOTIS OpenCR firmware 1.2.6. The covariances are
-from turtlebot3_sensor.cpp, and the covariances of the odometry are zero.
+from turtlebot3_sensor.cpp, and those of the odometry are zero.
 """
 import itertools
 import math
@@ -52,16 +52,14 @@ ACCELERATION_AT_REST = (
 
 class FakeRobot:
     """Connects a Simulator to its topics. If `hidden_fault` is a mystery_robot.HiddenFault, its
-    settings replace `settings`, and neither /tf_static nor the ground truth is published, since
+    settings replace `settings`. Then neither /tf_static nor the ground truth is published, because
     both would show the fault. If the environment variable TRUTH_PIPE is set, the true poses are
     written to this pipe, and not to a topic."""
 
     def __init__(self, settings, hidden_fault=None):
         self._lock = threading.Lock()    # guards the simulator
         self._hidden_fault = hidden_fault
-        if hidden_fault:
-            settings = hidden_fault.settings_at(0.0)
-        self._robot = Simulator(settings)
+        self._simulator = Simulator(hidden_fault.settings_at(0.0) if hidden_fault else settings)
         self._sensors = SensorTopics()
         pipe_path = os.environ.get(TRUTH_PIPE)
         self._pipe = TruthPipe(pipe_path) if pipe_path else None
@@ -78,7 +76,7 @@ class FakeRobot:
     def configure(self, settings):
         """Use all `settings` except FIXED_FIELDS from now on."""
         with self._lock:
-            self._robot.configure(settings)
+            self._simulator.configure(settings)
 
     def tick(self, step, time_zero):
         """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
@@ -86,17 +84,17 @@ class FakeRobot:
         is_truth_due = step % STEPS_PER_TRUTH == 0 and self._has_truth_readers()
         with self._lock:
             if self._hidden_fault:
-                self._robot.configure(self._hidden_fault.settings_at(self._robot.now))
-            bursts = self._robot.step_in_bursts(SIMULATION_STEP)
-            now = time_zero + self._robot.now
-            world_T_odom = self._robot.sensors.world_T_odom
-            truth = self._robot.truth if is_truth_due else None
+                self._simulator.configure(self._hidden_fault.settings_at(self._simulator.now))
+            bursts = self._simulator.step_in_bursts(SIMULATION_STEP)
+            now = time_zero + self._simulator.now
+            world_T_odom = self._simulator.sensors.world_T_odom
+            truth = self._simulator.truth if is_truth_due else None
         if self._static_tf and self._world_T_odom != world_T_odom:
             self._world_T_odom = world_T_odom
             self._static_tf.publish(TFMessage([
                 to_transform(world_T_odom, 'world', frame_name('odom'), now)]))
         for burst in bursts:
-            self._sensors.send(burst, time_zero, self._robot.sensors.wheel_readings)
+            self._sensors.send(burst, time_zero, self._simulator.sensors.wheel_readings)
         if truth is None:
             return
         if self._pipe:
@@ -111,11 +109,11 @@ class FakeRobot:
 
     def _on_command(self, message):
         with self._lock:
-            self._robot.command(message.linear.x, message.angular.z)
+            self._simulator.command(message.linear.x, message.angular.z)
 
     def _on_reset(self, _message):
         with self._lock:
-            self._robot.reset()
+            self._simulator.reset()
 
 
 def start_stepping(robot, speed):
@@ -147,21 +145,21 @@ def step_forever(robot, clock, pace):
 
 
 class TruthPipe:
-    """Writes true poses into a named pipe. The program that reads the pipe has made the pipe."""
+    """Writes true poses into a named pipe. The program that reads the pipe has made it."""
 
     def __init__(self, path):
         self._path = path
         self._pipe = -1
 
     def open_if_read(self):
-        """Open the pipe if a program reads it. Returns whether the pipe is open."""
+        """Open the pipe if a program reads it. Returns True if it is open."""
         if self._pipe < 0:
             with suppress(OSError):    # no program reads the pipe yet
                 self._pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)
         return self._pipe >= 0
 
     def write(self, pose):
-        """Write a pose. If the pipe is full, the pose is dropped, since the robot must not wait."""
+        """Write a pose. A full pipe drops it, because the robot must not wait."""
         with suppress(OSError):
             os.write(self._pipe, f'{pose.x:.9g} {pose.y:.9g} {pose.yaw:.9g}\n'.encode())
 
@@ -203,7 +201,7 @@ def _pop_earlier(wheel_readings, stamp):
 
 
 def make_publisher(topic, message_type, **options):
-    """Returns a publisher that sends each message at once."""
+    """Returns a publisher that sends each message immediately."""
     publisher = rospy.Publisher(topic, message_type, queue_size=50, tcp_nodelay=True, **options)
     make_writes_immediate(publisher, max_waiting=50)
     return publisher

@@ -67,7 +67,7 @@ class BoardClock:
         self._sync_number = -1
         self._error = 0.0
 
-    def error(self, now: float) -> float:
+    def error_at(self, now: float) -> float:
         """Returns the error [s] of the clock at the true time `now` [s]."""
         number = int(now / SYNC_PERIOD)
         if number != self._sync_number:
@@ -76,11 +76,11 @@ class BoardClock:
             self._error = generator.uniform(-self._max_error, self._max_error)
         return self._error
 
-    def stamped(self, arrivals: List[Arrival]) -> List[Arrival]:
+    def restamp(self, arrivals: List[Arrival]) -> List[Arrival]:
         """Returns `arrivals` with stamps of the board's clock instead of true stamps."""
         if not self._max_error:
             return arrivals
-        return [(moment, sample._replace(stamp=sample.stamp + self.error(sample.stamp)))
+        return [(moment, sample._replace(stamp=sample.stamp + self.error_at(sample.stamp)))
                 for moment, sample in arrivals]
 
 
@@ -112,7 +112,8 @@ class Sensors:
         self._is_reset_due = True
 
     def measure_imu(self, stamps: List[float]) -> None:
-        self._send('imu', self._body.imu.measure(stamps))
+        samples = self._body.imu.measure(stamps)
+        self._send('imu', samples, self._config.imu_silent, self._config.imu_frozen)
 
     def measure_odometry(self, stamp: float) -> None:
         self._body.advance_to(stamp)
@@ -126,22 +127,23 @@ class Sensors:
             self._is_reset_due = False
             self.world_T_odom = self._body.drivetrain.pose @ sample.pose.inverse()
         self.wheel_readings.append(WheelReading(
-            stamp=stamp + self.clock.error(stamp), angles=self.odometer.wheel_angles,
+            stamp=stamp + self.clock.error_at(stamp), angles=self.odometer.wheel_angles,
             speeds=self.odometer.wheel_speeds))
-        self._send('odom', [sample])
+        self._send('odom', [sample], self._config.odom_silent, self._config.odom_frozen)
 
-    def _send(self, sensor: str, samples: Sequence[Sample]) -> None:
+    def _send(self, sensor: str, samples: Sequence[Sample], is_silent: bool,
+              is_frozen: bool) -> None:
         """Send `samples`: none of a silent sensor, one with new stamps of a frozen sensor."""
-        if getattr(self._config, sensor + '_silent'):
+        if is_silent:
             return
-        if not getattr(self._config, sensor + '_frozen'):
+        if not is_frozen:
             self._frozen.pop(sensor, None)
         elif samples:
             frozen = self._frozen.setdefault(sensor, samples[0])
             samples = [frozen._replace(stamp=sample.stamp) for sample in samples]
         self._samples.extend(samples)
 
-    def pop(self) -> List[Sample]:
+    def pop_samples(self) -> List[Sample]:
         """Returns the samples since the last call, oldest first, with true stamps."""
         samples, self._samples = self._samples, []
         return samples

@@ -6,8 +6,8 @@
         ...                            # ImuSample and OdometrySample, by time of arrival
 
 With the same seed the samples are the same, even if the steps have another length. The pose `truth`
-is in the frame `world`. At the start the odometry's pose is equal to `truth`, and the IMU's yaw
-differs from the true yaw by `imu_offset_deg`. Stamps are in seconds since the start.
+is in the frame `world`. At the start it is equal to the odometry's pose, and the IMU's yaw differs
+from the true yaw by `imu_offset_deg`. Stamps are in seconds since the start.
 """
 import math
 from itertools import chain, groupby
@@ -25,13 +25,13 @@ from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: A step also includes the events in this time [s] after its end, since the sum of many small steps
-#: is not exactly one large step.
+#: A step also includes the events in this time [s] after its end, because the sum of many small
+#: steps is not exactly one large step.
 TIME_TOLERANCE = 1e-9
 
 
 class Simulator:
-    """One robot. Two threads must not call methods of a Simulator at once."""
+    """One robot. Two threads must not call its methods at the same time."""
 
     def __init__(self, config: SimulatorConfig = SimulatorConfig()) -> None:
         self._model = robot_model(config.model)
@@ -44,7 +44,7 @@ class Simulator:
         self._sensor_link = NetworkLink('sensor', config.seed)
         self._board = Board()
         self._motor_command = 0.0, 0.0    # (forward speed [m/s], rate of turn [rad/s])
-        self._body.use_bias(math.radians(config.gyro_bias_deg))
+        self._body.set_gyro_bias(math.radians(config.gyro_bias_deg))
         self._apply(config)
 
     @property
@@ -57,7 +57,7 @@ class Simulator:
             return
         self._body.advance_to(self.now)
         if config.gyro_bias_deg != self.config.gyro_bias_deg:
-            self._body.use_bias(math.radians(config.gyro_bias_deg))
+            self._body.set_gyro_bias(math.radians(config.gyro_bias_deg))
         self._apply(config)
 
     def _apply(self, config: SimulatorConfig) -> None:
@@ -67,7 +67,7 @@ class Simulator:
         body.imu.configure(
             yaw_noise=math.radians(config.imu_noise_deg), turn_rate_noise=config.gyro_noise,
             drift=math.radians(config.imu_drift_deg_per_min) / 60.0, sample_age=config.yaw_lag)
-        body.begin_motion()
+        body.save_motion()
         self.sensors.configure(config, self.now)
         for link in (self._command_link, self._sensor_link):
             link.configure(config, self.now)
@@ -88,15 +88,13 @@ class Simulator:
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """Let `dt` seconds pass; `dt` >= 0. Returns one list of samples for each moment at which
-        samples arrive. After a stall several samples arrive at one moment."""
+        samples arrive. After a stall several samples arrive together."""
         self._advance(dt)
-        sent = self.sensors.pop()
+        sent = self.sensors.pop_samples()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
-        arrived = self.sensors.clock.stamped(self._sensor_link.pop(self.now + TIME_TOLERANCE))
-        bursts = []
-        for _, burst in groupby(arrived, key=itemgetter(0)):    # by the time of arrival
-            bursts.append([sample for _, sample in burst])
-        return bursts
+        arrived = self.sensors.clock.restamp(self._sensor_link.pop(self.now + TIME_TOLERANCE))
+        bursts = groupby(arrived, key=itemgetter(0))    # by the time of arrival
+        return [[sample for _, sample in burst] for _, burst in bursts]
 
     def _advance(self, dt: float) -> None:
         self.now += dt
@@ -113,7 +111,7 @@ class Simulator:
                 return
             if board.calibration_end == event_time:
                 self._body.advance_to(event_time)
-                self._body.use_bias(board.end_calibration(self._body.yaw))
+                self._body.set_gyro_bias(board.end_calibration(self._body.yaw))
             elif motor_rhythm.due == event_time:
                 self._set_motors(motor_rhythm.pop())
             else:
@@ -131,8 +129,8 @@ class Simulator:
         if command != self._motor_command:
             self._body.advance_to(stamp)
             self._motor_command = command
-            self._body.drivetrain.set_goals(*motor_speeds(*command, self._model))
-            self._body.begin_motion()
+            self._body.drivetrain.set_goal_speeds(*motor_speeds(*command, self._model))
+            self._body.save_motion()
 
     def _read_messages(self, stamp: float) -> None:
         """Let the board read its messages. After a reset the board calibrates the gyro."""
@@ -140,4 +138,4 @@ class Simulator:
             self._body.advance_to(stamp)
             self._board.begin_calibration(stamp, self.config.reset_pause, self._body.yaw)
             self.sensors.reset_odometry()
-            self._body.use_bias(UNCALIBRATED_BIAS)
+            self._body.set_gyro_bias(UNCALIBRATED_BIAS)

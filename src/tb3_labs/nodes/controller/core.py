@@ -11,7 +11,7 @@ from tb3_labs.control.commands import IDLE_SAMPLE_PERIOD, Pace
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
-from tb3_labs.nodes.controller.mouse import Mouse, MouseState
+from tb3_labs.nodes.controller.mouse import Mice, MouseState
 from tb3_labs.nodes.controller.turns import (
     NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, accept_turn)
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump_text, is_at_rest
@@ -26,7 +26,7 @@ MAX_ANGLE_SLACK = 1e-9      # [rad], for rounding
 
 
 class ControllerCore:
-    """Turns a robot by the yaw of its IMU, and drives the robot by a mouse."""
+    """Turns a robot by the yaw of its IMU, and drives it by a mouse."""
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroMonitor] = None) -> None:
         self._timing = SampleTiming()
@@ -41,7 +41,7 @@ class ControllerCore:
         self._sleep = SleepMonitor()
         self._turn: Optional[ActiveTurn] = None  # None after the result was logged
         self._log = LogQueue()
-        self.mouse = Mouse(self._log)
+        self.mice = Mice(self._log)
         self._turn_requests = SenderRequests(self._sleep)
         self._refusal_logged_at = -math.inf
         self._mouse_command_is_due = False
@@ -66,19 +66,19 @@ class ControllerCore:
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
-        self._update_sleep_and_mouse(message.arrived_at)
-        stop_reason = self.mouse.on_message(message)
+        self._update_sleep_and_mice(message.arrived_at)
+        stop_reason = self.mice.on_message(message)
         if stop_reason:
             self._release_mouse(stop_reason)
-        elif self.mouse.is_active:
-            is_centred = self.mouse.twist == Twist2()
+        elif self.mice.is_active:
+            is_centred = self.mice.twist == Twist2()
             event = DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED
             self._mouse_command_is_due = True
             self._change_driver(event, 'the mouse took over')
 
     def on_turn(self, request: 'Event[float]', now: float) -> None:
         """Turn by the angle [deg] that another node requests, if accept_turn() returns True."""
-        self._update_sleep_and_mouse(request.arrived_at)
+        self._update_sleep_and_mice(request.arrived_at)
         if accept_turn(self._turn_requests, request, self._sleep.is_waking):
             self._request_or_log(request, now)
         else:
@@ -87,15 +87,15 @@ class ControllerCore:
 
     def on_typed(self, request: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A repetition is never refused."""
-        self._update_sleep_and_mouse(request.arrived_at)
+        self._update_sleep_and_mice(request.arrived_at)
         self._refusal_logged_at = -math.inf
         self._request_or_log(request, now)
 
     def _request_or_log(self, request: 'Event[float]', now: float) -> None:
         try:
             self.request_turn(request.content, now)
-        except ValueError as refusal:
-            self._log_refusal(str(refusal), request.arrived_at)
+        except ValueError as reason:
+            self._log_refusal(str(reason), request.arrived_at)
 
     def _log_refusal(self, text: str, steady_now: float) -> None:
         if steady_now - self._refusal_logged_at >= REFUSAL_LOG_PERIOD:
@@ -117,14 +117,14 @@ class ControllerCore:
         self._log.add(f'Turning {round(math.degrees(turn.requested), 6):g} degrees')
         self._change_driver(DriverEvent.TURN_REQUESTED)
 
-    def _update_sleep_and_mouse(self, steady_now: float) -> None:
+    def _update_sleep_and_mice(self, steady_now: float) -> None:
         """Give up a turn after a sleep of this process. Stop the robot if a mouse is lost."""
         self._sleep.update(steady_now)
         if self._sleep.slept_for > RESUME_TIME:
             self._turn_requests.end_repetitions()
             if self.driver is Driver.TURN:
                 self._change_driver(DriverEvent.TURN_OVER, self._sleep.as_text())
-        stop_reason = self.mouse.lose_if_silent(steady_now, has_slept=self._sleep.slept_for > 0.0)
+        stop_reason = self.mice.lose_if_silent(steady_now, has_slept=self._sleep.slept_for > 0.0)
         if stop_reason:
             self._mouse_command_is_due = True
             self._release_mouse(stop_reason)
@@ -140,7 +140,7 @@ class ControllerCore:
     # -- outputs
 
     def tick(self, now: float, steady_now: float) -> Output:
-        self._update_sleep_and_mouse(steady_now)
+        self._update_sleep_and_mice(steady_now)
         step_is_due = self._pace.is_due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due
         command_is_due = self._mouse_command_is_due or turn_is_due
@@ -148,7 +148,7 @@ class ControllerCore:
         is_new_driver = self.driver is not self._driver_at_last_tick
         self._driver_at_last_tick = self.driver
         return Output(command, must_stop_first=is_new_driver, log_lines=self._log.pop_all(),
-                      needs_fast_ticks=self.driver is not Driver.NOBODY or self.mouse.is_active)
+                      needs_fast_ticks=self.driver is not Driver.NOBODY or self.mice.is_active)
 
     def problem_text(self, now: float) -> str:
         return self._sensors.problem_text(now) or self._gyro.problem_text()
@@ -159,7 +159,7 @@ class ControllerCore:
     def _command(self, now: float) -> Twist2:
         self._mouse_command_is_due = False
         if self.driver is Driver.MOUSE:
-            return self.mouse.twist
+            return self.mice.twist
         turn = self._turn
         if turn is not None and self.driver is Driver.TURN:
             self._update_sensors(turn, now)
@@ -182,8 +182,9 @@ class ControllerCore:
         problem = self._sensors.problem_text(now, with_age=True)
         if problem:
             raise ValueError(f'cannot turn: {problem} (is the robot running?)')
-        if self._gyro.problem_text():
-            raise ValueError('cannot turn: ' + self._gyro.problem_text())
+        conflict = self._gyro.problem_text()
+        if conflict:
+            raise ValueError(f'cannot turn: {conflict}')
 
     def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
         self._log_result(now)
@@ -209,8 +210,7 @@ class ControllerCore:
             self._start_law(turn)
         elif sensors.status is SensorStatus.TIMED_OUT:
             reason = sensors.hold_reason or 'the IMU was silent'
-            reason += f' for {sensors.silent_for:.1f} s'
-            self._change_driver(DriverEvent.TURN_OVER, reason)
+            self._change_driver(DriverEvent.TURN_OVER, f'{reason} for {sensors.silent_for:.1f} s')
 
     def _turn_step(self, turn: ActiveTurn, now: float) -> Twist2:
         heading = self._heading
@@ -220,20 +220,20 @@ class ControllerCore:
         step = self._law.step(
             heading.yaw, heading.yaw_rate, dt, imu.age(now), heading.noise.deviation)
         self.imu.update_repetition(must_change=True, now=now)
-        problem = self._sensors.frozen_text() or self._gyro.problem_text()
-        if not problem and not step.is_finished:
+        failure = self._sensors.frozen_text() or self._gyro.problem_text()
+        if not failure and not step.is_finished:
             robot_rests = is_at_rest(0.0, heading.yaw_rate)
             must_move = step.command != Twist2()
-            problem = turn.stall.update(step.remaining, robot_rests, dt, must_move)
-        if problem or step.is_finished:
+            failure = turn.stall.update(step.remaining, robot_rests, dt, must_move)
+        if failure or step.is_finished:
             turn.remaining_at_end = step.remaining
-            self._change_driver(DriverEvent.TURN_OVER, problem)
+            self._change_driver(DriverEvent.TURN_OVER, failure)
             return Twist2()
         return step.command
 
     def _log_result(self, now: float) -> None:
         if self._turn is not None:
-            self._log.add(self._turn.result(now))
+            self._log.add(self._turn.result_text(now))
             self._turn = None
 
     # -- who drives
@@ -250,8 +250,7 @@ class ControllerCore:
         if (previous_driver, event) not in NEXT_DRIVER:
             return
         self.driver = NEXT_DRIVER[previous_driver, event]
-        is_given_up = previous_driver is Driver.TURN and reason
-        if is_given_up and self._turn is not None:
+        if reason and previous_driver is Driver.TURN and self._turn is not None:
             remaining = self._turn.remaining(self._heading.yaw)
             self._log.add(f'Turn given up {abs(math.degrees(remaining)):.0f} degrees before its '
                           f'end: {reason}', warning=True)

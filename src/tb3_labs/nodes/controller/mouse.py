@@ -30,7 +30,9 @@ def to_mouse(message) -> MouseState:
     return MouseState(message.status.data, x, y)
 
 
-class _OneMouse:
+class Mouse:
+    """One mouse: is it active, and is it lost?"""
+
     def __init__(self) -> None:
         self.freshness = Freshness('mouse', INPUT_TIMEOUT)
         self.is_reported_active = False    # an active mouse repeats its messages
@@ -70,8 +72,8 @@ class _OneMouse:
         self._silence_ended_at = now
 
 
-class Mouse:
-    """Finds whether a mouse is active, and the velocity that the mouse asks for.
+class Mice:
+    """Finds whether a mouse is active, and the velocity that it asks for.
 
     A mouse is treated as lost at the start, after a sleep of this process, and if it is active but
     silent. A lost mouse stays inactive until it is deactivated, or moved to the middle of the
@@ -86,7 +88,7 @@ class Mouse:
         self.freshness = Freshness('mouse_info', INPUT_TIMEOUT)    # all mice together
         #: An active mouse asks for this velocity, which is zero in the middle of the screen.
         self.twist = Twist2()
-        self._mice: DefaultDict[str, _OneMouse] = defaultdict(_OneMouse)
+        self._mice: DefaultDict[str, Mouse] = defaultdict(Mouse)
         self._loss_is_logged = False
 
     @property
@@ -135,16 +137,16 @@ class Mouse:
     def lose_if_silent(self, now: float, has_slept: bool = False) -> str:
         """Treat all mice as lost if an active mouse is silent, or if this process `has_slept`.
         Returns a text about the silence of an active mouse; '' if no active mouse is silent."""
-        silent = [mouse.freshness for mouse in self._mice.values()
-                  if mouse.is_active and not mouse.freshness.is_fresh(now)]
-        if has_slept or silent:
+        silent_mice = [mouse for mouse in self._mice.values()
+                       if mouse.is_active and not mouse.freshness.is_fresh(now)]
+        if has_slept or silent_mice:
             self.lose(now)
-        if not silent:
+        if not silent_mice:
             return ''
         self._loss_is_logged = True
-        return f'{silent[0].silence_text(now)}: {REMEDY_OF_LOST_MOUSE}'
+        return f'{silent_mice[0].freshness.silence_text(now)}: {REMEDY_OF_LOST_MOUSE}'
 
-    def lose(self, now: float, current_mouse: Optional[_OneMouse] = None) -> None:
+    def lose(self, now: float, current_mouse: Optional[Mouse] = None) -> None:
         """Treat all mice except `current_mouse` as lost."""
         for mouse in self._mice.values():
             if mouse is not current_mouse:

@@ -15,7 +15,7 @@ from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import to_mouse
-from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn_law
+from tb3_labs.nodes.controller.turns import TurnConfig, make_turn_law, parse_turn
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
@@ -28,7 +28,7 @@ from tb3_labs.supervision.timeouts import ROBOT_WAIT_TIMEOUT
 
 
 class ControllerNode:
-    """Turns the robot on request of the keyboard or of a node, and drives the robot by a mouse."""
+    """Turns the robot on request of the keyboard or of a node, and drives it by a mouse."""
 
     def __init__(self):
         config = read_config(TurnConfig)
@@ -38,31 +38,31 @@ class ControllerNode:
         core = ControllerCore(self._make_law(config), gyro)
         self._robot_deadline = time.monotonic() + ROBOT_WAIT_TIMEOUT
         runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
-        self._core = core
-        self._runner = runner
+        self._core, self._runner = core, runner
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
-        self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
+        self._sends_wheels = subscribe_wheels(
+            lambda sample: runner.call_core(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         subscribe_events('mouse_info', MouseController,
-                         lambda mouse: runner.handle(core.on_mouse, mouse), to_mouse)
+                         lambda mouse: runner.decide_after(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         read_keyboard(self._on_line, self._on_keyboard_end)
-        publish_diagnostics(self._model.name, lambda: runner.call(self._diagnose))
+        publish_diagnostics(self._model.name, lambda: runner.call_core(self._diagnose))
         log_missing_topics({'imu': core.imu})
-        LiveSettings(config, lambda new: runner.handle(core.set_law, self._make_law(new)))
-        runner.check()
+        LiveSettings(config, lambda new: runner.decide_after(core.set_law, self._make_law(new)))
+        runner.decide_now()
 
     def _make_law(self, config):
         return make_turn_law(config, self._model, self._response)
 
     def _on_imu(self, sample):
-        self._runner.handle(lambda: self._core.on_imu(
-            sample, ros_time(), self._sends_wheels()))
+        self._runner.decide_after(
+            lambda: self._core.on_imu(sample, ros_time(), self._sends_wheels()))
 
     def _on_turn(self, turn):
-        self._runner.handle(lambda: self._core.on_turn(turn, ros_time()))
+        self._runner.decide_after(lambda: self._core.on_turn(turn, ros_time()))
 
     def _on_line(self, line):
         if line.lower() == 'q':
@@ -70,14 +70,14 @@ class ControllerNode:
             begin_shutdown()
             return
         try:
-            degrees = degrees_of(line.lower())
+            degrees = parse_turn(line.lower())
         except ValueError as problem:
             rospy.logwarn('%s', problem)
             return
         wait_until(lambda: self._core.imu.is_fresh(ros_time()),
                    self._robot_deadline - time.monotonic())
         turn = Event(degrees, steady_time())
-        self._runner.handle(lambda: self._core.on_typed(turn, ros_time()))
+        self._runner.decide_after(lambda: self._core.on_typed(turn, ros_time()))
 
     @staticmethod
     def _on_keyboard_end():
@@ -87,9 +87,9 @@ class ControllerNode:
     def _diagnose(self):
         core = self._core
         now = ros_time()
-        values = {**values_of(core.imu, now), **values_of(core.mouse.freshness, steady_time()),
+        values = {**values_of(core.imu, now), **values_of(core.mice.freshness, steady_time()),
                   'driver': core.driver.value,
-                  'mouse': 'active' if core.mouse.is_active else 'not active'}
+                  'mouse': 'active' if core.mice.is_active else 'not active'}
         return core.problem_text(now), values
 
 
@@ -97,7 +97,7 @@ def read_keyboard(on_line, on_end):
     """Call `on_line(text)` for each line of the standard input, and `on_end()` at the end.
 
     The standard input may be a terminal, a pipe, or the terminal of roslaunch. If there is no
-    input, or the node is a background job, `on_end()` is called at once.
+    input, or the node is a background job, `on_end()` is called immediately.
     """
     handle_line, handle_end = guarded(on_line), guarded(on_end)
 

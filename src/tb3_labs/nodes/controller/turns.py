@@ -26,7 +26,7 @@ RESTING_YAW_DRIFT = math.radians(0.02)
 TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
-def degrees_of(text: str) -> float:
+def parse_turn(text: str) -> float:
     """Returns the turn [deg] for a key or a number. Raises ``ValueError`` for another text."""
     if text in TURN_KEYS:
         return TURN_KEYS[text]
@@ -97,8 +97,8 @@ class ActiveTurn:
     def remaining(self, yaw: float) -> float:
         return self.goal - yaw
 
-    def result(self, now: float) -> str:
-        """Returns the result of the turn as a text. The robot must be at rest."""
+    def result_text(self, now: float) -> str:
+        """Returns the result of the turn. The robot must be at rest."""
         requested = math.degrees(self.requested)
         error = math.degrees(self.remaining_at_end)
         side = 'short of' if error * requested > 0.0 else 'beyond'

@@ -34,7 +34,7 @@ class PadOutput(Output):
 
 
 class GamepadCore:
-    """Drives a robot by a pad. Gives permission to move_to_goal, and takes permission back."""
+    """Drives a robot by a pad. Gives permission to move_to_goal, and takes it back."""
 
     def __init__(self, config: PadConfig, model: RobotModel) -> None:
         self.holder = ControlHolder.NOBODY
@@ -177,17 +177,17 @@ class GamepadCore:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _accept_press(self, button: str, max_lateness: float, now: float) -> bool:
-        """Is a press accepted? A refusal is logged. `max_lateness` is in [s]."""
+        """Returns True if a press counts, else logs the reason. `max_lateness` is in [s]."""
         lateness = self.pad.lateness
         if self._sleep.refusal:
-            refusal = self._sleep.refusal
+            reason = self._sleep.refusal
         elif not self.pad.knows_lateness(now):
-            refusal = 'it was pressed the moment the pad was first heard'
+            reason = 'it was pressed the moment the pad was first heard'
         elif lateness > max_lateness or now - lateness < self.messages.stopped_at:
-            refusal = f'it was pressed {lateness:.1f} s ago, or before something took control'
+            reason = f'it was pressed {lateness:.1f} s ago, or before something took control'
         else:
             return True
-        self._log.add(f'{button} does not count, {refusal}: press it again', warning=True)
+        self._log.add(f'{button} does not count, {reason}: press it again', warning=True)
         return False
 
     # -- who holds the robot
@@ -217,7 +217,8 @@ class GamepadCore:
         return action + ' to drive again'
 
     def _stop_if_lost(self, now: float) -> None:
-        if self.pad.freshness.is_fresh(now) or not self._needs_pad:
+        is_lost = self._needs_pad and not self.pad.freshness.is_fresh(now)
+        if not is_lost:
             return
         advice = ''
         if self.pad.joy_node_hangs:

@@ -91,9 +91,10 @@ class PadListener:
         # a joy_node that hangs may repeat the same few messages again and again
         is_old = stamp <= self._newest_stamp and self.lateness > INPUT_TIMEOUT
         self._newest_stamp = max(stamp, self._newest_stamp)
-        self.came_after_loss = False
-        if not joy_node_hangs and not is_old:
-            self.came_after_loss = self.has_repeated_state and not self.freshness.is_fresh(now)
+        is_new = not joy_node_hangs and not is_old
+        was_silent = self.has_repeated_state and not self.freshness.is_fresh(now)
+        self.came_after_loss = is_new and was_silent
+        if is_new:
             self.freshness.on_message(now)
         is_first = math.isinf(self._learning_since)
         if is_first or (self.came_after_loss and stamp <= 0.0):
@@ -105,12 +106,12 @@ class PadListener:
         self.state = state
 
     def knows_lateness(self, now: float) -> bool:
-        """Is the usual delay of messages known? Without this delay, `lateness` may be wrong."""
+        """Is the usual delay of messages known? Without it, `lateness` may be wrong."""
         is_stuck = self.joy_node_hangs and not self.freshness.is_fresh(now)
         return not is_stuck and now - self._learning_since >= MAX_TRANSIT_TIME
 
     def is_current(self, now: float) -> bool:
-        """Does the last message show the present state of the pad?"""
+        """Does the last message show the current state of the pad?"""
         return self.knows_lateness(now) and self.lateness <= INPUT_TIMEOUT
 
 

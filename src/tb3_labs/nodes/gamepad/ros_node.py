@@ -17,7 +17,7 @@ from tb3_labs.ros.topics import RENEWAL_HEADER, log_missing_topics, subscribe_ev
 
 
 class GamepadNode:
-    """Drives a robot by a pad. Gives control to move_to_goal, and takes control back."""
+    """Drives a robot by a pad. Gives control to move_to_goal, and takes it back."""
 
     def __init__(self):
         model = read_model()
@@ -30,22 +30,22 @@ class GamepadNode:
             'control_holder', String, queue_size=20, latch=True)
         self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
         rospy.on_shutdown(self._on_leave)
-        self._runner.check()
-        subscribe_events('joy', Joy, lambda event: self._runner.handle(self._core.on_joy, event),
+        self._runner.decide_now()
+        subscribe_events('joy', Joy, lambda joy: self._runner.decide_after(self._core.on_joy, joy),
                          lambda joy: read_pad(joy.axes, joy.buttons, config))
         subscribe_events('ctrl_relinq', Bool, self._on_ctrl_relinq)
         subscribe_events('has_control', Bool,
-                         lambda event: self._runner.handle(self._core.on_has_control, event))
-        publish_diagnostics(model.name, lambda: self._runner.call(self._diagnose))
+                         lambda event: self._runner.decide_after(self._core.on_has_control, event))
+        publish_diagnostics(model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'joy': self._core.pad.freshness}, 'is joy_node running (Debian has '
                            'none)? The page of web:=true is a pad, too')
 
     def _on_leave(self):
-        self._runner.handle(lambda: self._core.on_leave(steady_time()))
+        self._runner.decide_after(lambda: self._core.on_leave(steady_time()))
 
     def _on_ctrl_relinq(self, event):
         if event.sender != rospy.get_name():    # this node also receives its own messages
-            self._runner.handle(self._core.on_ctrl_relinq, event)
+            self._runner.decide_after(self._core.on_ctrl_relinq, event)
 
     def _publish_output(self, output):
         for granted in output.control_messages:

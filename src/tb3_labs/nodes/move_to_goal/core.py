@@ -100,16 +100,17 @@ class MoveToGoalCore:
         self._request_motion()
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
-        """Drive to a goal. A refused goal, or a repetition of the present goal, changes nothing."""
+        """Drive to a goal. A refused goal, or a repetition of the current goal, changes nothing."""
         sender_goal = self.register_goal(request, steady_now)
         requests = self._requests
         try:
             goal = requests.pose_of(request, sender_goal, self.odom_T_local)
-        except ValueError as refusal:
-            requests.refuse(request, str(refusal))
+        except ValueError as reason:
+            requests.refuse(request, str(reason))
             return
-        is_present = self._machine.is_active and self._machine.goal == goal
-        if not (is_present and requests.repeats_present(sender_goal)):
+        is_current = self._machine.is_active and self._machine.goal == goal
+        is_repetition = is_current and requests.repeats_present(sender_goal)
+        if not is_repetition:
             self.set_goal(goal)
         requests.accept(request)
 
@@ -166,7 +167,7 @@ class MoveToGoalCore:
         command_is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
         command = self._command(now) if command_is_due else None
         self._answer_ended_goal()
-        must_stop = command is None and (command_is_due or not self._is_driving)
+        must_stop = command is None if command_is_due else not self._is_driving
         return DriveOutput(
             command, must_stop_first=must_stop, status=self._new_status(now),
             log_lines=self._log.pop_all(),
@@ -176,11 +177,11 @@ class MoveToGoalCore:
 
     def _command(self, now: float) -> Optional[Twist2]:
         self._update_sensors(now)
-        refusal = POSE_LOST if self._localizer.is_lost else self._sensor_conflict()
+        failure = POSE_LOST if self._localizer.is_lost else self._sensor_conflict()
         if not self._is_driving:
             self._forget_motion()
-        elif refusal:
-            self._machine.give_up(refusal)
+        elif failure:
+            self._machine.give_up(failure)
             self._forget_motion()
         elif self.sensors.status in (SensorStatus.FRESH, SensorStatus.RECOVERED):
             motion = self._localizer.motion(now)

@@ -1,4 +1,4 @@
-"""Receives goals and resets for move_to_goal. A reset declares the present pose of the robot.
+"""Receives goals and resets for move_to_goal. A reset declares the current pose of the robot.
 
 Goals arrive by the action `move2goal`. A goal on `move_base_simple/goal` becomes a goal of this
 action, as in move_base. Resets arrive by the services `reset_pose` and `set_pose`, and by the topic
@@ -44,8 +44,8 @@ class GoalServer(ActionServer):
     and the core receive goals and cancels in the same order.
 
     This class reads each message before actionlib (1.14.0) does. actionlib alone would accept a
-    goal with a known GoalID again after 5 s, and a repeated latched goal at once. actionlib alone
-    would also ignore a cancel of an ended goal, to which the robot may drive again after a reset.
+    goal with a known GoalID again after 5 s, and a repeated latched goal even sooner. It would
+    also ignore a cancel of an ended goal, to which the robot may drive again after a reset.
     Test: test/ros/stops.test.
     """
 
@@ -53,7 +53,7 @@ class GoalServer(ActionServer):
         super().__init__('move2goal', MoveBaseAction, ServerGoalHandle.set_rejected,
                          auto_start=False)    # internal_goal_callback takes the goals
         self._runner, self._core = runner, core
-        self._present_handle = None    # of actionlib, for the present goal
+        self._current_handle = None    # of actionlib, for the current goal
         self._warnings = WarningThrottle()
         self._goal_callback = guarded(only_new('move2goal/goal', self._on_goal))
 
@@ -69,18 +69,18 @@ class GoalServer(ActionServer):
         """Send each GoalAnswer to its client. The caller does not hold the lock of the core."""
         for request, outcome, text in answers:
             if outcome is GoalOutcome.ACCEPTED:
-                self._present_handle = request.client
+                self._current_handle = request.client
                 request.client.set_accepted(text)
                 continue
             if outcome is GoalOutcome.REJECTED:
                 self._warnings.warn('Goal refused: %s', text)
             else:
-                self._present_handle = None
+                self._current_handle = None
             END_METHODS[outcome](request.client, MoveBaseResult(), text)
 
     def send_feedback(self, stamped):
-        """If there is a goal, send the robot's StampedPose to the client of the goal."""
-        handle = self._present_handle
+        """If there is a goal, send the robot's StampedPose to its client."""
+        handle = self._current_handle
         if handle is not None and self.feedback_pub.get_num_connections():
             handle.publish_feedback(MoveBaseFeedback(base_position=to_pose_stamped(
                 stamped.local_T_base, frame_name('local'), stamped.stamp)))
@@ -120,17 +120,18 @@ class GoalServer(ActionServer):
                                   name=goal_id.id, stamp=goal_id.stamp.to_nsec(), client=handle)
             try:
                 request = request._replace(goal=to_requested_pose(target.header, target.pose))
-            except ValueError as problem:
+            except ValueError as reason:
                 if handle:
-                    self.send_answers([(request, GoalOutcome.REJECTED, str(problem))])
+                    self.send_answers([(request, GoalOutcome.REJECTED, str(reason))])
                 return
             method = self._core.on_goal if handle else self._core.register_goal
-            self._runner.handle(lambda: method(request, steady_time()))
+            self._runner.decide_after(lambda: method(request, steady_time()))
 
     def _on_cancel(self, goal_id):
         stamp = goal_id.stamp.to_nsec()
         with self.lock:
-            self._runner.handle(lambda: self._core.on_cancel(steady_time(), goal_id.id, stamp))
+            self._runner.decide_after(
+                lambda: self._core.on_cancel(steady_time(), goal_id.id, stamp))
             super().internal_cancel_callback(goal_id)
 
 
@@ -150,8 +151,8 @@ class ResetServer:
         try:
             typed_pose = TypedPose(request.x, request.y, request.yaw_deg)
             reset = self._reset(RequestedPose(typed_pose.pose))
-        except ValueError as problem:
-            return ResetPoseResponse(message=self._log_refusal(problem))
+        except ValueError as reason:
+            return ResetPoseResponse(message=self._log_refusal(reason))
         response = ResetPoseResponse(success=True, message=reset.answer, stamp=reset.stamp,
                                      after=_in_degrees(reset.declared_pose))
         if reset.pose_before is not None:
@@ -159,34 +160,32 @@ class ResetServer:
         return response
 
     def _on_set_pose(self, request):
-        problem = self._on_initialpose(request.pose)
-        if problem:
-            raise rospy.ServiceException(problem)
+        reason = self._on_initialpose(request.pose)
+        if reason:
+            raise rospy.ServiceException(reason)
         return SetInitialPoseResponse()
 
     def _on_initialpose(self, stamped):
         """Returns the reason of a refusal, or None."""
         try:
             self._reset(to_requested_pose(stamped.header, stamped.pose.pose))
-        except ValueError as problem:
-            return self._log_refusal(problem)
+        except ValueError as reason:
+            return self._log_refusal(reason)
         return None
 
-    def _log_refusal(self, problem):
-        self._warnings.warn('Reset refused, the old frame stays: %s', problem)
-        return str(problem)
+    def _log_refusal(self, reason):
+        self._warnings.warn('Reset refused, the old frame stays: %s', reason)
+        return str(reason)
 
     def _reset(self, requested):
         """Reset to a RequestedPose. Returns the localizer.Reset. Raises ``ValueError`` if the reset
         is refused, or not carried out within RESET_TIMEOUT."""
         reset = Reset(requested)
-
-        def is_over():
-            return self._runner.call(lambda: reset.is_over)
-
-        self._runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
-        if not wait_until(is_over, RESET_TIMEOUT, RESET_POLL_PERIOD):
-            self._runner.call(reset.give_up)
+        self._runner.decide_after(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
+        is_over = wait_until(lambda: self._runner.call_core(lambda: reset.is_over),
+                             RESET_TIMEOUT, RESET_POLL_PERIOD)
+        if not is_over:
+            self._runner.call_core(reset.give_up)
         if reset.problem:
             raise ValueError(reset.problem)
         return reset
@@ -217,9 +216,9 @@ def to_requested_pose(header, pose):
     """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The name of the
     frame may begin with this node's namespace. Other frames raise ``ValueError``."""
     name = header.frame_id.lstrip('/')
-    in_odom = name in (ODOM_FRAME, frame_name(ODOM_FRAME))
-    in_local = name in LOCAL_FRAMES or name == frame_name('local')
-    if not in_odom and not in_local:
+    is_odom = name in (ODOM_FRAME, frame_name(ODOM_FRAME))
+    is_local = name in LOCAL_FRAMES or name == frame_name('local')
+    if not is_odom and not is_local:
         raise ValueError(f'frame {name[:40]!r} is not valid: local, odom, or map (or none), which '
                          'means local')
-    return RequestedPose(to_pose2(pose), in_odom)
+    return RequestedPose(to_pose2(pose), is_odom)

@@ -25,7 +25,7 @@ from tb3_labs.ros.conversions import (
     frame_name, to_odometry_sample, to_pose_stamped, to_transform)
 from tb3_labs.ros.core_runner import CoreRunner, publish_diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
-from tb3_labs.ros.node import roslaunch_of_this
+from tb3_labs.ros.node import parent_roslaunch
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
@@ -43,39 +43,39 @@ MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
-_typed_values = {'has_control': False}    # the value of _has_control:= on the command line
-
 
 def pop_permission():
-    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). rospy
-    would set a parameter, and a node that is started later would drive, too."""
+    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). Returns
+    the value, or False. rospy would set a parameter, by which a later node would also drive."""
+    typed_control = False
     values = {'true': True, 'false': False}
     for word in list(sys.argv):
         name, _, value = word.partition(':=')
         if name == '_has_control':
             sys.argv.remove(word)
-            # read_config() refuses another text
-            _typed_values['has_control'] = values.get(value.lower(), value)
+            typed_control = values.get(value.lower(), value)    # read_config() refuses a text
+    return typed_control
 
 
-def _has_control_at_start():
+def _has_control_at_start(typed_control):
     """Was control given on the command line? False after a restart by roslaunch."""
-    launch = roslaunch_of_this()
+    launch = parent_roslaunch()
     giver_parameter = rospy.get_name() + '_given_by'    # has the last launch that gave control
-    if launch and _typed_values['has_control'] is True:
+    if launch and typed_control is True:
         if rospy.get_param(giver_parameter, 0) == launch:
             rospy.logwarn('This launch gave control before: False, then True, gives it again')
             return False
         rospy.set_param(giver_parameter, launch)
-    return _typed_values['has_control']
+    return typed_control
 
 
 class MoveToGoalNode:
     """Drives to goals in a local frame. See scripts/move2goal_tf.py for the interface."""
 
-    def __init__(self):
+    def __init__(self, typed_control):
         start_config, drive_config = read_config(
-            MoveToGoalConfig, DriveConfig, typed_values={'has_control': _has_control_at_start()})
+            MoveToGoalConfig, DriveConfig,
+            typed_values={'has_control': _has_control_at_start(typed_control)})
         self._model = read_model()
         self._response = MotorResponse()
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
@@ -87,21 +87,22 @@ class MoveToGoalNode:
         self._control_publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
         runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
                             self._publish_output, self._carry_out)
-        self._core = core
-        self._runner = runner
+        self._core, self._runner = core, runner
         self._goals = GoalServer(runner, core)
         self._goals.offer()
         ResetServer(runner, core)
         subscribe('cmd_vel', Twist, self._on_command)
-        LiveSettings(drive_config, lambda new: runner.handle(core.set_law, self._make_law(new)))
+        LiveSettings(drive_config,
+                     lambda new: runner.decide_after(core.set_law, self._make_law(new)))
         subscribe_events('ctrl_relinq', Bool,
-                         lambda event: runner.handle(core.on_ctrl_relinq, event))
-        self._sends_wheels = subscribe_wheels(lambda sample: runner.call(core.on_wheels, sample))
+                         lambda event: runner.decide_after(core.on_ctrl_relinq, event))
+        self._sends_wheels = subscribe_wheels(
+            lambda sample: runner.call_core(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # every message is read, since the firmware may reverse the displacement of one message
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample, queue_size=None)
-        runner.check()    # look for sleeps from now on, since a slow start is not a sleep
-        publish_diagnostics(self._model.name, lambda: runner.call(self._diagnose))
+        runner.decide_now()    # look for sleeps from now on, since a slow start is not a sleep
+        publish_diagnostics(self._model.name, lambda: runner.call_core(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
     def _make_law(self, config):
@@ -111,18 +112,18 @@ class MoveToGoalNode:
         sender = sender_of(message) or 'another program'
         if sender != rospy.get_name():    # the core knows its own commands
             command = Twist2(message.linear.x, message.angular.z)
-            self._runner.call(lambda: self._core.on_command(command, ros_time(), sender))
+            self._runner.call_core(lambda: self._core.on_command(command, ros_time(), sender))
 
     def _on_imu(self, sample):
-        output = self._runner.handle(
+        output = self._runner.decide_after(
             lambda: self._core.on_imu(sample, ros_time(), self._sends_wheels()))
         if output.stamped_pose is not None:
-            self._display.show(output.stamped_pose, output.odom_T_local)
+            self._display.show_pose(output.stamped_pose, output.odom_T_local)
             self._goals.send_feedback(output.stamped_pose)
 
     def _on_odometry(self, sample):
         # the core decides at the next sample of the IMU, which will be newer
-        self._runner.call(lambda: self._core.on_odometry(sample, ros_time()))
+        self._runner.call_core(lambda: self._core.on_odometry(sample, ros_time()))
 
     def _publish_output(self, output):
         if output.has_control is not self._published_control:
@@ -156,7 +157,7 @@ class LocalPath:
         self._sent_at = -math.inf         # stamp
         self._has_unsent_points = False
 
-    def show(self, stamped):
+    def add_pose(self, stamped):
         """Add a localizer.StampedPose to the path. Publish the path at most once in PATH_PERIOD."""
         if stamped.frame_number != self._frame_number:
             self._frame_number = stamped.frame_number
@@ -181,7 +182,7 @@ def _needs_point(latest, here):
 class Display:
     """Publishes each StampedPose and each new DriveStatus for people to see.
 
-    The thread of the IMU calls `show`, and the thread of the CoreRunner calls `show_status`. A
+    The thread of the IMU calls `show_pose`, and the thread of the CoreRunner calls `show_status`. A
     message costs more computing time than a step of a control law. So poses and transforms are
     made only for subscribers, and transforms, path and markers less often than poses.
     """
@@ -202,7 +203,7 @@ class Display:
         self._sent_odom_T_local = None
         self._local_path = LocalPath(self._local_frame)
 
-    def show(self, stamped, odom_T_local):
+    def show_pose(self, stamped, odom_T_local):
         """Publish a localizer.StampedPose as a pose, a transform and a point of the path."""
         if self._pose_publisher.get_num_connections():
             self._pose_publisher.publish(
@@ -219,7 +220,7 @@ class Display:
             # markers are repeated, since RViz drops a marker whose frame is not known yet
             self._markers_sent_at = stamped.stamp
             self._marker_publisher.publish(self._markers)
-        self._local_path.show(stamped)
+        self._local_path.add_pose(stamped)
 
     def show_status(self, status):
         """Publish the text and the goal of a DriveStatus, and markers for RViz."""

@@ -88,17 +88,17 @@ class StatusLogger:
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
-        self._logged: Tuple = ()    # attempt, goal and text
+        self._logged_key: Tuple = ()    # attempt, goal and text
         self._begun_attempt = 0     # number of the latest drive that began
         self._begun_at = 0.0        # [s]
 
     def log_if_new(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                    now: float) -> bool:
         """Log `status` and return True, if `status` is new. `motion()` returns a Motion."""
-        news = (status.attempt, status.goal, status.text)
-        if not status.text or news == self._logged:
+        status_key = (status.attempt, status.goal, status.text)
+        if not status.text or status_key == self._logged_key:
             return False
-        self._logged = news
+        self._logged_key = status_key
         has_just_begun = status.has_begun and status.attempt != self._begun_attempt
         if has_just_begun:
             self._begun_attempt = status.attempt

@@ -3,14 +3,14 @@
 // The panel may refuse a request. Then the page shows the reason.
 
 import {degrees, radians} from './drawing.js';
-import {Keys, PAD_BUTTONS, RealGamepad, mousePad, onPress, stick} from './inputs.js';
+import {Keys, PAD_BUTTONS, RealGamepad, makeMousePad, makeStick, onPress} from './inputs.js';
 import {MapInput} from './map.js';
 import {$, onClick, say, setPressed, setText} from './page.js';
 
 const MIN_DRAG_LENGTH = 14;    // [px] a shorter drag does not set the heading
 /** {id of a button: turn [degrees]} */
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);
-const HANDS = ['pad', 'mouse'];      // the two ways to drive by hand
+const HANDS = ['pad', 'mouse'];      // the two inputs of a person who drives
 
 export class Controls {
   /** `redraw()` draws the page again. */
@@ -20,8 +20,9 @@ export class Controls {
       // a dragged pose is sent, and written into the fields
       redraw, placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
     });
-    this._letGo = [stick($('stick-left'), 'forward', pad),
-                   stick($('stick-right'), 'left', pad), mousePad($('mouse-pad'), pad)];
+    this._letGoFunctions = [
+      makeStick($('stick-left'), 'forward', pad), makeStick($('stick-right'), 'left', pad),
+      makeMousePad($('mouse-pad'), pad)];
     for (const name of PAD_BUTTONS) onPress($('button-' + name), () => pad.press(name));
     this._keys = new Keys(pad, () => this._stop());
     this._gamepad = new RealGamepad(pad, (text) => setText($('gamepad-hint'), text));
@@ -64,7 +65,7 @@ export class Controls {
 
   /** Show all sticks at rest. To drive, the person must take hold of a stick again. */
   _dropped() {
-    for (const letGo of this._letGo) letGo();
+    for (const letGo of this._letGoFunctions) letGo();
     this._keys.release();
     this._gamepad.disarm();
   }
@@ -87,7 +88,7 @@ export class Controls {
   }
 
   _showHand(hand) {
-    for (const letGo of this._letGo) letGo();
+    for (const letGo of this._letGoFunctions) letGo();
     for (const name of HANDS) {
       $(name).hidden = hand !== name;
       setPressed('tab-' + name, hand === name);

@@ -24,7 +24,7 @@ const POLL_PERIOD = 25;    // [ms]
 
 /** A stick that moves along one axis, 'forward' or 'left'. The deflection is 0 where the pointer
  *  takes hold. Returns a function that lets the stick go. */
-export function stick(element, axis, pad) {
+export function makeStick(element, axis, pad) {
   const knob = element.querySelector('.knob');
   const {place, side, translate} = STICKS[axis];
   let middle = 0;    // the pointer's coordinate at deflection 0
@@ -51,7 +51,7 @@ export function stick(element, axis, pad) {
 
 /** A square with the mouse's position (x, y), each from -1 to 1, x right, y up. Returns a function
  *  that lets the mouse go. */
-export function mousePad(element, pad) {
+export function makeMousePad(element, pad) {
   const dot = element.querySelector('.dot');
   const show = (x, y) => {
     dot.style.left = 50 + 50 * x + '%';
@@ -115,8 +115,8 @@ export class Keys {
     this._arrows = new Set();
     this._spaceStops = false;      // did the latest press of the space key stop the robot?
     // In the capture phase this listener gets the stop key before every element of the page.
-    addEventListener('keydown', (event) => this._down(event), true);
-    addEventListener('keyup', (event) => this._up(event), true);
+    addEventListener('keydown', (event) => this._onKeyDown(event), true);
+    addEventListener('keyup', (event) => this._onKeyUp(event), true);
     // A window without the focus gets no event when a key goes up.
     addEventListener('blur', () => this.release());
   }
@@ -127,21 +127,21 @@ export class Keys {
     this._pad.release('keys');
   }
 
-  _down(event) {
-    if (event.key === ' ' || event.key === 'Escape') { this._stopKey(event); return; }
+  _onKeyDown(event) {
+    if (event.key === ' ' || event.key === 'Escape') { this._pressStopKey(event); return; }
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(TYPING)) return;
-    if (event.key in ARROWS) { this._arrow(event); return; }
+    if (event.key in ARROWS) { this._pressArrow(event); return; }
     const key = event.key.toLowerCase();
     if (!event.repeat && PAD_BUTTONS.includes(key)) this._pad.press(key);
   }
 
-  _stopKey(event) {
+  _pressStopKey(event) {
     if (!event.repeat) this._spaceStops = this._stop() && event.key === ' ';
     // The space key must neither press the focused button nor scroll the page.
     if (this._spaceStops) event.preventDefault();
   }
 
-  _arrow(event) {
+  _pressArrow(event) {
     if (!this._pad.isEnabled) return;
     event.preventDefault();
     if (event.repeat) return;          // after a stop, a key that is still down repeats
@@ -150,7 +150,7 @@ export class Keys {
     this._moveKeys();
   }
 
-  _up(event) {
+  _onKeyUp(event) {
     if (event.key === ' ' && this._spaceStops) event.preventDefault();
     if (!this._arrows.delete(event.key)) return;
     if (this._arrows.size) this._moveKeys(); else this._pad.release('keys');

@@ -28,7 +28,7 @@ export class Link {
   }
 
   /** The time [s] on the panel's clock, minus the delay of the latest picture. So the panel may
-   *  overestimate the delay of a message, but never underestimates the delay. */
+   *  overestimate the delay of a message, but never underestimates it. */
   get time() {
     if (!this._clock) return null;
     return this._clock.panelTime + (performance.now() - this._clock.arrivedAt) / 1000;

@@ -27,7 +27,7 @@ function make(tag, className, text = '') {
 
 /** Returns a number as text, with `digits` after the point. An unknown number is shown as a dash,
  *  and -0.0 as 0.0. */
-function number(value, digits, unit = '') {
+function numberText(value, digits, unit = '') {
   if (!Number.isFinite(value)) return '\u2013';
   const text = value.toFixed(digits);
   return (Number(text) === 0 ? text.replace('-', '') : text) + unit;
@@ -61,13 +61,13 @@ export const log = {
     const list = $('log');
     // If the person has scrolled back, the log does not scroll.
     const isAtEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
-    list.append(...lines.map(entry));
+    list.append(...lines.map(makeEntry));
     while (list.childElementCount > MAX_LINES) list.firstElementChild.remove();
     if (isAtEnd) list.scrollTop = list.scrollHeight;
   },
 };
 
-function entry(line) {
+function makeEntry(line) {
   const item = make('li', line.level);
   item.append(make('time', '', line.time), ' ', make('b', '', line.node), ' ', line.text);
   return item;
@@ -75,35 +75,36 @@ function entry(line) {
 
 // -- the numbers and texts of the robot
 
-export function showStatus(p) {
-  setText($('state'), p.state || (p.driver ? p.driver + ' drives' : 'state unknown'));
-  $('state-box').dataset.phase = p.phase || 'none';
-  setText($('distance'), number(p.distance, 3, ' m'));
-  setText($('angle'), number(p.angle, 1, '\u00b0'));
-  setText($('local-pose'), poseText(p.local));
-  setText($('odom-pose'), poseText(p.odom));
-  setText($('goal-pose'), poseText(p.goal));
-  setText($('truth-error'), errorText(p));
-  setText($('heading'), number(p.heading_deg, 1, '\u00b0'));
-  const [linear, angular] = p.command || [];
-  setText($('command'), `${number(linear, 2)} m/s ${number(angular, 2)} rad/s`);
-  const mayDrive = p.has_control ? 'nobody, but move_to_goal has control' : 'nobody';
-  setText($('driver'), p.driver || mayDrive);
-  showAges(p.ages);
-  showInside(p.inside);
+export function showStatus(picture) {
+  const driverText = picture.driver ? picture.driver + ' drives' : 'state unknown';
+  setText($('state'), picture.state || driverText);
+  $('state-box').dataset.phase = picture.phase || 'none';
+  setText($('distance'), numberText(picture.distance, 3, ' m'));
+  setText($('angle'), numberText(picture.angle, 1, '\u00b0'));
+  setText($('local-pose'), poseText(picture.local));
+  setText($('odom-pose'), poseText(picture.odom));
+  setText($('goal-pose'), poseText(picture.goal));
+  setText($('truth-error'), errorText(picture));
+  setText($('heading'), numberText(picture.heading_deg, 1, '\u00b0'));
+  const [linear, angular] = picture.command || [];
+  setText($('command'), `${numberText(linear, 2)} m/s ${numberText(angular, 2)} rad/s`);
+  const mayDrive = picture.has_control ? 'nobody, but move_to_goal has control' : 'nobody';
+  setText($('driver'), picture.driver || mayDrive);
+  showAges(picture.ages);
+  showInside(picture.inside);
 }
 
 function poseText(pose) {
-  if (!pose) return number(null);
+  if (!pose) return numberText(null);
   const [x, y, yaw] = pose;
-  return `${number(x, 3)} ${number(y, 3)} ${number(degrees(yaw), 1, '\u00b0')}`;
+  return `${numberText(x, 3)} ${numberText(y, 3)} ${numberText(degrees(yaw), 1, '\u00b0')}`;
 }
 
-function errorText(p) {
-  if (!p.truth || !p.odom) return number(null);
-  const off = Math.hypot(p.truth[0] - p.odom[0], p.truth[1] - p.odom[1]);
-  const turned = degrees(wrap(p.truth[2] - p.odom[2]));
-  return `${number(off * 1000, 1)} mm ${number(turned, 2, '\u00b0')}`;
+function errorText(picture) {
+  if (!picture.truth || !picture.odom) return numberText(null);
+  const off = Math.hypot(picture.truth[0] - picture.odom[0], picture.truth[1] - picture.odom[1]);
+  const turned = degrees(wrap(picture.truth[2] - picture.odom[2]));
+  return `${numberText(off * 1000, 1)} mm ${numberText(turned, 2, '\u00b0')}`;
 }
 
 // -- the variables of nodes
