@@ -45,7 +45,7 @@ def sum_of_turns(start: float, line: float, end: float) -> float:
 class DriveLaw:
     """Drives as fast as the limits allow, and stops at the goal.
 
-    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. On the way the
+    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. Meanwhile the
     robot steers towards a point on the line, a little ahead. Each driving state has one method of
     the law. `dt` is the time [s] since the previous step.
     """

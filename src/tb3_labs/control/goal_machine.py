@@ -56,12 +56,12 @@ class GoalMachine:
             self._restart_states()
 
     def restart_law(self) -> None:
-        """Let the next step drive to the goal from a new pose, since the robot was stopped."""
+        """The robot was stopped: let the next step drive to the goal from a new pose."""
         self._law_is_started = False
 
-    def give_up(self, reason: str) -> None:
+    def give_up(self, failure: str) -> None:
         """End the drive before the goal is reached."""
-        self.failure = reason
+        self.failure = failure
 
     def cancel(self) -> None:
         """End the drive. The next drive needs a new goal."""
@@ -94,7 +94,7 @@ class GoalMachine:
 
     def _start_law(self, pose: Pose2, goal: Pose2) -> None:
         for stall in self._stalls.values():
-            stall.accept_longer_way()
+            stall.forget_least_remaining()
         self.has_begun = True
         self._law_is_started = True
         self.state = GoalState.ROTATE_TO_GOAL

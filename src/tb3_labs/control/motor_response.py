@@ -69,7 +69,9 @@ MIN_STEADY_TIME = 0.12
 MIN_COMMAND_SHARE = 0.5
 LEARNING_TIME = 1.5    # [s]; later samples of an approach are not used
 ONSET_SPEED = 0.03     # [rad/s or m/s]; a faster robot has begun to move
-SPEEDING_UP_SHARES = 0.1, 1.5    # bounds of the speed of such a robot, as shares of the command
+#: Bounds of the speed of such a robot, as shares of the command.
+MIN_START_SHARE = 0.1
+MAX_START_SHARE = 1.5
 #: A first command that is slower than this [rad/s] does not show delay and lag well. Without this
 #: limit, a turn by 0.2 degrees with a noisy gyro takes up to 3.5 s in place of 0.75 s.
 MIN_FIRST_COMMAND = 0.2
@@ -105,8 +107,8 @@ class MotorResponse:
         self.gain += LEARNING_WEIGHT * (measured.gain - self.gain)
 
 
-def identify_at_start(time: float, steady_speed: float, travel: float,
-                      speed: float) -> Optional[Tuple[float, float]]:
+def delay_and_lag_at_start(time: float, steady_speed: float, travel: float,
+                           speed: float) -> Optional[Tuple[float, float]]:
     """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if they are unknown.
 
     `travel` is the travel since the start. `speed` is the speed at one instant, and not a mean.
@@ -118,9 +120,8 @@ def identify_at_start(time: float, steady_speed: float, travel: float,
         return None
     speed_share = speed / steady_speed
     motion_time = travel / steady_speed
-    lag = 0.0
-    if speed_share <= NO_LAG_SHARE:
-        lag = motion_time / (-math.log1p(-speed_share) - speed_share)
+    has_lag = speed_share <= NO_LAG_SHARE
+    lag = motion_time / (-math.log1p(-speed_share) - speed_share) if has_lag else 0.0
     if not 0.0 <= lag <= MAX_LAG:
         return None
     return clamp(time - motion_time - lag * speed_share, 0.0, MAX_DELAY), lag
@@ -152,12 +153,12 @@ class Identification:
                max_speed: float, age: float = 0.0) -> None:
         """Learn from the `travel` since the start and the `speed`, measured `age` [s] ago."""
         if age > MAX_SAMPLE_AGE:
-            self._can_identify = False    # a slow network may delay commands, too
+            self._can_identify = False    # a slow network may also delay commands
         if not self._can_identify:
             return
         is_first_motion = not self._has_seen_start and abs(speed) > ONSET_SPEED
         if self._measures_instant_speed and is_first_motion:
-            self._identify_at_start(history, travel, speed, age)
+            self._use_first_sample(history, travel, speed, age)
         command = history.command
         if abs(command) < MIN_COMMAND_SHARE * max_speed or history.now > LEARNING_TIME:
             return
@@ -170,17 +171,16 @@ class Identification:
 
     def _speeds_up(self, history: CommandHistory, speed: float, age: float) -> bool:
         command_has_arrived = history.unchanged_for > self.estimate.delay + age
-        if not self._has_seen_start or not command_has_arrived:
+        if not (self._has_seen_start and command_has_arrived):
             return False
-        min_share, max_share = SPEEDING_UP_SHARES
-        return min_share < speed / history.command < max_share
+        return MIN_START_SHARE < speed / history.command < MAX_START_SHARE
 
-    def _identify_at_start(self, history: CommandHistory, travel: float, speed: float,
-                           age: float) -> None:
+    def _use_first_sample(self, history: CommandHistory, travel: float, speed: float,
+                          age: float) -> None:
         self._has_seen_start = True
         start = self._linearization_point
         steady_speed = history.first_command * start.gain
-        observed = identify_at_start(history.now - age, steady_speed, travel, speed)
+        observed = delay_and_lag_at_start(history.now - age, steady_speed, travel, speed)
         if observed is not None:
             start.delay, start.lag = observed
             self.estimate = copy(start)

@@ -13,14 +13,14 @@ def one_script(page: Path) -> str:
     beside `page`, or in FOLDER. Two files must not define the same name at the top level."""
     sources = {}
 
-    def add(path: Path) -> None:
+    def add_module(path: Path) -> None:
         source = path.read_text(encoding='utf-8')
         for name in IMPORT.findall(source):
             beside_page = page.with_name(name)
             if name not in sources:
-                add(beside_page if beside_page.exists() else FOLDER / name)
+                add_module(beside_page if beside_page.exists() else FOLDER / name)
         sources[path.name] = EXPORT.sub('', IMPORT.sub('', source))
 
-    add(page)
+    add_module(page)
     body = '\n'.join(sources.values())
     return f"(() => {{\n'use strict';\n{body}}})();\n"    # the script's names are not global

@@ -111,7 +111,7 @@ class JumpFinder:
         if _is_reset(previous, latest):
             return _jump_of_reset(previous, latest, commanded_at)
         old_pose, new_pose = last_move.sample.pose, latest.sample.pose
-        problem = _problem_of_displacement(old_pose, new_pose, latest.longest_gap(last_move))
+        problem = _displacement_problem(old_pose, new_pose, latest.longest_gap(last_move))
         if problem:
             return _jump_at_rest(problem, last_move, latest)
         if _is_backwards(old_pose, latest.sample):    # reflect the new place through the old place
@@ -143,7 +143,7 @@ def _is_at_zero(pose: Pose2) -> bool:
 def _is_near_zero(pose: Pose2, imu_turn: float) -> bool:
     if math.hypot(pose.x, pose.y) > NEAR_ZERO_DISTANCE:
         return False
-    # after a reset of the board, the yaw of the IMU is near zero, too
+    # after a reset of the board, the yaw of the IMU is also near zero
     return min(abs(pose.yaw), abs(difference(pose.yaw, imu_turn))) <= NEAR_ZERO_YAW
 
 
@@ -173,7 +173,7 @@ def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
     return new_pose @ old_pose.inverse()
 
 
-def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
+def _displacement_problem(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
     distance = old_pose.distance_to(new_pose)
     turn = abs(difference(new_pose.yaw, old_pose.yaw))
     moved_too_far = distance > MAX_POSSIBLE_SPEED * seconds + DISTANCE_SLACK

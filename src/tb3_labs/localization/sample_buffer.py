@@ -51,19 +51,19 @@ class Track:
         """Time of the latest value; minus infinity before the first value."""
         return self._values[-1].time if self._values else -math.inf
 
-    def around(self, time: float) -> Optional[Tuple[_TimedValue, _TimedValue]]:
+    def neighbours_of(self, time: float) -> Optional[Tuple[_TimedValue, _TimedValue]]:
         """Returns the values before and after `time`, or twice the value of exactly this `time`;
         None if `time` is too early or too late."""
         if time > self.newest or time < self._values[0].time:
             return None
-        index = bisect_left(self._values, (time,))
+        index = bisect_left([value.time for value in self._values], time)
         after = self._values[index]
         before = after if after.time == time else self._values[index - 1]
         return before, after
 
     def value_at(self, time: float) -> Any:
         """Returns the value at `time`; None if `time` is too early, too late, or in a gap."""
-        neighbours = self.around(time)
+        neighbours = self.neighbours_of(time)
         if neighbours is None:
             return None
         start, end = neighbours
@@ -124,7 +124,7 @@ class SampleBuffer:
     def _imu_yaw_at(self, time: float) -> Optional[float]:
         """Returns the yaw of the IMU [rad]. In a long gap, the odometry shows the turn."""
         yaw = self._imu.value_at(time)
-        neighbours = self._imu.around(time)
+        neighbours = self._imu.neighbours_of(time)
         if yaw is not None or neighbours is None:
             return yaw
         start, end = neighbours

@@ -1,4 +1,4 @@
-"""Does a pad or move_to_goal drive the robot? A table gives the holder of the robot after an event.
+"""Decides whether a pad or move_to_goal drives, by a table of the robot's holder after an event.
 
 A node that loses the robot sends one zero command, and then none. Source: the gamepad lab.
 """
@@ -57,7 +57,7 @@ class ControlMessages:
         self.stopped_at = -math.inf    # [s]; then a person or node took control from move_to_goal
 
     def pop_renewal(self, now: float) -> bool:
-        """Must the caller send a renewal now?"""
+        """Returns True if the caller must send a renewal now."""
         if not self.must_renew or now - self._sent_at < RENEWAL_PERIOD:
             return False
         self._sent_at = now

@@ -187,8 +187,8 @@ class ResetServer:
         self._runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
         if not wait_until(is_over, RESET_TIMEOUT, RESET_POLL_PERIOD):
             self._runner.call(reset.give_up)
-        if reset.problem:
-            raise ValueError(reset.problem)
+        if reset.reason:
+            raise ValueError(reset.reason)
         return reset
 
 
