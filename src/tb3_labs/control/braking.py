@@ -23,7 +23,7 @@ from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, Moto
 from tb3_labs.geometry.angles import clamp
 
 MAX_ROUNDING_TIME = 1e-6    # [s]; equal times of samples may differ by less than this
-#: For a nudge, this number is added to the divisor of the gain, since a nudge may last two periods.
+#: A nudge may last two periods, so its gain is divided by a number that is greater by this.
 NUDGE_GAIN_DIVISOR = 0.5
 #: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
 CONFIDENCE_FACTOR = 2.0
@@ -99,13 +99,13 @@ class FilteredNumber:
         max_difference = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + noise_variance)
         agrees = abs(sample - self.value) <= max_difference
         both_have_noise = noise_variance > 0.0 and math.isfinite(self._variance)
-        if not agrees or not both_have_noise:
+        if agrees and both_have_noise:
+            weight = self._variance / (self._variance + noise_variance)
+            self.value += weight * (sample - self.value)
+            self._variance = weight * noise_variance
+        else:
             self.value = sample
             self._variance = noise_variance
-            return
-        weight = self._variance / (self._variance + noise_variance)
-        self.value += weight * (sample - self.value)
-        self._variance = weight * noise_variance
 
 
 class Approach:

@@ -1,9 +1,8 @@
 """Finds when a control law must give a command, and remembers the commands.
 
 In one step, a control law reads the latest samples and gives one command. A law has one step in
-each control period (turtlebot3.CONTROL_RATE), since the robot obeys one new command in each period.
-A `Pace` finds when the next step is due. A command reaches the robot after the *delay*, and the
-motors follow with a first-order *lag*.
+each control period (turtlebot3.CONTROL_RATE), because the robot obeys one new command in each.
+A `Pace` finds when the next step is due. A command reaches the motors after the *delay*.
 
 Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
 """
@@ -13,7 +12,7 @@ from typing import NamedTuple, Optional
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Each step after the first is due earlier by this time [s], since a sample may be up to 5 ms late.
+#: Each step after the first is due earlier by this time [s]: a sample may be up to 5 ms late.
 STEP_LEAD_TIME = 0.0035
 IDLE_SAMPLE_PERIOD = 0.036    # [s]; a node that does not drive reads a sample in each period
 COMMAND_MEMORY_TIME = 1.4    # [s], longer than any delay and any sample's age
@@ -65,7 +64,7 @@ class Pace:
             self._next_step_at + self._period, now + 0.5 * self._period, now + self._period)
 
     def restart(self) -> None:
-        """Let the next step be the first, since the robot rests, or another node drives."""
+        """The robot rests, or another node drives: let the next step be the first."""
         self._last_step_at = None
 
 
@@ -94,7 +93,7 @@ class CommandHistory:
 
     def advance(self, dt: float) -> None:
         self.now += dt
-        # round to the nearest start of a period, since a step may be a little early or late
+        # round to the nearest start of a period: a step may be a little early or late
         self.period_start = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:

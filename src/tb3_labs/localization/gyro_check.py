@@ -84,9 +84,9 @@ class _Comparison:
 def _plausible_rates(turns: List[_WheelTurn]) -> Tuple[float, float]:
     """Returns the lowest and the highest rate [rad/s] of a healthy gyro during `turns`."""
     rates = [turn.rate for turn in turns]
-    rates += [(1.0 - MAX_SLIP_SHARE) * rate for rate in rates]
+    rates_with_slip = [(1.0 - MAX_SLIP_SHARE) * rate for rate in rates]
     margin = MAX_GYRO_DRIFT + MAX_UNEVEN_SHARE * max(turn.rate_of_one_wheel for turn in turns)
-    return min(rates) - margin, max(rates) + margin
+    return min(rates + rates_with_slip) - margin, max(rates + rates_with_slip) + margin
 
 
 class GyroMonitor:

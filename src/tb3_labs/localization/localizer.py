@@ -59,7 +59,7 @@ class Reset:
 
     @property
     def is_over(self) -> bool:
-        """Is the reset carried out, refused or given up?"""
+        """Returns True if the reset was carried out, refused or given up."""
         return self.is_done or bool(self.reason)
 
     @property
@@ -173,7 +173,7 @@ class Localizer:
                       extrapolated_turn=turn)
 
     def _is_in_undecided_frame(self, stamp: float) -> bool:
-        """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""
+        """Is `stamp` after the request of a waiting reset, but before its samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self.waiting_resets)
 

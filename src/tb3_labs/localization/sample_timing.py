@@ -12,7 +12,7 @@ the arrivals replace the stamps of both sensors.
 
 Units: seconds. Cases:
 
-1. A stamp that is merely old is used, since its message was delayed.
+1. A stamp that is merely old is used: it shows that its message was delayed.
 2. A stamp that goes back by less than `MAX_CORRECTION` shows a clock that is being corrected. The
    highest stamp so far is then the time of the source's samples, until a stamp is higher.
 3. A new *epoch* begins with a stamp that goes back by `MAX_CORRECTION` or more, is in the future,

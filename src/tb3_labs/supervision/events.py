@@ -21,7 +21,7 @@ Content = TypeVar('Content')
 
 
 class Novelty(Enum):
-    """Is a message new, or may it be from before this node could hear its sender?"""
+    """How new a message is. It may be from before this node could hear its sender."""
 
     NEW = 'it was sent after this node could hear its sender'
     RESTARTED = 'it is new, and its sender is a new process that has the name of an earlier sender'
@@ -180,5 +180,5 @@ class Output:
 
     @property
     def has_other_work(self) -> bool:
-        """Must the node do more than send the command?"""
+        """Returns True if the node must do more than send the command."""
         return bool(self.log_lines)

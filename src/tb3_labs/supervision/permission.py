@@ -13,7 +13,7 @@ which a stop holds until a person releases the machine again.
 5. A grant ends if the sensors are not fresh within `RESUME_TIME` after the grant. If the sensors
    were never fresh before, a grant ends after `ROBOT_START_TIMEOUT`.
 6. If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that arrives
-   while the process wakes is ignored, since it may be older than a stop.
+   while the process wakes is ignored, because it may be older than a stop.
 7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed.
    Exception: A False that was latched before this node began to listen does not end the grant of
    the parameter `has_control`.
@@ -94,7 +94,7 @@ class Permission:
 
     @property
     def has_grant(self) -> bool:
-        """Does a valid or suspended grant exist?"""
+        """Returns True if a valid or suspended grant exists."""
         return bool(self._grants)
 
     def pop_new_grant(self) -> bool:

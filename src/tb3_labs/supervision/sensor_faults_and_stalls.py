@@ -25,7 +25,7 @@ MAX_RETREAT = 0.8
 
 
 class SensorStatus(Enum):
-    """The state of the sensors during a motion."""
+    """The status of the sensors during a motion."""
 
     FRESH = 'the robot may move'
     SILENT = 'the robot must stand'

@@ -1,8 +1,8 @@
 """All limits of silences, delays, sleeps and motions without progress, for the nodes that drive.
 
 `Freshness` finds a silent source by the arrival times of its messages. `Lateness` finds a delayed
-message by its stamp. `SleepMonitor` finds a time in which this process slept, since it was stopped
-or swapped out, or its computer was suspended.
+message by its stamp. `SleepMonitor` finds a time in which this process slept: it was stopped or
+swapped out, or its computer was suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
 infinite age. If the clock goes back, the age of the latest message is 0.
@@ -52,7 +52,7 @@ HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits: move_to_goal s
 
 RENEWAL_PERIOD = 0.1
 RENEWAL_TIMEOUT = 0.5    # then the grant is suspended
-#: A reset is refused if it was requested longer ago than this, since the robot may have moved.
+#: A reset that was requested longer ago than this is refused: the robot may have moved.
 MAX_RESET_AGE = 1.0
 #: A sender that repeats a message sends it again within this time. If a sender was silent for
 #: longer than this, its next message is a new request.
