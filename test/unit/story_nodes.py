@@ -146,7 +146,7 @@ class Mover(StoryNode):
 
     def on_ctrl_relinq(self, connection, word, at, is_old=False):
         """A sender that latches, and was there before, is doubted at first."""
-        now, novelty = self.world.now, self.novelty_finder.novelty_of(connection, self.world.now)
+        now, novelty = self.world.now, self.novelty_finder.find(connection, self.world.now)
         doubtful = connection.sender in self.unheard and connection.is_latched and not connection.has_renewals
         self.unheard.discard(connection.sender)
         if word or not is_old:

@@ -230,8 +230,8 @@ HERE = SenderConnection('/a', 'http://a:1', connected_at=100.0)
     (['/a'], HERE._replace(is_latched=True), 160.0, Novelty.LATCHED)])
 def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, connection, now, novelty):
     novelty_finder = NoveltyFinder(present, 100.0)
-    assert novelty_finder.novelty_of(connection, now) is novelty
-    assert novelty_finder.novelty_of(connection, now) is Novelty.NEW
+    assert novelty_finder.find(connection, now) is novelty
+    assert novelty_finder.find(connection, now) is Novelty.NEW
 
 
 @pytest.mark.parametrize('change, now, novelty', [
@@ -241,8 +241,8 @@ def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, conne
     ({'process': 'http://a:2', 'has_renewals': True, 'is_latched': True}, 200.2, Novelty.RESTARTED)])
 def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, novelty):
     novelty_finder = NoveltyFinder([], 100.0)
-    novelty_finder.novelty_of(HERE, 101.0)
-    assert novelty_finder.novelty_of(HERE._replace(connected_at=200.0, **change), now) is novelty
+    novelty_finder.find(HERE, 101.0)
+    assert novelty_finder.find(HERE._replace(connected_at=200.0, **change), now) is novelty
 
 
 @pytest.mark.parametrize('stamp, clock, novelty', [
@@ -250,11 +250,11 @@ def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, novelty
     (7.0, 8.0, Novelty.NEW)])      # two messages within one step of a simulated clock, or while it stands
 def test_a_repeated_stamp_shows_a_repeated_message(stamp, clock, novelty):
     novelty_finder = NoveltyFinder([], 100.0)
-    novelty_finder.novelty_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
-    novelty_finder.novelty_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
-    assert novelty_finder.novelty_of(HERE, 101.1, stamp, clock) is novelty
+    novelty_finder.find(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
+    novelty_finder.find(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
+    assert novelty_finder.find(HERE, 101.1, stamp, clock) is novelty
     latching = HERE._replace(connected_at=150.0, is_latched=True)
-    assert novelty_finder.novelty_of(latching, 151.0, stamp, 10.0) is Novelty.LATCHED
+    assert novelty_finder.find(latching, 151.0, stamp, 10.0) is Novelty.LATCHED
 
 
 # A process that slept: this is noticed when it next reads the clock, and once ----------------------

@@ -1,4 +1,4 @@
-"""An approach moves the robot to a goal, and stops the robot at the goal in spite of delays.
+"""An approach moves the robot to a goal, and stops it there in spite of delays.
 
 A controller that looks only at the measured position brakes too late, and overshoots. An approach
 is a Smith predictor, which controls the *predicted remaining travel*: the distance to the goal at

@@ -8,7 +8,7 @@ EXPORT = re.compile(r'^export ', re.MULTILINE)
 
 
 def one_script(page: Path) -> str:
-    """Returns one script with the program in the file `page` and all modules that the program
+    """Returns one script with the program in the file `page` and all modules that it
     imports. A browser cannot load modules for a page that is a local file. A module is a file
     beside `page`, or in FOLDER. Two files must not define the same name at the top level."""
     sources = {}

@@ -170,7 +170,8 @@ class GyroMonitor:
         lowest_rate, highest_rate = _plausible_rates(turns)
         nearest_rate = clamp(reading.rate, lowest_rate, highest_rate)
         shows_rest = abs(reading.rate) < min(MAX_REST_TURN_RATE, abs(nearest_rate))
-        if shows_rest or reading.rate == nearest_rate:    # slip explains a gyro that shows rest
+        is_plausible = reading.rate == nearest_rate
+        if is_plausible or shows_rest:    # slip explains a gyro that shows rest
             self._add_agreement(seconds, wheels_are_at_rest)
         elif not reading.is_repeated:
             comparison.agreed_for = 0.0

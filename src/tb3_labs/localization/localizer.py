@@ -41,7 +41,7 @@ class StampedPose:
 
 @dataclass
 class Reset:
-    """A request to declare the robot's pose, and the outcome of the request."""
+    """A request to declare the robot's pose, and its outcome."""
 
     requested_pose: RequestedPose
     requested_at: float = 0.0        # [s, receiver's clock]

@@ -3,12 +3,12 @@
 SampleTiming measures the silence before each sample, and learns the sender's clock. A TimedSample
 contains all times of a sample, so no other module measures a time.
 
-The stamps of messages show the time between two samples well. Stamps come from the robot's clock,
+The stamps of messages show the time between two samples well. They come from the robot's clock,
 which may be wrong by a second, may be set, or may always show zero. Arrivals are on the receiver's
 clock, but include the delays of the network. The order of samples is the order of their stamps. The
-*least delay* is the shortest time between stamp and arrival in the last seconds. The least delay
-converts times between the robot's clock and the receiver's clock. If the stamps are not a clock,
-the arrivals replace the stamps of both sensors.
+*least delay* is the shortest time between stamp and arrival in the last seconds. It converts times
+between the robot's clock and the receiver's clock. If the stamps are not a clock, the arrivals
+replace the stamps of both sensors.
 
 Units: seconds. Cases:
 

@@ -85,7 +85,7 @@ def novelty_reader(topic):
     """Returns a function that takes a message and returns its events.Novelty. Call the function for
     each message."""
     novelty_finder = NoveltyFinder(publishers_of(rospy.resolve_name(topic)), steady_time())
-    return lambda message: novelty_finder.novelty_of(
+    return lambda message: novelty_finder.find(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())
 
 

@@ -15,7 +15,7 @@ from enum import Enum
 from typing import (
     Any, Callable, Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
-from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, MAX_REPEAT_GAP, SleepMonitor
+from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, MAX_TRANSIT_TIME, SleepMonitor
 
 Content = TypeVar('Content')
 
@@ -50,7 +50,7 @@ class IncomingMessage(Generic[Content]):
 
 class SenderConnection(NamedTuple):
     sender: str
-    process: str = ''         # address of the process that has the sender's name now
+    process: str = ''    # address of the process that has the sender's name now
     connected_at: float = -math.inf    # time [s] at which the connection was made
     is_latched: bool = False    # does the sender repeat its last message to each new connection?
     has_renewals: bool = False    # as in IncomingMessage
@@ -66,8 +66,8 @@ class NoveltyFinder:
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock) of each sender
 
-    def novelty_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
-                   clock: float = 0.0) -> Novelty:
+    def find(self, connection: SenderConnection, now: float, stamp: float = 0.0,
+             clock: float = 0.0) -> Novelty:
         """Returns the Novelty of a message that arrives now. `stamp` is the message's stamp, or 0.
         `clock` is `now` on the stamps' clock. A device driver that hangs repeats a stamp."""
         sender = connection.sender

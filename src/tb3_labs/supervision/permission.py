@@ -3,24 +3,24 @@
 Each sender can give the permission by a True, and end it by a False. The rules follow ISO 13850, by
 which a stop holds until a person releases the machine again.
 
-1. A *grant* is the first True of a sender, or the first True after a False of this sender. While a
-   grant is valid, move_to_goal may drive the robot.
-2. If a sender renews its grants, a repeated True of this sender only renews its grant. The robot
-   may move only after the first renewal, so a sender that has died does not move the robot.
+1. A *grant* is the first True of a sender, or its first True after its False. While a grant is
+   valid, move_to_goal may drive the robot.
+2. If a sender renews its grants, its repeated True only renews its grant. The robot may move only
+   after the first renewal, so a sender that has died does not move it.
 3. A False of any sender ends the grants of all senders.
-4. A grant is suspended if the renewals stop for `RENEWAL_TIMEOUT`. A later renewal restores the
-   grant. After `RESUME_TIME` without a renewal, a grant has expired.
-5. A grant ends if the sensors are not fresh within `RESUME_TIME` after the grant. If the sensors
-   were never fresh before, a grant ends after `ROBOT_START_TIMEOUT`.
+4. A grant is suspended if the renewals stop for `RENEWAL_TIMEOUT`. A later renewal restores it.
+   After `RESUME_TIME` without a renewal, it has expired.
+5. A grant ends if the sensors are not fresh within `RESUME_TIME` after it. If they were never fresh
+   before, it ends after `ROBOT_START_TIMEOUT`.
 6. If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that arrives
    while the process wakes is ignored, because it may be older than a stop.
 7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed.
    Exception: A False that was latched before this node began to listen does not end the grant of
    the parameter `has_control`.
-8. A True that was sent more than `RESUME_TIME` ago is ignored. A True is also ignored if it was
-   sent before another sender's False, before this node started, or before this node woke. If
-   renewals arrive faster than one in each `RENEWAL_PERIOD`, they waited in the network together
-   with the True, so the True was delayed.
+8. A True that was sent more than `RESUME_TIME` ago is ignored. It is also ignored if it was sent
+   before another sender's False, before this node started, or before this node woke. If renewals
+   arrive faster than one in each `RENEWAL_PERIOD`, they waited in the network together with the
+   True, so the True was delayed.
 """
 import math
 from typing import Dict, Set

@@ -1,7 +1,7 @@
 """Is a motion allowed to continue? The sensors must work, and the robot must obey.
 
-A sensor is lost if its messages stop. A sensor is frozen if its driver hangs and repeats one
-reading while the robot moves. A robot is stalled if commands bring it no nearer to its goal.
+A sensor is lost if its messages stop. It is frozen if its driver hangs and repeats one reading
+while the robot moves. A robot is stalled if commands bring it no nearer to its goal.
 
 Units: radians or metres for the remaining travel, seconds on one clock (`now`).
 """
@@ -43,8 +43,8 @@ class Sensor(Freshness):
 
     def on_message(self, now: float, reading: object = None) -> float:
         silence = super().on_message(now)
-        if self.count > 2 and silence > self.longest_gap:
-            self.longest_gap = silence
+        if self.count > 2:
+            self.longest_gap = max(self.longest_gap, silence)
         if reading != self.reading:
             self.reading = reading
             self._changed_at = now
