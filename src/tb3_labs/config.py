@@ -26,7 +26,7 @@ class Config:
     def __post_init__(self) -> None:
         for item in fields(self):
             if 'meaning' in item.metadata:
-                object.__setattr__(self, item.name, _checked(item, getattr(self, item.name)))
+                object.__setattr__(self, item.name, _checked_value(item, getattr(self, item.name)))
 
 
 def from_parameters(config_type: Type[ConfigType], given: Mapping[str, Any]) -> ConfigType:
@@ -43,7 +43,7 @@ def spelling_hint(name: str, valid_names: Iterable[str]) -> str:
     return f'is {similar[0]} meant?' if similar else 'known: ' + ', '.join(sorted(valid_names))
 
 
-def _checked(item: Field, value: Any) -> Any:
+def _checked_value(item: Field, value: Any) -> Any:
     """Returns `value` in the field's type. Raises ``ValueError`` if `value` is not valid."""
     valid_type = type(item.default)
     rule = item.metadata

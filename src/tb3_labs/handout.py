@@ -35,9 +35,13 @@ DRIVE_SPEED = 0.15          # the speed in MOVE_FORWARD [m/s]
 #: A fully pushed stick commands these speeds, which are the limits in the robot's data sheet.
 MAX_LINEAR_SPEED = 0.22     # [m/s]
 MAX_ANGULAR_SPEED = 2.84    # [rad/s]
-PAD_AXES, PAD_BUTTONS = 8, 11   # numbers of axes and buttons of the most common pad
-LINEAR_AXIS, ANGULAR_AXIS = 1, 3
-BUTTON_A, BUTTON_B, BUTTON_Y = 0, 1, 2
+PAD_AXES = 8        # number of axes of the most common pad
+PAD_BUTTONS = 11    # number of its buttons
+LINEAR_AXIS = 1     # index of the axis that drives
+ANGULAR_AXIS = 3    # index of the axis that turns
+BUTTON_A = 0        # index of the button A
+BUTTON_B = 1
+BUTTON_Y = 2
 #: A printed line begins with one of these words.
 PRINTED_REACHED = 'Goal reached'
 PRINTED_POSE_SET = 'Local pose set'

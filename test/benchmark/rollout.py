@@ -106,7 +106,7 @@ def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None
     """Declare the pose when both sensors have been heard. At first the network may stall."""
     reset = Reset(RequestedPose(declared))
     navigator.on_reset(reset, robot.now, robot.now)
-    if reset.problem:
+    if reset.reason:
         _navigate(robot, navigator, POLL_PERIOD)
         _reset(robot, navigator, declared)
 

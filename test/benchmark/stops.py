@@ -57,7 +57,7 @@ def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()
 
     def reason():
         status = navigator.status(robot.now)
-        return status.failure or status.hold_reason
+        return status.failure or status.reason_to_stand
     return _stop(robot, navigator, hear, fault, reason)
 
 

@@ -8,7 +8,7 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
-from tb3_labs.supervision.events import Event, NoveltyFinder, Queue
+from tb3_labs.supervision.events import IncomingMessage, NoveltyFinder, Queue
 from tb3_labs.supervision.goal_requests import GoalRequest, RequestedPose
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
@@ -141,23 +141,23 @@ class Mover(StoryNode):
         start is ignored, see Permission."""
         for name in names:
             connection = self.ways[name] = self.world.senders[name]._replace(connected_at=self.world.now)
-            if connection.latches and name in self.world.words:
+            if connection.is_latched and name in self.world.words:
                 self.on_ctrl_relinq(connection, self.world.words[name], None, self.world.now == self.born_at)
 
     def on_ctrl_relinq(self, connection, word, at, is_old=False):
         """A sender that latches, and was there before, is doubted at first."""
-        now, novelty = self.world.now, self.novelty_finder.novelty_of(connection, self.world.now)
-        doubtful = connection.sender in self.unheard and connection.latches and not connection.renews
+        now, novelty = self.world.now, self.novelty_finder.find(connection, self.world.now)
+        doubtful = connection.sender in self.unheard and connection.is_latched and not connection.has_renewals
         self.unheard.discard(connection.sender)
         if word or not is_old:
             self.rule.hear(now, connection.sender, word,
-                           None if word and (doubtful or self.waking) else self.at(at), connection.renews)
-        self.core.on_ctrl_relinq(Event(word, now, connection.sender, novelty, connection.renews))
+                           None if word and (doubtful or self.waking) else self.at(at), connection.has_renewals)
+        self.core.on_ctrl_relinq(IncomingMessage(word, now, connection.sender, novelty, connection.has_renewals))
 
     def on_goal(self, sender, at):
         now, request = self.world.now, GoalRequest(RequestedPose(Pose2(40.0)), sender)
         self.core.on_goal(request, now)
-        if at is not None and not self.waking and self.core._requests.present_request is request:
+        if at is not None and not self.waking and self.core._requests.current_request is request:
             self.rule.goal(now, self.at(at))
 
     def on_cancel(self, at):
@@ -167,7 +167,7 @@ class Mover(StoryNode):
     def on_reset(self, at):
         reset = Reset(RequestedPose(Pose2()))
         self.core.on_reset(reset, self.world.now, self.world.now)
-        if not reset.problem:
+        if not reset.reason:
             self.judge_reset(at)
             self.rule.ask(self.world.now, 'goal')
 
@@ -215,17 +215,17 @@ class PadNode(StoryNode):
         if button is not None:
             buttons[button] = 1
         self.rule.hear(self.world.now, stick != 0.0, self.at(at))
-        self.core.on_joy(Event(read_pad(axes, buttons, PAD), self.world.now, sent_at=stamp))
+        self.core.on_joy(IncomingMessage(read_pad(axes, buttons, PAD), self.world.now, sent_at=stamp))
         self.decide(at)
 
     def on_control(self, granted):
-        self.core.on_has_control(Event(granted, self.world.now))
+        self.core.on_has_control(IncomingMessage(granted, self.world.now))
         if granted:
             self.rule.lose(self.world.now)
         self.decide(self.world.now)
 
     def on_taken(self):
-        self.core.on_ctrl_relinq(Event(False, self.world.now))
+        self.core.on_ctrl_relinq(IncomingMessage(False, self.world.now))
         self.rule.stop(self.world.now)
         self.decide(self.world.now)
 

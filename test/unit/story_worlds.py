@@ -71,7 +71,7 @@ class World:
         self.drives = False          # did the robot move in the last event?
         self.nodes, self.pads = [], []
         self.mover, self.repeats_goal, self.due_at = None, False, self.now
-        self.senders, self.words = {'student': SenderConnection('student', latches=True)}, {}
+        self.senders, self.words = {'student': SenderConnection('student', is_latched=True)}, {}
         self.processes, self.terminal, self.repeater = 0, None, None    # how many, and two names
         self.start_mover(False)
         for number in range(self.PADS):
@@ -242,12 +242,12 @@ class World:
         """A gamepad node starts, in place of the one before. It hears what is latched."""
         name = 'pad {}'.format(number)
         self.mover.waiting.pop(name, None)
-        self.start_sender(name, latches=True, renews=True)
+        self.start_sender(name, is_latched=True, has_renewals=True)
         self.pads[number:number + 1] = [PadNode(self, name)]
         self.nodes = [self.mover] + self.pads
         if self.mover.has_control is not None:
             self.pads[number].on_control(self.mover.has_control)
-        if any(sender.latches and self.words.get(name) is False for name, sender in self.senders.items()):
+        if any(sender.is_latched and self.words.get(name) is False for name, sender in self.senders.items()):
             self.pads[number].on_taken()
 
     def end_pad(self, number):

@@ -3,8 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.control.commands import (
-    CONTRADICTING_DEVIATIONS, CommandHistory, Estimate, Pace)
+from tb3_labs.control.braking import CONTRADICTING_DEVIATIONS, FilteredNumber
+from tb3_labs.control.commands import CommandHistory, Pace
 
 PERIOD = 0.02
 
@@ -92,7 +92,7 @@ def test_commands_are_forgotten_but_not_their_travel():
 # An estimate: the mean of equal samples, the newest of those that say more ------------------------
 
 def estimate_of(*samples, noise=0.1):
-    estimate = Estimate()
+    estimate = FilteredNumber()
     for sample in samples:
         estimate.add(sample, noise)
     return estimate

@@ -14,7 +14,7 @@ from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.supervision.events import Novelty, Event, SenderRequests
+from tb3_labs.supervision.events import IncomingMessage, Novelty, SenderRequests
 from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, SleepMonitor
 
 BURGER = robot_model('burger')
@@ -56,7 +56,7 @@ class Desk:
         self.mouse = None            # (active, x, y), or None: no messages
         self.log_lines = []
         self._next_mouse = 0.0
-        self.core.on_mouse(Event(MouseState(False, 0.0, 0.0), self.now))
+        self.core.on_mouse(IncomingMessage(MouseState(False, 0.0, 0.0), self.now))
         self.run(0.2)
 
     def run(self, seconds, imu=True):
@@ -69,7 +69,7 @@ class Desk:
                 self.core.on_imu(ImuSample(self.now, self.yaw + self.tremble, self.rate), self.now)
             if self.mouse and self.now >= self._next_mouse:
                 self._next_mouse = self.now + MOUSE_PERIOD - 1e-6
-                self.core.on_mouse(Event(MouseState(*self.mouse), self.now))
+                self.core.on_mouse(IncomingMessage(MouseState(*self.mouse), self.now))
             commands += self.tick()
         return commands
 
@@ -122,7 +122,7 @@ def test_the_node_is_watched_in_a_turn_and_while_the_mouse_is_active(desk):
         desk.finish()
         desk.run(5.0)
     for active in (True, False):
-        desk.core.on_mouse(Event(MouseState(active, 0.0, 0.0), desk.now))
+        desk.core.on_mouse(IncomingMessage(MouseState(active, 0.0, 0.0), desk.now))
         desk.tick()
         assert desk.needs_fast_ticks is desk.core.mice.is_active is active
 
@@ -192,10 +192,10 @@ def test_an_invalid_angle_is_refused(good, bad):
 def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
     core = ControllerCore(GivenTurnLaw())
     for k in range(300):
-        core.on_turn(Event(90.0, 10.0 + 0.01 * k, 'script'), 10.0 + 0.01 * k)
+        core.on_turn(IncomingMessage(90.0, 10.0 + 0.01 * k, 'script'), 10.0 + 0.01 * k)
     assert [line.is_warning for line in core.tick(13.0, 13.0).log_lines] == 3 * [True]
     for _ in range(3):         # typed: each is answered
-        core.on_typed(Event(90.0, 13.0), 13.0)
+        core.on_typed(IncomingMessage(90.0, 13.0), 13.0)
     assert len(core.tick(13.0, 13.0).log_lines) == 3
 
 
@@ -219,8 +219,8 @@ def test_a_repeated_turn_is_refused_after_a_stop_or_a_sleep_or_if_doubtful(is_wa
         if degrees is None:
             turns.end_repetitions()
         else:
-            found.append(accept_turn(turns, Event(degrees, at, 'script', novelty), is_waking and at == 0.0))
-            assert accept_turn(turns, Event(degrees, at, str(at)))    # of another sender
+            found.append(accept_turn(turns, IncomingMessage(degrees, at, 'script', novelty), is_waking and at == 0.0))
+            assert accept_turn(turns, IncomingMessage(degrees, at, str(at)))    # of another sender
     assert found == accepted
 
 
@@ -278,7 +278,7 @@ def test_a_deactivated_mouse_stops_a_turn_after_another_mouse_was_lost(desk):
     desk.request_turn(180.0)
     desk.run(0.5)
     for active in (True, False):     # as a page's STOP
-        desk.core.on_mouse(Event(MouseState(active, 0.0, 0.0), desk.now, 'page'))
+        desk.core.on_mouse(IncomingMessage(MouseState(active, 0.0, 0.0), desk.now, 'page'))
     assert desk.core.driver is Driver.NOBODY and set(desk.run(1.0)) <= {Twist2()}
     assert desk.told('the mouse was deactivated', warning=True)
 
@@ -286,7 +286,7 @@ def test_a_deactivated_mouse_stops_a_turn_after_another_mouse_was_lost(desk):
 def test_a_mouse_that_was_active_before_is_logged_once():
     core = ControllerCore(GivenTurnLaw())
     for now in 100.0, 100.1, 100.2:
-        core.on_mouse(Event(MouseState(True, 0.0, 1.0), now))
+        core.on_mouse(IncomingMessage(MouseState(True, 0.0, 1.0), now))
     output = core.tick(100.2, 100.2)
     assert output.command is None
     assert ['The mouse was active before: move' in line.text for line in output.log_lines] == [True]

@@ -5,7 +5,7 @@ from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.control_holder import ControlHolder
-from tb3_labs.supervision.events import Novelty, Event
+from tb3_labs.supervision.events import IncomingMessage, Novelty
 from tb3_labs.supervision.timeouts import HAND_BACK_TIME
 
 NOBODY, GAMEPAD, GOAL = ControlHolder.NOBODY, ControlHolder.GAMEPAD, ControlHolder.MOVE_TO_GOAL
@@ -69,7 +69,7 @@ class PluggedPad:
         changed = (axes, buttons) != self._sent_state
         if self.plugged and (changed or (self.repeats and self.now >= self._next)):
             self._sent_state, self._next = (axes, buttons), self.now + PERIOD
-            self.controller.on_joy(Event(read_pad(axes, buttons, self._config), self.now))
+            self.controller.on_joy(IncomingMessage(read_pad(axes, buttons, self._config), self.now))
         command = self.controller.tick(self.now).command
         if command is not None:
             self.sent.append((self.now, command if command != Twist2() else None))
@@ -96,8 +96,8 @@ class PluggedPad:
 def receive(controller, now, stamp, *pressed, forward=0.0, novelty=Novelty.NEW):
     """A message of a pad with another clock."""
     buttons = [int(button in pressed) for button in range(8)]
-    controller.on_joy(Event(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now,
-                            novelty=novelty, sent_at=stamp))
+    controller.on_joy(IncomingMessage(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now,
+                                      novelty=novelty, sent_at=stamp))
 
 
 def let_pass(controller, since, until):
@@ -136,7 +136,7 @@ def test_a_full_stick_commands_the_robots_limit_or_the_scale(config, sticks, spe
 
 
 def test_button_a_gives_control_and_button_b_takes_control(pad):
-    pad.controller.on_has_control(Event(False, pad.now))      # it had no control
+    pad.controller.on_has_control(IncomingMessage(False, pad.now))      # it had no control
     assert pad.holder is GAMEPAD and not pad.controller.messages.must_renew and pad.control_messages() == []
     assert not pad.controller.take('is_reset_requested')
     assert [line.text for line in pad.controller.take('log_lines')] == [
@@ -262,7 +262,7 @@ def test_a_pad_is_lost_if_its_driver_repeats_one_message(stamped, clock_runs):
 def test_a_stop_of_another_node_ends_a_drive_by_the_stick(pad):
     """The robot gets one zero. The stick drives again only after it was in its middle."""
     assert pad.rest_and_push()
-    pad.controller.on_ctrl_relinq(Event(False, pad.now))
+    pad.controller.on_ctrl_relinq(IncomingMessage(False, pad.now))
     assert set(pad.run(1.0)) == {None} and pad.holder is NOBODY
     assert pad.rest_and_push()
 
@@ -271,7 +271,7 @@ def test_a_stop_of_another_node_ends_a_drive_by_the_stick(pad):
 def test_a_stick_that_was_pushed_before_the_stop_of_another_node_does_not_drive(
         stamped, pushed_at, drives):
     receive(stamped, 101.1, 8.1)
-    stamped.on_ctrl_relinq(Event(False, 101.2))
+    stamped.on_ctrl_relinq(IncomingMessage(False, 101.2))
     receive(stamped, 101.25, pushed_at, forward=1.0)
     assert (stamped.tick(101.25).command != Twist2()) is drives
 
@@ -280,20 +280,20 @@ def test_a_stick_that_was_pushed_before_the_stop_of_another_node_does_not_drive(
 def test_has_control_false_may_cross_with_a_press_of_a(pad, after, is_believed):
     pad.press(A)
     pad.run(after - 0.04)
-    pad.controller.on_has_control(Event(False, pad.now))
+    pad.controller.on_has_control(IncomingMessage(False, pad.now))
     assert pad.controller.messages.must_renew is not is_believed
-    pad.controller.on_has_control(Event(True, pad.now))
-    pad.controller.on_has_control(Event(False, pad.now))       # it had control, and lost it
+    pad.controller.on_has_control(IncomingMessage(True, pad.now))
+    pad.controller.on_has_control(IncomingMessage(False, pad.now))       # it had control, and lost it
     assert not pad.controller.messages.must_renew
 
 
 def test_a_grant_of_another_node_ends_a_drive_by_the_stick(pad):
     assert any(pad.run(0.3, sticks=PUSHED)) and pad.controller.tick(pad.now).command is None
-    pad.controller.on_has_control(Event(True, pad.now))
+    pad.controller.on_has_control(IncomingMessage(True, pad.now))
     assert pad.holder is GOAL and not pad.controller.messages.must_renew
     assert pad.controller.tick(pad.now).command == Twist2()    # without waiting for the pad
     assert set(pad.run(1.0)) == {None}
-    pad.controller.on_has_control(Event(False, pad.now))
+    pad.controller.on_has_control(IncomingMessage(False, pad.now))
     assert pad.holder is NOBODY
     assert set(pad.run(1.0)) == {None}              # still pushed
 
@@ -350,5 +350,5 @@ def test_the_node_is_watched_while_the_pad_drives_or_gives_control(pad):
         pad.press(*buttons)
         assert pad.controller.tick(pad.now).needs_fast_ticks is watched
     assert pad.holder is NOBODY
-    pad.controller.on_has_control(Event(True, pad.now))
+    pad.controller.on_has_control(IncomingMessage(True, pad.now))
     assert not pad.controller.tick(pad.now).needs_fast_ticks           # another node gave control

@@ -135,12 +135,12 @@ def test_a_new_clock_or_board_ends_a_waiting_reset(
     robot, localizer = replace(RESTING, clock_ahead=1000.0), TimedPart.localizer()
     feed(localizer, robot.messages(0.0, 2.0))
     reset = localizer.reset(RequestedPose(Pose2()), 2.02)
-    assert localizer.waiting_resets and reset.problem == ''
+    assert localizer.waiting_resets and reset.reason == ''
     localizer.on_imu(robot.imu(2.01)._replace(**imu), 2.01)
     if odometry:
         localizer.on_odometry(robot.odometry(2.01)._replace(**odometry), 2.01)
         assert localizer.motion(2.01) is None
-    assert reset.problem.startswith(problem) and not reset.is_done and not localizer.waiting_resets
+    assert reset.reason.startswith(problem) and not reset.is_done and not localizer.waiting_resets
 
 
 def test_a_reset_before_the_first_message_waits():

@@ -6,7 +6,8 @@ import pytest
 
 from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.motor_response import (
-    MIN_COMMAND_SHARE, MIN_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification, MotorResponse, identify_at_start)
+    MAX_START_SHARE, MIN_COMMAND_SHARE, MIN_SAMPLE_DELAY, MIN_START_SHARE, Identification, MotorResponse,
+    delay_and_lag_at_start)
 from tb3_labs.supervision.timeouts import MAX_SAMPLE_AGE
 
 PERIOD = 0.02
@@ -40,7 +41,7 @@ def identified(delay, lag, command=1.0, begin_speed=0.0, prompt=True, seconds=1.
 def test_one_sample_of_a_robot_that_speeds_up_shows_delay_and_lag(delay, lag, sign):
     for later in (0.2 * lag, lag, 2.0 * lag):
         travelled, speed = response_at(delay + later, sign * 1.5, delay, lag)
-        assert identify_at_start(delay + later, sign * 1.5, travelled, speed) == pytest.approx(
+        assert delay_and_lag_at_start(delay + later, sign * 1.5, travelled, speed) == pytest.approx(
             (delay, lag), abs=1e-9)
 
 
@@ -51,7 +52,7 @@ def test_one_sample_of_a_robot_that_speeds_up_shows_delay_and_lag(delay, lag, si
     (0.1, 1.0, 0.2, 0.3, None)])       # a lag beyond all motors
 def test_samples_of_prompt_motors_and_samples_that_show_too_little(
         since, first, travelled, speed, told):
-    assert identify_at_start(since, first, travelled, speed) == (told and pytest.approx(told))
+    assert delay_and_lag_at_start(since, first, travelled, speed) == (told and pytest.approx(told))
 
 
 @pytest.mark.parametrize('gain, sign', [(0.97, -1.0), (1.03, 1.0)])
@@ -72,7 +73,7 @@ def test_gain_and_delay_are_identified_separately(
 
 
 @pytest.mark.parametrize('share, tells', [
-    (0.9 * SPEEDING_UP_SHARES[0], False), (1.1 * SPEEDING_UP_SHARES[0], True), (1.1 * SPEEDING_UP_SHARES[1], False),
+    (0.9 * MIN_START_SHARE, False), (1.1 * MIN_START_SHARE, True), (1.1 * MAX_START_SHARE, False),
     (1e307, False)])
 def test_only_plausible_speeds_are_used(share, tells):
     history, identification = CommandHistory(PERIOD), Identification(MotorResponse(), True)

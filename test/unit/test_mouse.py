@@ -3,12 +3,12 @@ import pytest
 
 from tb3_labs.nodes.controller.mouse import Mice, MouseState
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import Novelty, Event, LogQueue
+from tb3_labs.supervision.events import IncomingMessage, LogQueue, Novelty
 
 
 def hear(mouse, active, x, y, now, name='', stamp=0.0):
     """Give a message to `mouse`. Returns the reason of a stop, or an empty text."""
-    return mouse.on_message(Event(MouseState(active, x, y), now, name, sent_at=stamp))
+    return mouse.on_message(IncomingMessage(MouseState(active, x, y), now, name, sent_at=stamp))
 
 
 def inactive_mouse(name=''):
@@ -127,7 +127,7 @@ def test_a_delayed_message_only_deactivates_a_mouse():
 def test_a_mouse_is_silent_if_its_driver_repeats_a_stamp(stamp, novelty, drives):
     mouse = inactive_mouse('laptop')
     for k in range(100):
-        mouse.on_message(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
-                               novelty if k else Novelty.NEW, sent_at=stamp))
+        mouse.on_message(IncomingMessage(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
+                                         novelty if k else Novelty.NEW, sent_at=stamp))
     assert (mouse.is_active and not mouse.lose_if_silent(15.0)) is drives
-    assert mouse.on_message(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', novelty, sent_at=stamp))
+    assert mouse.on_message(IncomingMessage(MouseState(False, 0.9, 0.0), 15.0, 'laptop', novelty, sent_at=stamp))

@@ -15,7 +15,7 @@ from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
-from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.events import IncomingMessage
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest, RequestedPose
 from tb3_labs.supervision.timeouts import RESUME_TIME, MAX_REPEAT_GAP
 
@@ -36,7 +36,7 @@ class CoreRobot:
 
     def control(self, granted, sender='hand'):
         """A sender gives or takes control."""
-        self.core.on_ctrl_relinq(Event(granted, self.now, sender))
+        self.core.on_ctrl_relinq(IncomingMessage(granted, self.now, sender))
         self.tick()
 
     def ask(self, pose, sender='person', in_odom=False, **goal_id):
@@ -214,7 +214,7 @@ def test_the_status_text_from_waiting_to_the_end_of_a_drive():
     robot.imu = False
     robot.run(0.5)
     assert robot.status.text == 'stopped: no imu' and is_stopped(robot.status.text)
-    assert robot.reset().problem.startswith('no imu for 0.5 s')
+    assert robot.reset().reason.startswith('no imu for 0.5 s')
     robot.run(RESUME_TIME)
     assert robot.status.text == 'gave up: no imu for 2.0 s' and is_over(robot.status.text)
     robot.imu = True
@@ -290,7 +290,7 @@ def test_a_goal_and_a_reset_far_away_are_refused(in_odom):
     refused, reset = robot.reset(far, in_odom), robot.reset(edge, in_odom)
     robot.run(0.05)
     assert reset.is_done and not refused.is_done
-    assert 'is not valid: a number from -100 to 100 m' in refused.problem
+    assert 'is not valid: a number from -100 to 100 m' in refused.reason
     (outcome, reason), = robot.ask(
         robot.core.odom_T_local @ Pose2(-71.0, 100.5) if in_odom else far, in_odom=in_odom)
     assert outcome is GoalOutcome.REJECTED
@@ -383,7 +383,7 @@ def test_after_a_stop_the_law_starts_at_the_present_pose(stand):
 
     def renewed():
         for _ in range(4):
-            robot.core.on_ctrl_relinq(Event(True, robot.now, 'pad', renews=True))
+            robot.core.on_ctrl_relinq(IncomingMessage(True, robot.now, 'pad', has_renewals=True))
             robot.run(0.1)
     renewed()
     assert len(starts) == 1

@@ -1,7 +1,7 @@
 """Only a person gives a permission. Renewals only prolong a permission, and a stop stays a stop."""
 import pytest
 
-from tb3_labs.supervision.events import Novelty, Event, LogQueue, NoveltyFinder, SenderConnection
+from tb3_labs.supervision.events import IncomingMessage, LogQueue, Novelty, NoveltyFinder, SenderConnection
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.timeouts import RENEWAL_PERIOD, SleepMonitor
 
@@ -17,14 +17,14 @@ class PermissionSenders:
         self.sensor_problem = ''
         self._next = {}
 
-    def receive(self, sender, value, novelty=Novelty.NEW, renews=False):
-        self.permission.on_message(Event(value, self.now, sender, novelty, renews))
+    def receive(self, sender, value, novelty=Novelty.NEW, has_renewals=False):
+        self.permission.on_message(IncomingMessage(value, self.now, sender, novelty, has_renewals))
 
     def send(self, sender, value):
         """Send a True or False of a person, or of a pad, whose name begins with 'pad'."""
-        renews = sender.startswith('pad')
-        self.receive(sender, value, renews=renews)
-        if renews:
+        has_renewals = sender.startswith('pad')
+        self.receive(sender, value, has_renewals=has_renewals)
+        if has_renewals:
             self.renewing.discard(sender)
             if value:
                 self.renewing.add(sender)
@@ -38,7 +38,7 @@ class PermissionSenders:
             for sender in sorted(self.renewing):
                 if self.now >= self._next[sender]:
                     self._next[sender] = self.now + RENEWAL_PERIOD
-                    self.receive(sender, True, renews=True)
+                    self.receive(sender, True, has_renewals=True)
             self.permission.update(self.now)
             self.permission.set_sensor_problem(self.sensor_problem)
             might = might or self.permission.has_valid_grant
@@ -47,7 +47,7 @@ class PermissionSenders:
     def at_once(self, times, sender='pad'):
         """Let this number of True of a pad arrive at once, as after a stall of the network."""
         for _ in range(times):
-            self.receive(sender, True, renews=True)
+            self.receive(sender, True, has_renewals=True)
 
     def give_anew(self, sender):
         """Send a False and a True. Returns whether the robot may be driven then."""
@@ -182,7 +182,7 @@ def test_a_false_from_before_the_node_keeps_the_grant_at_the_start():
     """The sender's False was older than the start with control."""
     senders = PermissionSenders()
     senders.permission = Permission(True, senders.log_queue)
-    senders.receive('pad', False, Novelty.OLD, renews=True)
+    senders.receive('pad', False, Novelty.OLD, has_renewals=True)
     assert senders.run(1.0) and senders.permission.has_valid_grant
     assert senders.log_queue.pop_all() == []
 
@@ -208,7 +208,7 @@ def test_a_restarted_sender_may_give_a_grant_again(senders):
     assert senders.run(1.0) and senders.permission.pop_new_grant()
     senders.renewing.clear()
     senders.run(3.0)
-    senders.receive('pad', True, Novelty.RESTARTED, renews=True)
+    senders.receive('pad', True, Novelty.RESTARTED, has_renewals=True)
     senders.renewing.add('pad')
     assert senders.run(0.25) and senders.permission.pop_new_grant()
 
@@ -223,26 +223,26 @@ HERE = SenderConnection('/a', 'http://a:1', connected_at=100.0)
     (['/a'], HERE, 101.9, Novelty.REPEATED),                     # rostopic pub -r 5, which runs from before the start
     (['/a'], HERE, 102.1, Novelty.NEW),                          # a person types
     (['/a'], HERE._replace(connected_at=150.0), 151.9, Novelty.REPEATED),     # connected late
-    (['/a'], HERE._replace(renews=True, latches=True), 100.4, Novelty.REPEATED),
-    (['/a'], HERE._replace(renews=True, latches=True), 102.1, Novelty.NEW),
-    (['/a'], HERE._replace(latches=True), 100.2, Novelty.OLD),
-    (['/a'], HERE._replace(connected_at=150.0, latches=True), 150.1, Novelty.LATCHED),
-    (['/a'], HERE._replace(latches=True), 160.0, Novelty.LATCHED)])
+    (['/a'], HERE._replace(has_renewals=True, is_latched=True), 100.4, Novelty.REPEATED),
+    (['/a'], HERE._replace(has_renewals=True, is_latched=True), 102.1, Novelty.NEW),
+    (['/a'], HERE._replace(is_latched=True), 100.2, Novelty.OLD),
+    (['/a'], HERE._replace(connected_at=150.0, is_latched=True), 150.1, Novelty.LATCHED),
+    (['/a'], HERE._replace(is_latched=True), 160.0, Novelty.LATCHED)])
 def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, connection, now, novelty):
     novelty_finder = NoveltyFinder(present, 100.0)
-    assert novelty_finder.novelty_of(connection, now) is novelty
-    assert novelty_finder.novelty_of(connection, now) is Novelty.NEW
+    assert novelty_finder.find(connection, now) is novelty
+    assert novelty_finder.find(connection, now) is Novelty.NEW
 
 
 @pytest.mark.parametrize('change, now, novelty', [
-    ({}, 200.2, Novelty.REPEATED), ({}, 203.0, Novelty.NEW), ({'latches': True}, 203.0, Novelty.LATCHED),
+    ({}, 200.2, Novelty.REPEATED), ({}, 203.0, Novelty.NEW), ({'is_latched': True}, 203.0, Novelty.LATCHED),
     ({'process': 'http://a:2'}, 200.2, Novelty.REPEATED),        # it is respawned, and repeats True
     ({'process': 'http://a:2'}, 203.0, Novelty.RESTARTED),
-    ({'process': 'http://a:2', 'renews': True, 'latches': True}, 200.2, Novelty.RESTARTED)])
+    ({'process': 'http://a:2', 'has_renewals': True, 'is_latched': True}, 200.2, Novelty.RESTARTED)])
 def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, novelty):
     novelty_finder = NoveltyFinder([], 100.0)
-    novelty_finder.novelty_of(HERE, 101.0)
-    assert novelty_finder.novelty_of(HERE._replace(connected_at=200.0, **change), now) is novelty
+    novelty_finder.find(HERE, 101.0)
+    assert novelty_finder.find(HERE._replace(connected_at=200.0, **change), now) is novelty
 
 
 @pytest.mark.parametrize('stamp, clock, novelty', [
@@ -250,11 +250,11 @@ def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, novelty
     (7.0, 8.0, Novelty.NEW)])      # two messages within one step of a simulated clock, or while it stands
 def test_a_repeated_stamp_shows_a_repeated_message(stamp, clock, novelty):
     novelty_finder = NoveltyFinder([], 100.0)
-    novelty_finder.novelty_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
-    novelty_finder.novelty_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
-    assert novelty_finder.novelty_of(HERE, 101.1, stamp, clock) is novelty
-    latching = HERE._replace(connected_at=150.0, latches=True)
-    assert novelty_finder.novelty_of(latching, 151.0, stamp, 10.0) is Novelty.LATCHED
+    novelty_finder.find(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
+    novelty_finder.find(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
+    assert novelty_finder.find(HERE, 101.1, stamp, clock) is novelty
+    latching = HERE._replace(connected_at=150.0, is_latched=True)
+    assert novelty_finder.find(latching, 151.0, stamp, 10.0) is Novelty.LATCHED
 
 
 # A process that slept: this is noticed when it next reads the clock, and once ----------------------

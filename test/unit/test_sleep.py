@@ -19,7 +19,7 @@ from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.dead_man import DeadMan
-from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.events import IncomingMessage
 from tb3_labs.supervision.goal_requests import GoalRequest, RequestedPose
 
 BURGER = robot_model('burger')
@@ -63,7 +63,7 @@ class SleepingCore:
         return self.core.tick(self.now, self.now).needs_fast_ticks
 
     def event(self, what):
-        return Event(what, self.now, 'person')
+        return IncomingMessage(what, self.now, 'person')
 
     def moves_by(self, act):
         """Does the robot, or its frame, move by an act of a person?"""
@@ -111,7 +111,7 @@ class SleepingMoveToGoal(SleepingCore):
     def reset(self):
         reset = Reset(RequestedPose(Pose2(-1.0)))
         self.core.on_reset(reset, self.now, self.now)
-        self.tell(reset.problem)
+        self.tell(reset.reason)
 
 
 class SleepingController(SleepingCore):

@@ -20,7 +20,7 @@ def status_at(watch, now):
 def test_a_sensor_is_fresh_after_two_messages():
     imu = Sensor('imu')
     watch = SensorMonitor(imu)
-    assert (watch.status, watch.hold_reason, watch.silent_for) == (SensorStatus.SILENT, '', 0.0)
+    assert (watch.status, watch.reason_to_stand, watch.silent_for) == (SensorStatus.SILENT, '', 0.0)
     imu.on_message(10.0)
     assert status_at(watch, 10.0) is SensorStatus.SILENT
     imu.on_message(12.6)

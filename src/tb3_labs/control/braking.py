@@ -1,44 +1,49 @@
-"""An approach moves the robot to a goal, and stops the robot at the goal in spite of delays.
+"""An approach moves the robot to a goal, and stops it there in spite of delays.
 
 A controller that looks only at the measured position brakes too late, and overshoots. An approach
-is a Smith predictor, which controls the *predicted remaining way*: the distance to the goal at
+is a Smith predictor, which controls the *predicted remaining travel*: the distance to the goal at
 which a robot that is told to stop now would come to rest. The formula is
 
     remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
 
 After the command 0, a motor with the speed v still travels v * lag, which is the integral of
 v exp(-t/lag). Each sample gives one prediction, with the delay, lag and gain from `motor_response`.
-An `Estimate` filters the noise of the predictions. Between two samples, only the commands change
-the predicted remaining way. A braking profile gives the speed for each predicted remaining way.
-After the first stop, *nudges*, which are short commands, correct the remaining error.
+A `FilteredNumber` filters their noise. Between two samples, only the commands change the predicted
+remaining travel. A braking profile gives the speed for it. After the first stop, *nudges*, which
+are short commands, correct the remaining error.
 
-Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
+Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
 Source: Smith, Closer control of loops with dead time, Chemical Engineering Progress 53 (1957).
 """
 import math
 from dataclasses import dataclass
 
-from tb3_labs.control.commands import CommandHistory, Estimate, first_order_response
+from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
 MAX_ROUNDING_TIME = 1e-6    # [s]; equal times of samples may differ by less than this
-#: For a nudge, this number is added to the divisor of the gain, since a nudge may last two periods.
+#: A nudge may last two periods, so its gain is divided by a number that is greater by this.
 NUDGE_GAIN_DIVISOR = 0.5
+#: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
+CONFIDENCE_FACTOR = 2.0
+#: A sample contradicts an estimate if they differ by more than this number of standard deviations.
+CONTRADICTING_DEVIATIONS = 4.0
+MIN_LAG = 1e-6    # [s], which avoids a division by zero
 
 
 @dataclass(frozen=True)
 class ApproachConfig:
-    """Settings of an approach. The unit of a way is rad for a turn, and m for a drive."""
+    """Settings of an approach. The unit of travel is rad for a turn, and m for a drive."""
 
     period: float          # time [s] for which the robot obeys each command
     acceleration: float    # greatest acceleration [1/s^2] of the command
     #: Deceleration [1/s^2] of the braking profile. It is less than the acceleration, so that the
     #: robot can follow the profile in spite of disturbances.
     deceleration: float
-    gain: float         # [1/s]; near the goal, the speed is the gain times the remaining way
-    min_speed: float    # of a motion, since a slower robot would take too long to arrive
-    #: The command is 0 if the predicted remaining way is shorter than this. Without a dead band,
+    gain: float         # [1/s]; near the goal, the speed is the gain times the remaining travel
+    min_speed: float    # of a motion; a slower robot would take too long
+    #: The command is 0 if the predicted remaining travel is less than this. Without a dead band,
     #: the robot would move to and fro about the goal at the lowest speed.
     dead_band: float
     nudge_dead_band: float = 0.0    # least `dead_band` of a nudge
@@ -63,6 +68,46 @@ def braking_speed(distance: float, deceleration: float, gain: float) -> float:
     return math.sqrt(deceleration * (2.0 * distance - meeting_distance))
 
 
+def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
+    """Returns the speed that a motor with `speed` has after `dt` [s] of a constant `command`."""
+    share = -math.expm1(-dt / max(lag, MIN_LAG))
+    return speed + share * (command - speed)
+
+
+class FilteredNumber:
+    """A Kalman filter of one number. The estimate of a constant number is the mean of all samples.
+    After a change of the number, new samples have more weight."""
+
+    def __init__(self) -> None:
+        self.value = 0.0    # the estimate; 0 before the first sample
+        self._variance = math.inf
+
+    @property
+    def uncertainty(self) -> float:
+        """The likely bound of the error: `CONFIDENCE_FACTOR` standard deviations."""
+        return CONFIDENCE_FACTOR * math.sqrt(self._variance)
+
+    def shift(self, change: float, deviation: float = 0.0) -> None:
+        """Add `change`, which has the standard deviation `deviation`, to the number."""
+        self.value += change
+        self._variance += deviation * deviation    # deviation ** 2 could raise OverflowError
+
+    def add(self, sample: float, noise: float) -> None:
+        """Improve the estimate by a sample with the standard deviation `noise`. A sample replaces
+        the estimate if the sample has no noise, is the first, or contradicts the estimate."""
+        noise_variance = noise * noise
+        max_difference = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + noise_variance)
+        agrees = abs(sample - self.value) <= max_difference
+        both_have_noise = noise_variance > 0.0 and math.isfinite(self._variance)
+        if agrees and both_have_noise:
+            weight = self._variance / (self._variance + noise_variance)
+            self.value += weight * (sample - self.value)
+            self._variance = weight * noise_variance
+        else:
+            self.value = sample
+            self._variance = noise_variance
+
+
 class Approach:
     """Turns or drives the robot until `remaining` is zero and the robot rests."""
 
@@ -75,7 +120,7 @@ class Approach:
         """Start a new approach of a robot at rest."""
         self._now = 0.0                  # time [s] since the start
         self._measured_at = -math.inf    # time [s] of the latest sample
-        self.predicted_remaining = Estimate()    # [m or rad]
+        self.predicted_remaining = FilteredNumber()    # [m or rad]
         self._direction = 0.0        # latest command to move; 0 before the first motion
         self._reversals = 0          # many reversals show that the robot differs from its model
         self._has_stopped = False    # was a stop commanded after the first motion?
@@ -83,7 +128,7 @@ class Approach:
         self._start_history(math.nan, 0.0)    # the first step replaces these values
 
     def move_goal(self, change: float) -> None:
-        """Add `change`, which may be negative, to the remaining way."""
+        """Add `change`, which may be negative, to the remaining travel."""
         self._start_remaining += change
         self.predicted_remaining.shift(change)
 
@@ -163,7 +208,8 @@ class Approach:
         margin = self.predicted_remaining.uncertainty + dead_band
         is_before_goal = distance > margin
         is_beyond_goal = distance < -max(margin, config.max_overshoot)
-        if not is_before_goal and not is_beyond_goal:
+        must_move = is_before_goal or is_beyond_goal
+        if not must_move:
             return 0.0
         speed = braking_speed(abs(distance), config.deceleration, config.gain / gain_divisor)
         speed = clamp(speed, min(config.min_speed, max_speed), max_speed)

@@ -1,35 +1,28 @@
 """Finds when a control law must give a command, and remembers the commands.
 
 In one step, a control law reads the latest samples and gives one command. A law has one step in
-each control period (turtlebot3.CONTROL_RATE), since the robot obeys one new command in each period.
-A `Pace` finds when the next step is due. A command reaches the robot after the *delay*, and the
-motors follow with a first-order *lag*.
+each control period (turtlebot3.CONTROL_RATE), because the robot obeys one new command in each.
+A `Pace` finds when the next step is due. A command reaches the motors after the *delay*.
 
-Units: radians or metres for ways, radians or metres per second for speeds, seconds for times.
+Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
 """
-import math
 from collections import deque
 from typing import NamedTuple, Optional
 
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Each step after the first is due earlier by this time [s], since a sample may be up to 5 ms late.
+#: Each step after the first is due earlier by this time [s]: a sample may be up to 5 ms late.
 STEP_LEAD_TIME = 0.0035
 IDLE_SAMPLE_PERIOD = 0.036    # [s]; a node that does not drive reads a sample in each period
-#: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
-CONFIDENCE_FACTOR = 2.0
-#: A sample contradicts an estimate if they differ by more than this number of standard deviations.
-CONTRADICTING_DEVIATIONS = 4.0
 COMMAND_MEMORY_TIME = 1.4    # [s], longer than any delay and any sample's age
-MIN_LAG = 1e-6    # [s], which avoids a division by zero
 
 
 class LawStep(NamedTuple):
     """The command that a control law gives in one step."""
 
     command: Twist2
-    remaining: float         # remaining way [m or rad]
+    remaining: float         # remaining travel [m or rad]
     is_finished: bool        # has the robot reached the goal of the law?
 
 
@@ -71,7 +64,7 @@ class Pace:
             self._next_step_at + self._period, now + 0.5 * self._period, now + self._period)
 
     def restart(self) -> None:
-        """Let the next step be the first, since the robot rests, or another node drives."""
+        """The robot rests, or another node drives: let the next step be the first."""
         self._last_step_at = None
 
 
@@ -100,7 +93,7 @@ class CommandHistory:
 
     def advance(self, dt: float) -> None:
         self.now += dt
-        # round to the nearest start of a period, since a step may be a little early or late
+        # round to the nearest start of a period: a step may be a little early or late
         self.period_start = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
@@ -138,43 +131,3 @@ class CommandHistory:
             if sent.start <= time:
                 return sent
         return self._sent_commands[0]
-
-
-def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
-    """Returns the speed that a motor with `speed` has after `dt` [s] of a constant `command`."""
-    share = -math.expm1(-dt / max(lag, MIN_LAG))
-    return speed + share * (command - speed)
-
-
-class Estimate:
-    """A Kalman filter of one number. The estimate of a constant number is the mean of all samples.
-    After a change of the number, new samples have more weight."""
-
-    def __init__(self) -> None:
-        self.value = 0.0    # the estimate; 0 before the first sample
-        self._variance = math.inf
-
-    @property
-    def uncertainty(self) -> float:
-        """The likely bound of the error: `CONFIDENCE_FACTOR` standard deviations."""
-        return CONFIDENCE_FACTOR * math.sqrt(self._variance)
-
-    def shift(self, change: float, deviation: float = 0.0) -> None:
-        """Add `change`, which has the standard deviation `deviation`, to the number."""
-        self.value += change
-        self._variance += deviation * deviation    # deviation ** 2 could raise OverflowError
-
-    def add(self, sample: float, noise: float) -> None:
-        """Improve the estimate by a sample with the standard deviation `noise`. A sample replaces
-        the estimate if the sample has no noise, is the first, or contradicts the estimate."""
-        noise_variance = noise * noise
-        max_difference = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + noise_variance)
-        agrees = abs(sample - self.value) <= max_difference
-        both_have_noise = noise_variance > 0.0 and math.isfinite(self._variance)
-        if not agrees or not both_have_noise:
-            self.value = sample
-            self._variance = noise_variance
-            return
-        weight = self._variance / (self._variance + noise_variance)
-        self.value += weight * (sample - self.value)
-        self._variance = weight * noise_variance

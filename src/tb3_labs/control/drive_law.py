@@ -45,7 +45,7 @@ def sum_of_turns(start: float, line: float, end: float) -> float:
 class DriveLaw:
     """Drives as fast as the limits allow, and stops at the goal.
 
-    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. On the way the
+    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. Meanwhile the
     robot steers towards a point on the line, a little ahead. Each driving state has one method of
     the law. `dt` is the time [s] since the previous step.
     """
@@ -93,14 +93,14 @@ class DriveLaw:
         """Turn until the robot's heading is nearly along the line."""
         if self._is_at_goal:
             return LawStep(Twist2(), remaining=0.0, is_finished=True)
-        turn_step = self._turn_step(motion, dt)
+        turn_step = self._step_turn(motion, dt)
         is_facing = abs(turn_step.remaining) < self.FACING_ANGLE
         return self._limited_step(0.0, turn_step, turn_step.remaining, is_finished=is_facing)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line, until a command to stop would bring the robot to rest at the goal.
 
-        If a command is delayed, the robot may drive past the goal. Then the robot comes to rest,
+        If a command is delayed, the robot may drive past the goal. Then it comes to rest,
         and backs up straight if it is outside the tolerance.
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
@@ -110,7 +110,7 @@ class DriveLaw:
             remaining, direction * motion.linear, max_speed=self._max_linear, dt=dt)
         to_line = math.atan2(-line_T_base.y, self.LOOK_AHEAD_DISTANCE)
         self._precise_turn.aim(self._heading_along(wrap(self._line + to_line)))
-        turn_step = self._turn_step(motion, dt)
+        turn_step = self._step_turn(motion, dt)
         has_arrived = self._is_at_goal or self._has_arrived(motion.linear)
         return self._limited_step(speed, turn_step, remaining, is_finished=has_arrived)
 
@@ -119,9 +119,8 @@ class DriveLaw:
         if not self._has_started_final_turn:
             self._has_started_final_turn = True
             self._start_turn(motion.pose, goal.yaw)
-        turn_step = self._turn_step(motion, dt)
-        return self._limited_step(
-            0.0, turn_step, turn_step.remaining, is_finished=turn_step.is_finished)
+        turn_step = self._step_turn(motion, dt)
+        return self._limited_step(0.0, turn_step, turn_step.remaining, turn_step.is_finished)
 
     def shortfall_text(self, pose: Pose2, goal: Pose2) -> str:
         """Returns a text with the distance to the goal; '' if it is inside the tolerance."""
@@ -144,7 +143,7 @@ class DriveLaw:
     def _start_turn(self, pose: Pose2, goal_yaw: float) -> None:
         self._precise_turn.start(pose.yaw, difference(goal_yaw, pose.yaw))
 
-    def _turn_step(self, motion: Motion, dt: float) -> LawStep:
+    def _step_turn(self, motion: Motion, dt: float) -> LawStep:
         measured_yaw = motion.pose.yaw - motion.extrapolated_turn
         return self._precise_turn.step(
             measured_yaw, motion.angular, dt, age=motion.imu_age, noise=motion.yaw_noise)

@@ -2,8 +2,8 @@
 
 The law, :mod:`tb3_labs.control.drive_law`, gives the command in each driving state, and decides
 when a state is finished. This module chooses the next state. A drive is given up if the robot gets
-no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows the
-robot at the goal. After GOAL_REACHED or a failure the command is None.
+no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows it
+there. After GOAL_REACHED or a failure the command is None.
 
 Units: metres, radians, seconds. Poses are in the local frame.
 """
@@ -56,12 +56,12 @@ class GoalMachine:
             self._restart_states()
 
     def restart_law(self) -> None:
-        """Let the next step drive to the goal from a new pose, since the robot was stopped."""
+        """The robot was stopped: let the next step drive to the goal from a new pose."""
         self._law_is_started = False
 
-    def give_up(self, reason: str) -> None:
+    def give_up(self, failure: str) -> None:
         """End the drive before the goal is reached."""
-        self.failure = reason
+        self.failure = failure
 
     def cancel(self) -> None:
         """End the drive. The next drive needs a new goal."""
@@ -74,33 +74,33 @@ class GoalMachine:
         self._time += dt
         is_resting = is_at_rest(motion.linear, motion.angular)
         self._settling.update(is_resting, measured_at=self._time - motion.imu_age)
-        return self._command(motion, is_resting, dt)
+        return self._next_command(motion, is_resting, dt)
 
-    def _command(self, motion: Motion, is_resting: bool, dt: float) -> Optional[Twist2]:
+    def _next_command(self, motion: Motion, is_resting: bool, dt: float) -> Optional[Twist2]:
         goal = self.goal
         if goal is None or not self.is_active:
             return None
         if not self._law_is_started:
             self._start_law(motion.pose, goal)
-        step = self._law_step(motion, goal, dt)
+        step = self._step_law(motion, goal, dt)
         if step.is_finished:
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
             self._finish_state(motion.pose, goal)
-            return self._command(motion, is_resting, dt=0.0)
+            return self._next_command(motion, is_resting, dt=0.0)
         self.failure = self._stalls[self.state].update(
             step.remaining, is_resting, dt, must_move=step.command != Twist2())
         return None if self.failure else step.command
 
     def _start_law(self, pose: Pose2, goal: Pose2) -> None:
         for stall in self._stalls.values():
-            stall.accept_longer_way()
+            stall.forget_least_remaining()
         self.has_begun = True
         self._law_is_started = True
         self.state = GoalState.ROTATE_TO_GOAL
         self.law.start(pose, goal)
 
-    def _law_step(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
+    def _step_law(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         if self.state is GoalState.ROTATE_TO_GOAL:
             return self.law.rotate_to_goal(motion, goal, dt)
         if self.state is GoalState.MOVE_FORWARD:

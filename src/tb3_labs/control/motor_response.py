@@ -2,8 +2,8 @@
 
 The *delay* is the time in which a command crosses the network and waits for the next control period
 of the firmware. The motors follow a command as a first-order system with the time constant *lag*.
-The steady speed is the command times the *gain*. The gain is not exactly 1, since motors have
-discrete speeds, and since robots differ in the distance between their wheels. If a robot started
+The steady speed is the command times the *gain*. The gain is not exactly 1: motors have
+discrete speeds, and robots differ in the distance between their wheels. If a robot started
 from rest, its travel x, its speed v and the commanded travel U obey the equation
 
     x(t) = gain U(t - delay) - lag v(t)
@@ -22,7 +22,7 @@ the speed v = gain u (1 - exp(-(t - delay) / lag)). It follows that
     delay = t - motion_time - lag speed_share
 
 The measured delay is the time that a command takes to reach the robot, plus the time that a sample
-takes to come back. The stamp of a delayed sample looks fresh, since the robot sets its clock over
+takes to come back. The stamp of a delayed sample looks fresh, because the robot sets its clock over
 the same slow network. The *sample delay* is the measured delay minus `COMMAND_TIME`.
 
 Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
@@ -69,7 +69,8 @@ MIN_STEADY_TIME = 0.12
 MIN_COMMAND_SHARE = 0.5
 LEARNING_TIME = 1.5    # [s]; later samples of an approach are not used
 ONSET_SPEED = 0.03     # [rad/s or m/s]; a faster robot has begun to move
-SPEEDING_UP_SHARES = 0.1, 1.5    # bounds of the speed of such a robot, as shares of the command
+MIN_START_SHARE = 0.1    # lowest speed of such a robot, as a share of the command
+MAX_START_SHARE = 1.5    # highest speed of such a robot, as a share of the command
 #: A first command that is slower than this [rad/s] does not show delay and lag well. Without this
 #: limit, a turn by 0.2 degrees with a noisy gyro takes up to 3.5 s in place of 0.75 s.
 MIN_FIRST_COMMAND = 0.2
@@ -105,8 +106,8 @@ class MotorResponse:
         self.gain += LEARNING_WEIGHT * (measured.gain - self.gain)
 
 
-def identify_at_start(time: float, steady_speed: float, travel: float,
-                      speed: float) -> Optional[Tuple[float, float]]:
+def delay_and_lag_at_start(time: float, steady_speed: float, travel: float,
+                           speed: float) -> Optional[Tuple[float, float]]:
     """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if they are unknown.
 
     `travel` is the travel since the start. `speed` is the speed at one instant, and not a mean.
@@ -118,9 +119,8 @@ def identify_at_start(time: float, steady_speed: float, travel: float,
         return None
     speed_share = speed / steady_speed
     motion_time = travel / steady_speed
-    lag = 0.0
-    if speed_share <= NO_LAG_SHARE:
-        lag = motion_time / (-math.log1p(-speed_share) - speed_share)
+    has_lag = speed_share <= NO_LAG_SHARE
+    lag = motion_time / (-math.log1p(-speed_share) - speed_share) if has_lag else 0.0
     if not 0.0 <= lag <= MAX_LAG:
         return None
     return clamp(time - motion_time - lag * speed_share, 0.0, MAX_DELAY), lag
@@ -145,19 +145,19 @@ class Identification:
 
     def start(self, speed: float) -> None:
         """Start at the measured `speed`, just before the first command. If the robot moves already,
-        nothing is identified, since an earlier command may cause this motion."""
+        nothing is identified: an earlier command may cause this motion."""
         self._can_identify = abs(speed) <= ONSET_SPEED
 
     def update(self, history: CommandHistory, travel: float, speed: float,
                max_speed: float, age: float = 0.0) -> None:
         """Learn from the `travel` since the start and the `speed`, measured `age` [s] ago."""
         if age > MAX_SAMPLE_AGE:
-            self._can_identify = False    # a slow network may delay commands, too
+            self._can_identify = False    # a slow network may also delay commands
         if not self._can_identify:
             return
         is_first_motion = not self._has_seen_start and abs(speed) > ONSET_SPEED
         if self._measures_instant_speed and is_first_motion:
-            self._identify_at_start(history, travel, speed, age)
+            self._use_first_sample(history, travel, speed, age)
         command = history.command
         if abs(command) < MIN_COMMAND_SHARE * max_speed or history.now > LEARNING_TIME:
             return
@@ -170,36 +170,35 @@ class Identification:
 
     def _speeds_up(self, history: CommandHistory, speed: float, age: float) -> bool:
         command_has_arrived = history.unchanged_for > self.estimate.delay + age
-        if not self._has_seen_start or not command_has_arrived:
+        if not (self._has_seen_start and command_has_arrived):
             return False
-        min_share, max_share = SPEEDING_UP_SHARES
-        return min_share < speed / history.command < max_share
+        return MIN_START_SHARE < speed / history.command < MAX_START_SHARE
 
-    def _identify_at_start(self, history: CommandHistory, travel: float, speed: float,
-                           age: float) -> None:
+    def _use_first_sample(self, history: CommandHistory, travel: float, speed: float,
+                          age: float) -> None:
         self._has_seen_start = True
-        start = self._linearization_point
-        steady_speed = history.first_command * start.gain
-        observed = identify_at_start(history.now - age, steady_speed, travel, speed)
+        point = self._linearization_point
+        steady_speed = history.first_command * point.gain
+        observed = delay_and_lag_at_start(history.now - age, steady_speed, travel, speed)
         if observed is not None:
-            start.delay, start.lag = observed
-            self.estimate = copy(start)
+            point.delay, point.lag = observed
+            self.estimate = copy(point)
 
     def _solve(self, history: CommandHistory, travel: float, speed: float, max_speed: float,
                age: float) -> None:
-        start = self._linearization_point
-        travel_under_way = history.command * (start.delay + age)
+        point = self._linearization_point
+        travel_under_way = history.command * (point.delay + age)
         obeyed_travel = history.commanded_travel(history.now) - travel_under_way
-        row = np.array([obeyed_travel, -start.gain * history.command, -speed])
-        residual = travel - (start.gain * obeyed_travel - start.lag * speed)
+        row = np.array([obeyed_travel, -point.gain * history.command, -speed])
+        residual = travel - (point.gain * obeyed_travel - point.lag * speed)
         weight = (TIME_DEVIATION * max_speed) ** -2.0
         self._normal_matrix += weight * np.outer(row, row)
         self._normal_vector += weight * residual * row
         changes = np.linalg.solve(self._normal_matrix, self._normal_vector)
         gain_change, delay_change, lag_change = changes.tolist()
         # if the lag is clipped, the delay changes, so that the sum of both stays the same
-        delay_plus_lag = start.delay + delay_change + start.lag + lag_change
+        delay_plus_lag = point.delay + delay_change + point.lag + lag_change
         estimate = self.estimate
-        estimate.gain = start.gain + gain_change
-        estimate.lag = clamp(start.lag + lag_change, 0.0, MAX_LAG)
+        estimate.gain = point.gain + gain_change
+        estimate.lag = clamp(point.lag + lag_change, 0.0, MAX_LAG)
         estimate.delay = clamp(delay_plus_lag - estimate.lag, 0.0, MAX_DELAY)

@@ -20,7 +20,7 @@ SETTLING_TIME = 0.03    # [s], nearly one control period
 
 class Settling:
     """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? Only
-    times of measurements are compared, since one sample may be read several times."""
+    times of measurements are compared, because one sample may be read several times."""
 
     def __init__(self) -> None:
         self.rest_began_at: Optional[float] = None    # [s]; None while the robot moves

@@ -22,8 +22,8 @@ def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
         return np.where(wrapped == -half_turn, half_turn, wrapped)
 
 
-def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
-          z: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def euler_angles(w: np.ndarray, x: np.ndarray, y: np.ndarray,
+                 z: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns roll, pitch and yaw [rad] of quaternions."""
     return (np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
             np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),

@@ -1,6 +1,6 @@
 """Poses in the plane, which transform points as in the handout.
 
-The pose ``A_T_B`` is the place and the heading of frame B in frame A. The pose transforms the point
+The pose ``A_T_B`` is the place and the heading of frame B in frame A. It transforms the point
 p_B in frame B to the point p_A in frame A. The inverse pose transforms p_A back to p_B:
 
     p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)

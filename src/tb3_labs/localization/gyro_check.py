@@ -4,20 +4,20 @@ If a board calibrates its gyro while the robot turns, the rate of this turn beco
 gyro. A gyro with a wrong zero shows a wrong rate even at rest. Each rate of the gyro is compared
 with the rates that the wheels had a little earlier, at the same time, and a little later. Delay,
 slip and uneven wheels explain a part of the difference between gyro and wheels. Unexplained
-differences are added up. If a person carries the robot, the gyro contradicts the wheels, too.
+differences are added up. If a person carries the robot, the gyro also contradicts the wheels.
 
 Only stamps are compared, so delays of the network do not matter. Cases:
 
 1. Without stamps, or without samples of the wheels, a contradiction is not found.
 2. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`, and again after
-   each silence of more than timeouts.RESUME_TIME, since the board may have calibrated its gyro. If
-   the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.
+   each silence of more than timeouts.RESUME_TIME, in which the board may have calibrated its gyro.
+   If the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.
 3. While the robot moves, an error that makes a turn look slower looks like slip, and is found only
-   when the wheels rest. The gyro of a real robot does not become wrong during a motion, since the
-   board is silent for 2.6 s during a calibration.
+   when the wheels rest. The gyro of a real robot does not become wrong during a motion, because
+   the board is silent for 2.6 s during a calibration.
 
-Units: seconds, radians. Sources: the firmware, whose gyro lags by 13 to 105 ms; a recorded drive of
-a Burger, with at most 0.5 deg of unexplained turns.
+Units: seconds, radians. Sources: the firmware, whose gyro is late by 13 to 105 ms; a recorded
+drive of a Burger, with at most 0.5 deg of unexplained turns.
 """
 from collections import deque
 from typing import Deque, List, NamedTuple, Optional, Tuple
@@ -29,8 +29,8 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.timeouts import (
     MAX_GYRO_GAP, MAX_INTERPOLATED_GAP, MAX_WHEEL_GAP, RESUME_TIME)
 
-MAX_GYRO_LAG = 0.13     # [s]; the gyro may show a turn up to this much later than the wheels
-MAX_GYRO_LEAD = 0.04    # [s]; the gyro may show a turn up to this much earlier
+MAX_GYRO_DELAY = 0.13     # [s]; the gyro may show a turn this much later than the wheels
+MAX_GYRO_LEAD = 0.04    # [s]; the gyro may show a turn this much earlier
 MAX_SLIP_SHARE = 0.45   # share of the wheels' turn, as on a carpet
 MAX_UNEVEN_SHARE = 0.1  # wheels may be uneven by this share of _WheelTurn.rate_of_one_wheel
 MAX_GYRO_DRIFT = 0.02   # [rad/s], of a healthy gyro
@@ -70,7 +70,7 @@ class _Comparison:
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
         """Returns the turns of the wheels that `reading` may show; None if a turn is unknown."""
-        begin = reading.begin - MAX_GYRO_LAG
+        begin = reading.begin - MAX_GYRO_DELAY
         end = reading.end + MAX_GYRO_LEAD
         turns = [turn for turn in self.turns if turn.end > begin and turn.begin < end]
         if not turns or turns[0].begin > begin:    # `turns` is sorted by time
@@ -84,9 +84,9 @@ class _Comparison:
 def _plausible_rates(turns: List[_WheelTurn]) -> Tuple[float, float]:
     """Returns the lowest and the highest rate [rad/s] of a healthy gyro during `turns`."""
     rates = [turn.rate for turn in turns]
-    rates += [(1.0 - MAX_SLIP_SHARE) * rate for rate in rates]
+    rates_with_slip = [(1.0 - MAX_SLIP_SHARE) * rate for rate in rates]
     margin = MAX_GYRO_DRIFT + MAX_UNEVEN_SHARE * max(turn.rate_of_one_wheel for turn in turns)
-    return min(rates) - margin, max(rates) + margin
+    return min(rates + rates_with_slip) - margin, max(rates + rates_with_slip) + margin
 
 
 class GyroMonitor:
@@ -170,7 +170,8 @@ class GyroMonitor:
         lowest_rate, highest_rate = _plausible_rates(turns)
         nearest_rate = clamp(reading.rate, lowest_rate, highest_rate)
         shows_rest = abs(reading.rate) < min(MAX_REST_TURN_RATE, abs(nearest_rate))
-        if shows_rest or reading.rate == nearest_rate:    # slip explains a gyro that shows rest
+        is_plausible = reading.rate == nearest_rate
+        if is_plausible or shows_rest:    # slip explains a gyro that shows rest
             self._add_agreement(seconds, wheels_are_at_rest)
         elif not reading.is_repeated:
             comparison.agreed_for = 0.0

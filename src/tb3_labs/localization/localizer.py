@@ -41,7 +41,7 @@ class StampedPose:
 
 @dataclass
 class Reset:
-    """A request to declare the robot's pose, and the outcome of the request."""
+    """A request to declare the robot's pose, and its outcome."""
 
     requested_pose: RequestedPose
     requested_at: float = 0.0        # [s, receiver's clock]
@@ -50,7 +50,7 @@ class Reset:
     sample_delay: float = 0.0        # samples are older by this [s] than their stamps show
     pose_before: Optional[Pose2] = None    # pose in the old frame at the request, or None
     declared_pose: Optional[Pose2] = None  # pose in the new frame; None before the reset
-    problem: str = ''                # reason why the reset was not carried out
+    reason: str = ''                 # why the reset was refused or given up
     note: str = ''                   # text that is added to the answer
 
     @property
@@ -59,18 +59,18 @@ class Reset:
 
     @property
     def is_over(self) -> bool:
-        """Was the reset carried out, refused or given up?"""
-        return self.is_done or bool(self.problem)
+        """Returns True if the reset was carried out, refused or given up."""
+        return self.is_done or bool(self.reason)
 
     @property
     def answer(self) -> str:
         """The answer to the caller of a reset that is over."""
-        return self.problem or f'{PRINTED_POSE_SET} to {self.declared_pose}{self.note}'
+        return self.reason or f'{PRINTED_POSE_SET} to {self.declared_pose}{self.note}'
 
     def give_up(self) -> None:
         """End a reset whose caller no longer waits for the answer. The old frame stays."""
         if not self.is_over:
-            self.problem = 'no sample of imu and odom at that instant'
+            self.reason = 'no sample of imu and odom at that instant'
 
 
 class Localizer:
@@ -115,8 +115,8 @@ class Localizer:
 
     def pop_pose(self) -> Optional[StampedPose]:
         """Returns the latest new StampedPose; None if no pose is new, or if the pose is lost. While
-        a reset waits, a sample after the request gives no pose, since the frame of this pose is not
-        decided. If no reset has declared a frame before, the first pose declares the frame."""
+        a reset waits, a sample after the request gives no pose, because its frame is not decided.
+        If no reset has declared a frame before, the first pose declares the frame."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None
@@ -173,7 +173,7 @@ class Localizer:
                       extrapolated_turn=turn)
 
     def _is_in_undecided_frame(self, stamp: float) -> bool:
-        """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""
+        """Is `stamp` after the request of a waiting reset, but before its samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self.waiting_resets)
 
@@ -182,7 +182,7 @@ class Localizer:
             self.jumps.append(jump)
         if jump.outcome == POSE_LOST:    # earlier samples are invalid
             for reset in self.waiting_resets:
-                reset.problem = 'the robot started anew at that moment'
+                reset.reason = 'the robot started anew at that moment'
             self.frame = None
             self._buffer = SampleBuffer()
             self.is_lost = True
@@ -201,10 +201,10 @@ class Localizer:
             if reset.stamp is None:
                 self._convert_request(reset)
             if reset.epoch != self._timing.clock.epoch:    # the samples for the reset are lost
-                reset.problem = "the robot's clock was set at that moment, or its messages ceased"
+                reset.reason = "the robot's clock was set at that moment, or its messages ceased"
                 continue
             if reset.stamp is None:
-                return    # later resets must wait, too
+                return    # later resets must also wait
             readings = self._buffer.readings_at(reset.stamp + reset.sample_delay)
             if readings is None:
                 return
@@ -213,8 +213,8 @@ class Localizer:
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:
         try:
             reset.declared_pose = reset.requested_pose.to_local(self.odom_T_local)
-        except ValueError as problem:
-            reset.problem = str(problem)
+        except ValueError as reason:
+            reset.reason = str(reason)
             return
         if self.frame is not None:
             reset.pose_before = self.frame.pose(odom_T_base, imu_yaw)

@@ -31,12 +31,12 @@ from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 
 MAX_POSSIBLE_SPEED = 0.5    # of any TurtleBot3 [m/s]
 MAX_TURN_RATE = 4.0         # of any TurtleBot3 [rad/s]
-#: These are added to the longest possible step [m, rad], since messages arrive unevenly.
+#: Messages arrive unevenly, so these are added to the longest possible step [m, rad].
 DISTANCE_SLACK = 0.05
 TURN_SLACK = 0.3
 MIN_SPIKE_RATE = 10.0    # [rad/s]
 MIN_RESET_DISTANCE = 0.001    # a step to zero is a reset only if it begins this far [m] from zero
-#: The first place after a reset may be this far [m] from zero, since the robot may move.
+#: The robot may move, so its first place after a reset may be this far [m] from zero.
 NEAR_ZERO_DISTANCE = 0.03
 #: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1
@@ -78,9 +78,7 @@ class _OdometryMessage(NamedTuple):
         """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is shorter. A
         delay, or a clock that is set, cannot make the shortest gap longer."""
         stamp_interval, arrival_interval = self._intervals_since(earlier)
-        if stamp_interval <= 0.0:
-            return arrival_interval
-        return min(stamp_interval, arrival_interval)
+        return min(stamp_interval, arrival_interval) if stamp_interval > 0.0 else arrival_interval
 
     def longest_gap(self, earlier: '_OdometryMessage') -> float:
         """Returns the time [s] since `earlier`, by stamps or by arrivals, whichever is longer,
@@ -111,7 +109,7 @@ class JumpFinder:
         if _is_reset(previous, latest):
             return _jump_of_reset(previous, latest, commanded_at)
         old_pose, new_pose = last_move.sample.pose, latest.sample.pose
-        problem = _problem_of_displacement(old_pose, new_pose, latest.longest_gap(last_move))
+        problem = _displacement_problem(old_pose, new_pose, latest.longest_gap(last_move))
         if problem:
             return _jump_at_rest(problem, last_move, latest)
         if _is_backwards(old_pose, latest.sample):    # reflect the new place through the old place
@@ -127,7 +125,7 @@ def _is_reset(earlier: _OdometryMessage, later: _OdometryMessage) -> bool:
     old_pose, new_pose = earlier.sample.pose, later.sample.pose
     imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
     is_zero = _is_at_zero(new_pose)
-    if not is_zero and not _is_near_zero(new_pose, imu_turn):
+    if not (is_zero or _is_near_zero(new_pose, imu_turn)):
         return False
     if old_pose.distance_to(new_pose) > NEAR_ZERO_DISTANCE:
         return True
@@ -143,16 +141,16 @@ def _is_at_zero(pose: Pose2) -> bool:
 def _is_near_zero(pose: Pose2, imu_turn: float) -> bool:
     if math.hypot(pose.x, pose.y) > NEAR_ZERO_DISTANCE:
         return False
-    # after a reset of the board, the yaw of the IMU is near zero, too
+    # after a reset of the board, the yaw of the IMU is also near zero
     return min(abs(pose.yaw), abs(difference(pose.yaw, imu_turn))) <= NEAR_ZERO_YAW
 
 
 def _jump_of_reset(earlier: _OdometryMessage, later: _OdometryMessage, commanded_at: float) -> Jump:
     imu_turn = difference(later.imu.yaw, earlier.imu.yaw)
-    was_at_rest = earlier.shows_rest and commanded_at < earlier.arrival - COMMAND_TIMEOUT
+    was_moving = not earlier.shows_rest or commanded_at >= earlier.arrival - COMMAND_TIMEOUT
     was_carried = abs(imu_turn) > MAX_RESTING_TURN
     is_long = later.longest_gap(earlier) >= LONGEST_COUNTED_SILENCE
-    if was_carried or is_long or not was_at_rest:
+    if was_moving or was_carried or is_long:
         return Jump(SET_TO_ZERO, POSE_LOST)
     return Jump(SET_TO_ZERO, POSE_KEPT, _shift(earlier.sample.pose, later.sample.pose), imu_turn)
 
@@ -173,7 +171,7 @@ def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
     return new_pose @ old_pose.inverse()
 
 
-def _problem_of_displacement(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
+def _displacement_problem(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
     distance = old_pose.distance_to(new_pose)
     turn = abs(difference(new_pose.yaw, old_pose.yaw))
     moved_too_far = distance > MAX_POSSIBLE_SPEED * seconds + DISTANCE_SLACK

@@ -36,8 +36,8 @@ class Track:
 
     def add(self, time: float, value: Any) -> None:
         """Append a value, or replace the value of the same `time`. `time` must not be before
-        :attr:`newest`."""
-        if time == self.newest:
+        :attr:`latest_time`."""
+        if time == self.latest_time:
             self._values.pop()
         self._values.append(_TimedValue(time, value))
         while self._values[0].time < time - SAMPLE_MEMORY_TIME:
@@ -47,23 +47,23 @@ class Track:
         self._values = deque(_TimedValue(time, function(value)) for time, value in self._values)
 
     @property
-    def newest(self) -> float:
+    def latest_time(self) -> float:
         """Time of the latest value; minus infinity before the first value."""
         return self._values[-1].time if self._values else -math.inf
 
-    def around(self, time: float) -> Optional[Tuple[_TimedValue, _TimedValue]]:
+    def neighbours_of(self, time: float) -> Optional[Tuple[_TimedValue, _TimedValue]]:
         """Returns the values before and after `time`, or twice the value of exactly this `time`;
         None if `time` is too early or too late."""
-        if time > self.newest or time < self._values[0].time:
+        if time > self.latest_time or time < self._values[0].time:
             return None
-        index = bisect_left(self._values, (time,))
+        index = bisect_left([value.time for value in self._values], time)
         after = self._values[index]
         before = after if after.time == time else self._values[index - 1]
         return before, after
 
     def value_at(self, time: float) -> Any:
         """Returns the value at `time`; None if `time` is too early, too late, or in a gap."""
-        neighbours = self.around(time)
+        neighbours = self.neighbours_of(time)
         if neighbours is None:
             return None
         start, end = neighbours
@@ -106,7 +106,7 @@ class SampleBuffer:
         """Returns the latest OdometrySample that was not returned yet, and the IMU's yaw [rad] at
         its stamp. Returns None if there is no new pair."""
         pair = None
-        while self._unpaired and self._unpaired[0].time <= self._imu.newest:
+        while self._unpaired and self._unpaired[0].time <= self._imu.latest_time:
             time, sample = self._unpaired.popleft()
             yaw = self._imu_yaw_at(time)
             if yaw is not None:
@@ -123,10 +123,10 @@ class SampleBuffer:
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
         """Returns the yaw of the IMU [rad]. In a long gap, the odometry shows the turn."""
-        yaw = self._imu.value_at(time)
-        neighbours = self._imu.around(time)
-        if yaw is not None or neighbours is None:
-            return yaw
+        measured_yaw = self._imu.value_at(time)
+        neighbours = self._imu.neighbours_of(time)
+        if measured_yaw is not None or neighbours is None:
+            return measured_yaw
         start, end = neighbours
         gap = end.time - start.time
         start_pose = self._odometry.value_at(start.time)

@@ -3,16 +3,16 @@
 SampleTiming measures the silence before each sample, and learns the sender's clock. A TimedSample
 contains all times of a sample, so no other module measures a time.
 
-The stamps of messages show the time between two samples well. Stamps come from the robot's clock,
+The stamps of messages show the time between two samples well. They come from the robot's clock,
 which may be wrong by a second, may be set, or may always show zero. Arrivals are on the receiver's
 clock, but include the delays of the network. The order of samples is the order of their stamps. The
-*least delay* is the shortest time between stamp and arrival in the last seconds. The least delay
-converts times between the robot's clock and the receiver's clock. If the stamps are not a clock,
-the arrivals replace the stamps of both sensors.
+*least delay* is the shortest time between stamp and arrival in the last seconds. It converts times
+between the robot's clock and the receiver's clock. If the stamps are not a clock, the arrivals
+replace the stamps of both sensors.
 
 Units: seconds. Cases:
 
-1. A stamp that is merely old is used, since its message was delayed.
+1. A stamp that is merely old is used: it shows that its message was delayed.
 2. A stamp that goes back by less than `MAX_CORRECTION` shows a clock that is being corrected. The
    highest stamp so far is then the time of the source's samples, until a stamp is higher.
 3. A new *epoch* begins with a stamp that goes back by `MAX_CORRECTION` or more, is in the future,
@@ -70,20 +70,20 @@ class SampleTiming:
         self.odometry: Optional[TimedSample] = None    # the latest sample
 
     def on_imu(self, sample: ImuSample, now: float) -> TimedSample:
-        self.imu = self._timed('imu', self.imu, sample, now)
+        self.imu = self._time_sample('imu', self.imu, sample, now)
         return self.imu
 
     def on_odometry(self, sample: OdometrySample, now: float) -> TimedSample:
-        self.odometry = self._timed('odom', self.odometry, sample, now)
+        self.odometry = self._time_sample('odom', self.odometry, sample, now)
         return self.odometry
 
-    def _timed(self, source: str, last: Optional[TimedSample], sample: Sample,
-               now: float) -> TimedSample:
-        silence = _silence(last, now)
+    def _time_sample(self, source: str, last: Optional[TimedSample], sample: Sample,
+                     now: float) -> TimedSample:
+        silence = _silence_since(last, now)
         previous = last.sample if last else None
         stamp_interval = sample.stamp - previous.stamp if previous else 0.0
-        silence_of_robot = min(_silence(self.imu, now), _silence(self.odometry, now))
-        time = self.clock.time_of(
+        silence_of_robot = min(_silence_since(self.imu, now), _silence_since(self.odometry, now))
+        time = self.clock.add_stamp(
             source, sample.stamp, now, silence=silence, silence_of_robot=silence_of_robot)
         return TimedSample(
             sample, previous, arrival=now, time=time, epoch=self.clock.epoch,
@@ -91,7 +91,7 @@ class SampleTiming:
             silence_of_robot=silence_of_robot, stamp_interval=stamp_interval)
 
 
-def _silence(last: Optional[TimedSample], now: float) -> float:
+def _silence_since(last: Optional[TimedSample], now: float) -> float:
     return max(0.0, now - last.arrival) if last else math.inf
 
 
@@ -113,15 +113,14 @@ class SenderClock:
         self._last_arrival = math.nan    # before the first sample
         self._start_epoch()
 
-    def time_of(self, source: str, stamp: float, arrival: float, silence: float,
-                silence_of_robot: float) -> float:
-        """Returns the time of a sample of `source` on the sender's clock, or `arrival` if the
-        stamps are not a clock. `silence`, `silence_of_robot`: see TimedSample."""
+    def add_stamp(self, source: str, stamp: float, arrival: float, silence: float,
+                  silence_of_robot: float) -> float:
+        """Store a sample's stamp. Returns the sample's time on the sender's clock, or `arrival` if
+        the stamps are not a clock. `silence`, `silence_of_robot`: see TimedSample."""
         last = self._latest_stamps[source]
         repeats = last.repeats + 1 if stamp == last.stamp else 0
-        wrong_since = math.inf
-        if self._is_wrong(stamp, arrival):
-            wrong_since = min(last.wrong_since, arrival)
+        is_wrong = self._is_wrong(stamp, arrival)
+        wrong_since = min(last.wrong_since, arrival) if is_wrong else math.inf
         stands_still = stamp == 0.0 or repeats >= MAX_REPEATS
         is_wrong_for_long = arrival - wrong_since > MAX_WRONG_TIME
         if self.uses_stamps and (stands_still or is_wrong_for_long):
@@ -130,9 +129,7 @@ class SenderClock:
         elif self._is_new_clock(stamp - last.stamp, arrival, silence, silence_of_robot):
             self._start_epoch()
             wrong_since = math.inf
-        time = arrival
-        if self.uses_stamps:
-            time = max(stamp, self._latest_stamps[source].time)
+        time = max(stamp, self._latest_stamps[source].time) if self.uses_stamps else arrival
         self._latest_stamps[source] = _Stamp(stamp, time, repeats, wrong_since)
         self._last_arrival = arrival
         self._least_delay.add(arrival, arrival - time)
@@ -144,7 +141,7 @@ class SenderClock:
 
     def measured_at(self, time: float, arrival: float) -> float:
         """Returns when the latest sample was measured [s, receiver's clock]. The fastest message is
-        assumed to need no time. `time` is the result of :meth:`time_of`."""
+        assumed to need no time. `time` is the result of :meth:`add_stamp`."""
         assert self._least_delay.value is not None
         return min(arrival, time + self._least_delay.value)
 
@@ -187,7 +184,7 @@ class YawNoise:
         rate = timed.sample.yaw_rate
         is_slow = abs(rate) <= MAX_SLOW_TURN_RATE
         is_even = abs(rate - previous.yaw_rate) <= MAX_EVEN_RATE_CHANGE
-        if not is_slow or not is_even:
+        if not (is_slow and is_even):
             return
         turn = difference(timed.sample.yaw, previous.yaw)
         predicted_turn = 0.5 * (previous.yaw_rate + rate) * interval

@@ -57,7 +57,7 @@ class Pages:
     def _open_page(self, send):
         page = OpenPage(send)
         if not self._pages:
-            self._robot.dead_man.begin(steady_time())
+            self._robot.dead_man.start(steady_time())
             for timer in self._timers:
                 timer.start()
         self._pages.append(page)

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
-#: A robot turns by at most this angle [rad] between two samples of the IMU, since a node soon stops
-#: the robot if the IMU is silent.
+#: Greatest turn [rad] between two samples of the IMU. In a longer gap it could turn farther, but a
+#: node stops it first.
 MAX_TURN_PER_SAMPLE = 1.0
 MAX_ODOMETRY_DISTANCE = 2e4     # [m], from the zero of the odometry, after a day's drive
 MAX_ODOMETRY_SPEED = 3.0        # [m/s], if a person spins the wheels
-MAX_ODOMETRY_TURN_RATE = 7e3    # [rad/s], since a spike is 2 pi in at least 1 ms
+MAX_ODOMETRY_TURN_RATE = 7e3    # [rad/s]; a spike is 2 pi in at least 1 ms
 MAX_GYRO_RATE = 35.0           # [rad/s]; the board's gyro measures up to 2000 deg/s
 MAX_WHEEL_ANGLE = 3.5e6        # [rad]; the encoder counts to 2^31
 MAX_STAMP = 2.0 ** 32 - 2.0    # [s], the latest that ROS can send, in the year 2106
@@ -47,7 +47,7 @@ class WheelSample(NamedTuple):
 class Motion(NamedTuple):
     """The robot's motion, for a control law."""
 
-    pose: Any                   # local_T_base, a Pose2 that is extrapolated to the present
+    pose: Any                   # local_T_base, a Pose2 that is extrapolated to now
     linear: float               # [m/s], from the wheels
     angular: float              # [rad/s], from the gyro
     imu_age: float = 0.0        # time [s] since the latest sample of the IMU was measured
@@ -59,7 +59,7 @@ class Motion(NamedTuple):
 Sample = Union[ImuSample, OdometrySample]
 
 
-def within_bound(name: str, value: float, bound: float, unit: str) -> float:
+def checked_number(name: str, value: float, bound: float, unit: str) -> float:
     """Returns `value`. Raises ``ValueError`` if `value` is beyond `bound`, NaN or infinite."""
     is_possible = abs(value) <= bound    # False for NaN
     if not is_possible:

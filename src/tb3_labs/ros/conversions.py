@@ -11,7 +11,7 @@ from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
     MAX_STAMP, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_TURN_RATE, OdometrySample,
-    within_bound)
+    checked_number)
 
 #: This environment variable is the path of a pipe, to which a simulated robot writes true poses. A
 #: student's node could read a topic. A line of the pipe is x [m], y [m], yaw [rad].
@@ -56,11 +56,11 @@ def to_odometry_sample(message):
     """Returns the OdometrySample of a nav_msgs/Odometry."""
     twist = message.twist.twist
     pose = to_pose2(message.pose.pose)
-    within_bound('place', max(abs(pose.x), abs(pose.y)), MAX_ODOMETRY_DISTANCE, 'm')
+    checked_number('place', max(abs(pose.x), abs(pose.y)), MAX_ODOMETRY_DISTANCE, 'm')
     return OdometrySample(
-        within_bound('stamp', message.header.stamp.to_sec(), MAX_STAMP, 's'), pose,
-        within_bound('speed', twist.linear.x, MAX_ODOMETRY_SPEED, 'm/s'),
-        within_bound('rate of turn', twist.angular.z, MAX_ODOMETRY_TURN_RATE, 'rad/s'))
+        checked_number('stamp', message.header.stamp.to_sec(), MAX_STAMP, 's'), pose,
+        checked_number('speed', twist.linear.x, MAX_ODOMETRY_SPEED, 'm/s'),
+        checked_number('rate of turn', twist.angular.z, MAX_ODOMETRY_TURN_RATE, 'rad/s'))
 
 
 def to_pose_stamped(pose, frame_id, stamp):

@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 
 from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.robot.samples import (
-    MAX_WHEEL_ANGLE, MAX_GYRO_RATE, MAX_STAMP, ImuSample, WheelSample, within_bound)
+    MAX_WHEEL_ANGLE, MAX_GYRO_RATE, MAX_STAMP, ImuSample, WheelSample, checked_number)
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
@@ -24,7 +24,7 @@ def to_imu_sample(message):
         raise ValueError('it has no orientation (orientation covariance -1)')
     if message.angular_velocity_covariance[0] == -1.0:
         raise ValueError('it has no gyro (gyro covariance -1)')
-    yaw_rate = within_bound('rate of turn', message.angular_velocity.z, MAX_GYRO_RATE, 'rad/s')
+    yaw_rate = checked_number('rate of turn', message.angular_velocity.z, MAX_GYRO_RATE, 'rad/s')
     q = message.orientation
     yaw = yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
     return ImuSample(_stamp(message), yaw, yaw_rate)
@@ -36,13 +36,13 @@ def to_wheel_sample(message):
     for joint in WHEEL_JOINTS:
         if joint not in angles:
             raise ValueError(f'no angle of {joint!r}')
-        within_bound(joint, angles[joint], MAX_WHEEL_ANGLE, 'rad')
+        checked_number(joint, angles[joint], MAX_WHEEL_ANGLE, 'rad')
     left_joint, right_joint = WHEEL_JOINTS
     return WheelSample(_stamp(message), angles[left_joint], angles[right_joint])
 
 
 def _stamp(message):
-    return within_bound('stamp', message.header.stamp.to_sec(), MAX_STAMP, 's')
+    return checked_number('stamp', message.header.stamp.to_sec(), MAX_STAMP, 's')
 
 
 def subscribe_wheels(callback):

@@ -14,7 +14,7 @@ import rospy
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
-from tb3_labs.supervision.events import Event, NoveltyFinder, SenderConnection
+from tb3_labs.supervision.events import IncomingMessage, NoveltyFinder, SenderConnection
 
 #: With this header, a sender announces that it will renew its permission.
 RENEWAL_HEADER = {'renewed': '1'}
@@ -66,26 +66,26 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
 
 
 def subscribe_events(topic, message_type, callback, read=lambda message: message.data):
-    """Returns a subscriber that reads every message. `callback` gets an events.Event, whose content
-    is the result of `read`."""
+    """Returns a subscriber that reads every message. `callback` gets an
+    events.IncomingMessage, whose content is the result of `read`."""
     novelty_of = novelty_reader(topic)
 
-    def to_event(message):
+    def to_incoming_message(message):
         arrived_at = steady_time()
         connection = sender_connection(message)
         # a stamp of a simulated clock is not used, since the clock may run faster
         sent_at = _stamp_of(message) if is_wall_time() else 0.0
-        return Event(read(message), arrived_at, connection.sender, novelty_of(message),
-                     renews=connection.renews, sent_at=sent_at)
+        return IncomingMessage(read(message), arrived_at, connection.sender, novelty_of(message),
+                               has_renewals=connection.has_renewals, sent_at=sent_at)
 
-    return subscribe(topic, message_type, callback, to_event, queue_size=None)
+    return subscribe(topic, message_type, callback, to_incoming_message, queue_size=None)
 
 
 def novelty_reader(topic):
     """Returns a function that takes a message and returns its events.Novelty. Call it for each
     message."""
     novelty_finder = NoveltyFinder(publishers_of(rospy.resolve_name(topic)), steady_time())
-    return lambda message: novelty_finder.novelty_of(
+    return lambda message: novelty_finder.find(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())
 
 
@@ -96,10 +96,10 @@ def _stamp_of(message):
 def sender_connection(message):
     """Returns the events.SenderConnection on which a message arrived."""
     header = connection_of(message)
-    renews = RENEWAL_HEADER.items() <= header.items()
+    has_renewals = RENEWAL_HEADER.items() <= header.items()
     return SenderConnection(
         sender=sender_of(message), process=header['process'], connected_at=header['connected_at'],
-        latches=header.get('latching') == '1', renews=renews)
+        is_latched=header.get('latching') == '1', has_renewals=has_renewals)
 
 
 def require_master():

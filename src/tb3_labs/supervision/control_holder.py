@@ -1,4 +1,4 @@
-"""Does a pad or move_to_goal drive the robot? A table gives the holder of the robot after an event.
+"""Decides whether a pad or move_to_goal drives, by a table of the robot's holder after an event.
 
 A node that loses the robot sends one zero command, and then none. Source: the gamepad lab.
 """
@@ -57,11 +57,11 @@ class ControlMessages:
         self.stopped_at = -math.inf    # [s]; then a person or node took control from move_to_goal
 
     def pop_renewal(self, now: float) -> bool:
-        """Must the caller send a renewal now?"""
-        if not self.must_renew or now - self._sent_at < RENEWAL_PERIOD:
-            return False
-        self._sent_at = now
-        return True
+        """Returns True if the caller must send a renewal now."""
+        is_due = self.must_renew and now - self._sent_at >= RENEWAL_PERIOD
+        if is_due:
+            self._sent_at = now
+        return is_due
 
     def grant(self, now: float, lateness: float) -> None:
         """Queue a True for a button press that was delayed by `lateness` [s]. Also queue one
@@ -77,7 +77,7 @@ class ControlMessages:
         self.granted_at = -math.inf
 
     def stop(self, caused_at: float) -> None:
-        """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""
+        """Control was taken, or the pad was lost, at `caused_at` [s]: queue a False."""
         self.must_renew = False
         self.stopped_at = max(self.stopped_at, caused_at)    # a button press may be delayed
         self.waiting.append(False)

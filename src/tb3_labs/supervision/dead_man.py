@@ -20,7 +20,7 @@ class DeadMan:
         self._freshness = Freshness('page', INPUT_TIMEOUT)
         self._sleep = SleepMonitor()
 
-    def begin(self, now: float) -> None:
+    def start(self, now: float) -> None:
         """Call this when the first page opens, and :meth:`driving_page_lost_for` often later."""
         self._sleep.start(now)
 
@@ -33,8 +33,8 @@ class DeadMan:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')
         if lateness > max_lateness:
             raise ValueError(f'this came {lateness:.1f} s late, and does not count: ask again')
-        if self._sleep.refusal:
-            raise ValueError(f'this does not count, {self._sleep.refusal}: ask again')
+        if self._sleep.reason_to_refuse:
+            raise ValueError(f'this does not count, {self._sleep.reason_to_refuse}: ask again')
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
@@ -42,8 +42,8 @@ class DeadMan:
 
         `lateness` is the delay [s] of the message. A message with a delay of more than
         `INPUT_TIMEOUT` counts as silence, and False is returned. `is_first`: is this the first
-        message since the person took hold? A hold whose first message was lost is refused, since
-        the drive would begin too late.
+        message since the person took hold? If the first message of a hold was lost, the hold is
+        refused, because the drive would begin too late.
         """
         if lateness > INPUT_TIMEOUT:
             return False

@@ -1,13 +1,13 @@
-"""The Event that a core receives, and the Output that it returns.
+"""The IncomingMessage that a core gets, and the Output that it returns.
 
-An Event is doubtful if it may have been sent before this node started, or before its connection was
-made. Only the first message on a connection can be older than the connection, and only if its
+A message is doubtful if it may have been sent before this node started, or before its connection
+was made. Only the first message on a connection can be older than the connection, and only if its
 sender existed before this node, or had an earlier connection. A first message that is not latched
 is doubtful only if it arrives within `MAX_REPEAT_GAP` after the connection was made.
 
 A sender *repeats* a goal or a turn if it sends the same content again within `MAX_REPEAT_GAP`. A
 repeated request that was ended stays ended until the sender changes the content, or pauses. If a
-request was ended before it was repeated, the sender can send the request again at once.
+request was ended before it was repeated, the sender can send it again immediately.
 """
 import math
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from enum import Enum
 from typing import (
     Any, Callable, Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
-from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, MAX_REPEAT_GAP, SleepMonitor
+from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, MAX_TRANSIT_TIME, SleepMonitor
 
 Content = TypeVar('Content')
 
 
 class Novelty(Enum):
-    """Is a message new, or may it be from before this node could hear its sender?"""
+    """How new a message is. It may be from before this node could hear its sender."""
 
     NEW = 'it was sent after this node could hear its sender'
     RESTARTED = 'it is new, and its sender is a new process that has the name of an earlier sender'
@@ -37,23 +37,23 @@ class Novelty(Enum):
 
 
 @dataclass(frozen=True)
-class Event(Generic[Content]):
+class IncomingMessage(Generic[Content]):
     """A message that a person may have caused, such as a request for a turn."""
 
     content: Content
     arrived_at: float    # time of arrival [s]
     sender: str = ''
     novelty: Novelty = Novelty.NEW
-    renews: bool = False    # does the sender announce renewals of its permission?
+    has_renewals: bool = False    # does the sender announce renewals of its permission?
     sent_at: float = 0.0    # time of sending [s, sender's clock]; 0 if unknown
 
 
 class SenderConnection(NamedTuple):
     sender: str
-    process: str = ''         # address of the process that has the sender's name now
-    connected_at: float = -math.inf  # time [s] at which the connection was made
-    latches: bool = False     # does the sender repeat its last message to each new connection?
-    renews: bool = False      # as in Event
+    process: str = ''    # address of the process that has the sender's name now
+    connected_at: float = -math.inf    # time [s] at which the connection was made
+    is_latched: bool = False    # does the sender repeat its last message to each new connection?
+    has_renewals: bool = False    # as in IncomingMessage
 
 
 class NoveltyFinder:
@@ -66,8 +66,8 @@ class NoveltyFinder:
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock) of each sender
 
-    def novelty_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
-                   clock: float = 0.0) -> Novelty:
+    def find(self, connection: SenderConnection, now: float, stamp: float = 0.0,
+             clock: float = 0.0) -> Novelty:
         """Returns the Novelty of a message that arrives now. `stamp` is the message's stamp, or 0.
         `clock` is `now` on the stamps' clock. A device driver that hangs repeats a stamp."""
         sender = connection.sender
@@ -87,12 +87,12 @@ class NoveltyFinder:
         if previous is None and connection.sender not in self._earlier_senders:
             return Novelty.NEW
         is_restarted = previous is not None and previous.process != connection.process
-        if is_restarted and connection.renews:    # it renews after a new grant
+        if is_restarted and connection.has_renewals:    # it renews after a new grant
             return Novelty.RESTARTED
-        came_at_once = previous is None and now - self._began_at < MAX_TRANSIT_TIME
-        if connection.latches and came_at_once:
+        came_early = previous is None and now - self._began_at < MAX_TRANSIT_TIME
+        if connection.is_latched and came_early:
             return Novelty.OLD    # a person cannot send a new message so soon
-        if connection.latches and not connection.renews:
+        if connection.is_latched and not connection.has_renewals:
             return Novelty.LATCHED
         if now - connection.connected_at < MAX_REPEAT_GAP:
             return Novelty.REPEATED
@@ -160,8 +160,11 @@ class Queue(List[Content]):
 
 
 class LogQueue(Queue[LogLine]):
-    def add(self, text: str, warning: bool = False) -> None:
-        self.append(LogLine(text, warning))
+    def add(self, text: str) -> None:
+        self.append(LogLine(text, is_warning=False))
+
+    def warn(self, text: str) -> None:
+        self.append(LogLine(text, is_warning=True))
 
 
 @dataclass(frozen=True)
@@ -177,5 +180,5 @@ class Output:
 
     @property
     def has_other_work(self) -> bool:
-        """Must the node do more than send the command?"""
+        """Returns True if the node must do more than send the command."""
         return bool(self.log_lines)

@@ -6,7 +6,7 @@ Each goal replaces the previous goal, even a goal of another sender. A sender ma
 1. A cancel with a name ends the goal with this name. A cancel with a stamp ends all goals up to
    this stamp. A cancel without name and stamp ends every goal.
 2. A repeated goal that was canceled or given up stays ended.
-3. A repetition of the present goal changes nothing.
+3. A repetition of the current goal changes nothing.
 """
 import math
 from dataclasses import dataclass
@@ -94,11 +94,11 @@ class GoalAnswer(NamedTuple):
 
 
 class GoalRequests:
-    """The present goal, and the latest goal of each sender."""
+    """The current goal, and the latest goal of each sender."""
 
     def __init__(self, sleep: SleepMonitor) -> None:
         # a cancel with any stamp ends the first goal, which comes from the node's parameters
-        self.present_request = GoalRequest(None, stamp=EARLIEST_STAMP)
+        self.current_request = GoalRequest(None, stamp=EARLIEST_STAMP)
         self._open_request: Optional[GoalRequest] = None    # the client waits for an answer
         self.answers: Queue[GoalAnswer] = Queue()
         self._sleep = sleep
@@ -113,45 +113,45 @@ class GoalRequests:
     def pose_of(self, request: GoalRequest, sender_goal: SenderRequest,
                 odom_T_local: Optional[Pose2]) -> Pose2:
         """Returns the goal's pose in ``local``. Raises ``ValueError`` to refuse the goal."""
-        if self._sleep.refusal:
-            raise ValueError(self._sleep.refusal + ': send it again')
+        if self._sleep.reason_to_refuse:
+            raise ValueError(self._sleep.reason_to_refuse + ': send it again')
         if sender_goal.is_ended:
             raise ValueError(STAYS_ENDED)
         assert request.goal is not None
         return request.goal.to_local(odom_T_local)
 
-    def repeats_present(self, sender_goal: SenderRequest) -> bool:
-        return sender_goal.is_repeated and self._is_present(sender_goal)
+    def repeats_current(self, sender_goal: SenderRequest) -> bool:
+        return sender_goal.is_repeated and self._is_current(sender_goal)
 
     def accept(self, request: GoalRequest) -> None:
-        """Make `request` the present goal. Cancel the previous goal."""
+        """Make `request` the current goal. Cancel the previous goal."""
         self.answer_client(GoalOutcome.CANCELED, 'replaced by a newer goal')
         self.answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
-        self.present_request = request
+        self.current_request = request
         self._open_request = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
         self.answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def answer_client(self, outcome: GoalOutcome, text: str) -> None:
-        """Answer the client of the present goal, if this client still waits."""
+        """Answer the client of the current goal, if it still waits."""
         if self._open_request is not None:
             self.answers.append(GoalAnswer(self._open_request, outcome, text))
             self._open_request = None
 
     def end_repetitions(self) -> None:
-        """From now on, refuse repetitions of the present goal."""
-        self._sender_goals.end_repetitions(self._is_present)
+        """From now on, refuse repetitions of the current goal."""
+        self._sender_goals.end_repetitions(self._is_current)
 
     def cancel(self, name: str = '', stamp: int = 0) -> bool:
         """Refuse repetitions of all goals that a cancel with this `name` and `stamp` [ns] ends.
-        Returns True if the cancel ends the present goal."""
+        Returns True if the cancel ends the current goal."""
         self._sender_goals.end_repetitions(lambda goal: goal.message.is_canceled_by(name, stamp))
-        if not self.present_request.is_canceled_by(name, stamp):
+        if not self.current_request.is_canceled_by(name, stamp):
             return False
         self.end_repetitions()
         return True
 
-    def _is_present(self, sender_goal: SenderRequest) -> bool:
-        present = self.present_request
-        return sender_goal is self._sender_goals.find(present.sender, present.goal)
+    def _is_current(self, sender_goal: SenderRequest) -> bool:
+        current = self.current_request
+        return sender_goal is self._sender_goals.find(current.sender, current.goal)

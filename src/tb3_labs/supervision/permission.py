@@ -3,28 +3,29 @@
 Each sender can give the permission by a True, and end it by a False. The rules follow ISO 13850, by
 which a stop holds until a person releases the machine again.
 
-1. A *grant* is the first True of a sender, or the first True after a False of this sender. While a
-   grant is valid, move_to_goal may drive the robot.
-2. If a sender renews its grants, a repeated True of this sender only renews its grant. The robot
-   may move only after the first renewal, so a sender that has died does not move the robot.
+1. A *grant* is the first True of a sender, or its first True after its False. While a grant is
+   valid, move_to_goal may drive the robot.
+2. If a sender renews its grants, its repeated True only renews its grant. The robot may move only
+   after the first renewal, so a sender that has died does not move it.
 3. A False of any sender ends the grants of all senders.
-4. A grant is suspended if the renewals stop for `RENEWAL_TIMEOUT`. A later renewal restores the
-   grant. After `RESUME_TIME` without a renewal, a grant has expired.
-5. A grant ends if the sensors are not fresh within `RESUME_TIME` after the grant. If the sensors
-   were never fresh before, a grant ends after `ROBOT_START_TIMEOUT`.
+4. A grant is suspended if the renewals stop for `RENEWAL_TIMEOUT`. A later renewal restores it.
+   After `RESUME_TIME` without a renewal, it has expired.
+5. A grant ends if the sensors are not fresh within `RESUME_TIME` after it. If they were never fresh
+   before, it ends after `ROBOT_START_TIMEOUT`.
 6. If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that arrives
-   while the process wakes is ignored, since it may be older than a stop.
+   while the process wakes is ignored, because it may be older than a stop.
 7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed.
    Exception: A False that was latched before this node began to listen does not end the grant of
    the parameter `has_control`.
-8. A True that was sent more than `RESUME_TIME` ago is ignored. A True is also ignored if it was
-   sent before another sender's False, before this node started, or before this node woke. Renewals
-   that arrive faster than one in each `RENEWAL_PERIOD` show that the network has delayed the True.
+8. A True that was sent more than `RESUME_TIME` ago is ignored. It is also ignored if it was sent
+   before another sender's False, before this node started, or before this node woke. If renewals
+   arrive faster than one in each `RENEWAL_PERIOD`, they waited in the network together with the
+   True, so the True was delayed.
 """
 import math
 from typing import Dict, Set
 
-from tb3_labs.supervision.events import Novelty, Event, LogQueue
+from tb3_labs.supervision.events import IncomingMessage, LogQueue, Novelty
 from tb3_labs.supervision.timeouts import (
     RENEWAL_PERIOD, RENEWAL_TIMEOUT, RESUME_TIME, ROBOT_START_TIMEOUT, Freshness, SleepMonitor)
 
@@ -38,11 +39,11 @@ STARTUP_SENDER = 'the start'    # sender of the grant that the parameter `has_co
 class _Grant:
     """The permission that one sender gave, and the renewals by this sender."""
 
-    def __init__(self, now: float, renews: bool) -> None:
+    def __init__(self, now: float, has_renewals: bool) -> None:
         self.granted_at = now       # time [s] at which the True arrived
         self.latest_send_time = now    # the True was sent at this time [s] or earlier
         self.had_sensors = False    # were the sensors fresh at any time since the grant?
-        self._renews = renews
+        self._has_renewals = has_renewals
         self._renewed_for = 0.0
         self._renewals = Freshness('control', RENEWAL_TIMEOUT)
         self._renewals.on_message(now)
@@ -54,16 +55,16 @@ class _Grant:
         self._renewed_for = now - self.granted_at
         self.latest_send_time = self.granted_at
         # after 2 s, a sender's clock that runs fast would look like a delay
-        if self._renews and self._renewed_for < RESUME_TIME:
+        if self._has_renewals and self._renewed_for < RESUME_TIME:
             delay = RENEWAL_PERIOD * (self._renewals.count - 1) - self._renewed_for
             self.latest_send_time -= max(0.0, delay)
 
     def silent_for(self, now: float) -> float:
         """Returns the time [s] since the latest renewal; 0 if the sender does not renew."""
-        return self._renewals.age(now) if self._renews else 0.0
+        return self._renewals.age(now) if self._has_renewals else 0.0
 
     def is_valid(self, now: float) -> bool:
-        if not self._renews:
+        if not self._has_renewals:
             return True
         return self._renewed_for >= CONFIRMATION_TIME and self._renewals.is_fresh(now)
 
@@ -77,7 +78,7 @@ class Permission:
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a grant awaits the sensors
         self._grants: Dict[str, _Grant] = {}      # by sender
         if has_control:
-            self._grants[STARTUP_SENDER] = _Grant(math.nan, renews=False)
+            self._grants[STARTUP_SENDER] = _Grant(math.nan, has_renewals=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender
         self._stopped_at: Dict[str, float] = {}   # time [s] of each sender's latest False
         self._refused_senders: Set[str] = set()    # their refused True was logged
@@ -93,11 +94,11 @@ class Permission:
 
     @property
     def has_grant(self) -> bool:
-        """Does a valid or suspended grant exist?"""
+        """Returns True if a valid or suspended grant exists."""
         return bool(self._grants)
 
     def pop_new_grant(self) -> bool:
-        """Was a grant given since the previous call?"""
+        """Returns True if a grant was given since the previous call."""
         has_new_grant = self._has_new_grant
         self._has_new_grant = False
         return has_new_grant
@@ -110,7 +111,7 @@ class Permission:
             for grant in self._grants.values():
                 grant.had_sensors = True
 
-    def on_message(self, message: 'Event[bool]') -> None:
+    def on_message(self, message: 'IncomingMessage[bool]') -> None:
         now = message.arrived_at
         sender = message.sender
         self.update(now)
@@ -126,16 +127,16 @@ class Permission:
             self._end_if_delayed(sender, self._grants[sender])
         elif message.novelty.is_doubtful:
             self._refuse(sender, 'it was given before this node could hear it')
-        elif self.sleep.refusal:
-            self._refuse(sender, self.sleep.refusal)
+        elif self.sleep.reason_to_refuse:
+            self._refuse(sender, self.sleep.reason_to_refuse)
         elif not was_true:
-            self._grants[sender] = _Grant(now, renews=message.renews)
+            self._grants[sender] = _Grant(now, has_renewals=message.has_renewals)
             self._refused_senders.discard(sender)
             self._has_new_grant = True
         elif not self.has_grant:
             self._refuse(sender, 'True was said before')
 
-    def _on_stop(self, message: 'Event[bool]') -> None:
+    def _on_stop(self, message: 'IncomingMessage[bool]') -> None:
         now = message.arrived_at
         granting_senders = self._grants.keys() - {STARTUP_SENDER}
         if message.novelty is Novelty.OLD and not granting_senders:
@@ -147,10 +148,10 @@ class Permission:
         self._refused_senders.discard(message.sender)
 
     def _refuse(self, sender: str, reason: str) -> None:
-        """Log a refusal only one time, since the sender may repeat True for ever."""
+        """Log a refusal only once, because the sender may repeat True for ever."""
         if sender not in self._refused_senders:
             self._refused_senders.add(sender)
-            self._log.add(f'Control from {sender} does not count: {reason}. {REMEDY}', warning=True)
+            self._log.warn(f'Control from {sender} does not count: {reason}. {REMEDY}')
 
     def update(self, now: float) -> None:
         """Suspend or end grants that were not renewed in time. Call this ten times a second."""
@@ -164,7 +165,7 @@ class Permission:
             self._began_at = now
             if self._grants:
                 self._grants = {}
-                self._log.add('Control is gone: ' + self.sleep.as_text(), warning=True)
+                self._log.warn('Control is gone: ' + self.sleep.as_text())
         for sender, grant in list(self._grants.items()):
             waited_for = now - grant.granted_at
             if not grant.had_sensors and waited_for > self._longest_wait:
@@ -183,6 +184,6 @@ class Permission:
             self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:
-        self._log.add(f'Control from {sender} is gone: {reason}. {REMEDY}', warning=True)
+        self._log.warn(f'Control from {sender} is gone: {reason}. {REMEDY}')
         self._refused_senders.add(sender)    # the refusal of the next True is not logged
         del self._grants[sender]

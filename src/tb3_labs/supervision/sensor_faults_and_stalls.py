@@ -1,13 +1,13 @@
 """Is a motion allowed to continue? The sensors must work, and the robot must obey.
 
-A sensor is lost if its messages stop. A sensor is frozen if its driver hangs and repeats one
-reading while the robot moves. A robot is stalled if commands bring it no nearer to its goal.
+A sensor is lost if its messages stop. It is frozen if its driver hangs and repeats one reading
+while the robot moves. A robot is stalled if commands bring it no nearer to its goal.
 
-Units: radians or metres for the remaining way, seconds on one clock (`now`).
+Units: radians or metres for the remaining travel, seconds on one clock (`now`).
 """
 import math
 from enum import Enum
-from typing import Any, Optional
+from typing import Optional
 
 from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, MAX_REST_TIME, RESUME_TIME, ROBOT_START_TIMEOUT, SENSOR_TIMEOUT, STALL_TIME,
@@ -17,15 +17,15 @@ UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for 
 #: If a command is faster than these [m/s, rad/s], the readings must show a motion.
 MIN_VISIBLE_SPEED = 0.02
 MIN_VISIBLE_TURN_RATE = 0.1
-#: The robot is nearer to its goal only if the remaining way is shorter by at least this [m or rad].
+#: The robot is nearer to its goal only if the remaining travel is less by at least this [m or rad].
 STALL_STEP = 0.004
-#: The robot has missed its goal if the remaining way grows again by more than this [m or rad]. If
-#: the network stalls for a short time, a robot overshoots by less than this.
+#: The robot has missed its goal if the remaining travel grows again by more than this [m or rad].
+#: If the network stalls for a short time, a robot overshoots by less than this.
 MAX_RETREAT = 0.8
 
 
 class SensorStatus(Enum):
-    """The state of the sensors during a motion."""
+    """The status of the sensors during a motion."""
 
     FRESH = 'the robot may move'
     SILENT = 'the robot must stand'
@@ -36,15 +36,15 @@ class SensorStatus(Enum):
 class Sensor(Freshness):
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
-        self.reading: Any = None    # content of the latest message, without the stamp
+        self.reading: object = None    # content of the latest message, without the stamp
         self.repeated_for = 0.0    # time [s] of a repeated reading that should have changed
         self.longest_gap = 0.0     # longest time [s] between two messages since the last pause
         self._changed_at = math.inf    # time [s] of the latest change; infinite before a change
 
-    def on_message(self, now: float, reading: Any = None) -> float:
+    def on_message(self, now: float, reading: object = None) -> float:
         silence = super().on_message(now)
-        if self.count > 2 and silence > self.longest_gap:
-            self.longest_gap = silence
+        if self.count > 2:
+            self.longest_gap = max(self.longest_gap, silence)
         if reading != self.reading:
             self.reading = reading
             self._changed_at = now
@@ -74,19 +74,19 @@ class SensorMonitor:
     def __init__(self, *sensors: Sensor) -> None:
         self._sensors = sensors
         self.status = SensorStatus.SILENT    # RECOVERED lasts for one update
-        self.hold_reason = ''    # why the robot must stand; '' if the robot may move
+        self.reason_to_stand = ''    # '' if the robot may move
         self.silent_for = 0.0    # length [s] of the latest silence since the motion was requested
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a motion awaits the sensors
         self._silent_since = math.inf    # start [s] of the silence; infinite before the next update
         self._were_ready = False         # were all sensors ready at the latest update?
 
     def request_motion(self) -> None:
-        """Begin to wait for the sensors, since a resting robot is asked to move."""
+        """A resting robot is asked to move: begin to wait for the sensors."""
         self._silent_since = math.inf
         self.forget_silences()
 
     def update(self, now: float, awaits_comparison: bool = False) -> None:
-        """Update `status`. Call this often, also at each step of a drive. `awaits_comparison`: must
+        """Update `status`. Call this often, and at each step of a drive. `awaits_comparison`: must
         a motion wait until gyro and wheels were compared?"""
         for sensor in self._sensors:
             sensor.adapt_to_clock(now)
@@ -106,14 +106,14 @@ class SensorMonitor:
             self._end_silence(silent_for, is_late)
             return
         if are_ready:
-            self.hold_reason = UNCHECKED_GYRO
-        elif not self.hold_reason:    # a second lost sensor does not change the reason
-            self.hold_reason = self.problem_text(now)
+            self.reason_to_stand = UNCHECKED_GYRO
+        elif not self.reason_to_stand:    # a second lost sensor does not change the reason
+            self.reason_to_stand = self.problem_text(now)
         self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.SILENT
         self.silent_for = silent_for
 
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
-        self.hold_reason = ''
+        self.reason_to_stand = ''
         longest_gap = max(sensor.longest_gap for sensor in self._sensors)
         if is_late:
             self.status = SensorStatus.TIMED_OUT
@@ -127,7 +127,7 @@ class SensorMonitor:
         self.forget_silences()
 
     def forget_silences(self) -> None:
-        self.hold_reason = ''
+        self.reason_to_stand = ''
         for sensor in self._sensors:
             sensor.forget_silences()
 
@@ -135,15 +135,15 @@ class SensorMonitor:
         """Returns a text about the silent sensors; '' while all sensors are fresh."""
         if self.are_fresh(now):
             return ''
-        # a sensor that is silent for half of its timeout is probably lost, too
+        # a sensor that is silent for half of its timeout is probably lost
         silent = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
         time_for_age = now if with_age else None
         return ', '.join(sensor.silence_text(time_for_age) for sensor in silent)
 
     def frozen_text(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
-        fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
-        return ' and '.join(f'{sensor.name} {fault}' for sensor in self._sensors
+        problem = 'repeats one reading though the robot is told to move (its driver hangs?)'
+        return ' and '.join(f'{sensor.name} {problem}' for sensor in self._sensors
                             if sensor.repeated_for > FROZEN_TIME)
 
     def are_fresh(self, now: float) -> bool:
@@ -163,13 +163,14 @@ class DriveSensors(SensorMonitor):
         super().forget_silences()
         self.last_command = (0.0, 0.0)
 
-    def update_repetitions(self, odometry_turned: bool, now: float) -> None:
+    def update_repetitions(self, has_odometry_turned: bool, now: float) -> None:
         """Find readings that did not change although `last_command` moves the robot. If the
-        odometry turns, the IMU must change, too, since the odometry's yaw comes from the IMU."""
+        odometry turns, the IMU must also change, because it gives the yaw of the odometry."""
         linear, angular = self.last_command
         must_drive = abs(linear) > MIN_VISIBLE_SPEED
         must_turn = abs(angular) > MIN_VISIBLE_TURN_RATE
-        self.imu.update_repetition(must_turn or (must_drive and odometry_turned), now)
+        imu_must_change = must_turn or (must_drive and has_odometry_turned)
+        self.imu.update_repetition(imu_must_change, now)
         self.odometry.update_repetition(must_drive or must_turn, now)
 
 
@@ -181,14 +182,14 @@ class StallMonitor:
         self._stalled_for = 0.0    # [s]
         self._rested_for = 0.0     # [s]
 
-    def accept_longer_way(self) -> None:
-        """After a silence of the sensors, accept a longer remaining way. The time without progress
-        is kept, so that a bad network cannot hide a stalled robot."""
+    def forget_least_remaining(self) -> None:
+        """After a silence of the sensors, do not count a larger remaining travel as a stall. The
+        time without progress is kept, so that a bad network cannot hide a stalled robot."""
         self._least_remaining = None
 
     def update(self, remaining: float, is_at_rest: bool, dt: float, must_move: bool = True) -> str:
-        """Returns a text about the robot's problem, or ''. `remaining` is the remaining way [m or
-        rad]. The previous update was `dt` [s] ago. `is_at_rest`: do the samples show a robot at
+        """Returns a text about the robot's problem, or ''. `remaining` is the remaining travel [m
+        or rad]. The previous update was `dt` [s] ago. `is_at_rest`: do the samples show a robot at
         rest? `must_move`: does the command tell the robot to move?"""
         if not must_move:
             self._rested_for += dt

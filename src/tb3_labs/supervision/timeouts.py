@@ -1,8 +1,8 @@
 """All limits of silences, delays, sleeps and motions without progress, for the nodes that drive.
 
 `Freshness` finds a silent source by the arrival times of its messages. `Lateness` finds a delayed
-message by its stamp. `SleepMonitor` finds a time in which this process slept, since it was stopped
-or swapped out, or its computer was suspended.
+message by its stamp. `SleepMonitor` finds a time in which this process slept: it was stopped or
+swapped out, or its computer was suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
 infinite age. If the clock goes back, the age of the latest message is 0.
@@ -52,7 +52,7 @@ HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits: move_to_goal s
 
 RENEWAL_PERIOD = 0.1
 RENEWAL_TIMEOUT = 0.5    # then the grant is suspended
-#: A reset is refused if it was requested longer ago than this, since the robot may have moved.
+#: A reset that was requested longer ago than this is refused: the robot may have moved.
 MAX_RESET_AGE = 1.0
 #: A sender that repeats a message sends it again within this time. If a sender was silent for
 #: longer than this, its next message is a new request.
@@ -66,7 +66,7 @@ MAX_REST_TIME = 4.0    # a motion fails if its command is 0 for longer in one st
 
 # -- this process sleeps, or its clock stands
 
-MIN_SLEEP_TIME = 1.0    # least time between two looks at the clock that shows a sleep
+MIN_SLEEP_TIME = 1.0    # a longer time between two looks at the clock counts as a sleep
 STANDSTILL_TIME = 0.3    # of a simulated clock that does not change
 #: A node that may move its robot looks at the clock after this time without a message.
 QUIET_TIME = 0.1
@@ -112,11 +112,15 @@ class SleepMonitor:
     """Finds a sleep of this process: a long time between two looks at the clock."""
 
     def __init__(self) -> None:
+        self.start(math.nan)
+
+    def start(self, now: float) -> None:
+        """Treat the time until `now` as time without a sleep."""
         self.slept_for = 0.0    # length [s] of the sleep that the latest update found, or 0
         #: Has this process just woken? Messages may be old, so only stops are obeyed.
         self.is_waking = False
         self.woke_at = -math.inf    # time [s] at which the latest sleep ended
-        self._looked_at = math.nan       # time [s] of the latest look at the clock
+        self._looked_at = now       # time [s] of the latest look at the clock; NaN before it
 
     def update(self, now: float) -> None:
         """Look at the clock. Call this several times a second, and before a message is used."""
@@ -128,16 +132,9 @@ class SleepMonitor:
             self.woke_at = now
         self.is_waking = now - self.woke_at < MAX_TRANSIT_TIME
 
-    def start(self, now: float) -> None:
-        """Treat the time until now as time without a sleep."""
-        self.slept_for = 0.0
-        self.is_waking = False
-        self.woke_at = -math.inf
-        self._looked_at = now
-
     @property
-    def refusal(self) -> str:
-        """The reason why a motion or a reset is refused now, or ''."""
+    def reason_to_refuse(self) -> str:
+        """Why a motion or a reset is refused now, or ''."""
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def as_text(self) -> str:

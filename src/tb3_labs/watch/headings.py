@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import euler, wrap_all
+from tb3_labs.geometry.arrays import euler_angles, wrap_all
 from tb3_labs.handout import PRINTED_HEADING
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, expectation_clause, is_constant, wrong_value)
@@ -42,9 +42,9 @@ YAW_UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
 def angles_of(imu: Any) -> Dict[str, np.ndarray]:
     """Returns {name: angles [rad]} of the angles that a node may use as the yaw of the IMU."""
     w, x, y, z = imu.w, imu.x, imu.y, imu.z
-    roll, pitch, yaw = euler(w, x, y, z)
+    roll, pitch, yaw = euler_angles(w, x, y, z)
     # a node may pass x, y, z, w to a function that expects w, x, y, z
-    _, _, misread_yaw = euler(x, y, z, w)
+    _, _, misread_yaw = euler_angles(x, y, z, w)
     return {'yaw': yaw, 'roll': roll, 'pitch': pitch,
             'yaw (of the quaternion read in the order x, y, z, w)': misread_yaw}
 

@@ -1,8 +1,8 @@
 """Decides whether a turn or the mouse drives the robot, and with which command.
 
 The time `now` [s] is on the receiver's clock. The time `steady_now` [s], and the `arrived_at` of an
-Event, are on a steady clock (:mod:`tb3_labs.nodes`). Turns are requested in degrees; all other
-angles are in radians. Speeds are in m/s.
+IncomingMessage, are on a steady clock (:mod:`tb3_labs.nodes`). Turns are requested in degrees; all
+other angles are in radians. Speeds are in m/s.
 """
 import math
 from typing import Optional
@@ -16,7 +16,7 @@ from tb3_labs.nodes.controller.turns import (
     NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, accept_turn)
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump_text, is_at_rest
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, LogQueue, Output, SenderRequests
+from tb3_labs.supervision.events import IncomingMessage, LogQueue, Output, SenderRequests
 from tb3_labs.supervision.sensor_faults_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
 from tb3_labs.supervision.timeouts import RESUME_TIME, MAX_REPEAT_GAP, SleepMonitor
@@ -65,7 +65,7 @@ class ControllerCore:
     def on_wheels(self, sample: WheelSample) -> None:
         self._gyro.on_wheels(sample)
 
-    def on_mouse(self, message: 'Event[MouseState]') -> None:
+    def on_mouse(self, message: 'IncomingMessage[MouseState]') -> None:
         self._update_sleep_and_mice(message.arrived_at)
         stop_reason = self.mice.on_message(message)
         if stop_reason:
@@ -76,7 +76,7 @@ class ControllerCore:
             self._mouse_command_is_due = True
             self._change_driver(event, 'the mouse took over')
 
-    def on_turn(self, request: 'Event[float]', now: float) -> None:
+    def on_turn(self, request: 'IncomingMessage[float]', now: float) -> None:
         """Turn by the angle [deg] that another node requests, if accept_turn() returns True."""
         self._update_sleep_and_mice(request.arrived_at)
         if accept_turn(self._turn_requests, request, self._sleep.is_waking):
@@ -85,13 +85,13 @@ class ControllerCore:
             self._log_refusal('cannot turn: this turn only repeats an earlier turn; pause for '
                               f'{MAX_REPEAT_GAP:.0f} s, then ask again', request.arrived_at)
 
-    def on_typed(self, request: 'Event[float]', now: float) -> None:
+    def on_typed(self, request: 'IncomingMessage[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A repetition is never refused."""
         self._update_sleep_and_mice(request.arrived_at)
         self._refusal_logged_at = -math.inf
         self._request_or_log(request, now)
 
-    def _request_or_log(self, request: 'Event[float]', now: float) -> None:
+    def _request_or_log(self, request: 'IncomingMessage[float]', now: float) -> None:
         try:
             self.request_turn(request.content, now)
         except ValueError as reason:
@@ -100,7 +100,7 @@ class ControllerCore:
     def _log_refusal(self, text: str, steady_now: float) -> None:
         if steady_now - self._refusal_logged_at >= REFUSAL_LOG_PERIOD:
             self._refusal_logged_at = steady_now
-            self._log.add(text, warning=True)
+            self._log.warn(text)
 
     def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. A request during a turn moves the goal of this turn by
@@ -174,8 +174,8 @@ class ControllerCore:
             max_degrees = round(math.degrees(self._law.MAX_ANGLE))
             raise ValueError(f'cannot turn by {math.degrees(angle):g} degrees: a number from '
                              f'-{max_degrees} to {max_degrees}')
-        if self._sleep.refusal:
-            raise ValueError(f'cannot turn: {self._sleep.refusal}; ask again')
+        if self._sleep.reason_to_refuse:
+            raise ValueError(f'cannot turn: {self._sleep.reason_to_refuse}; ask again')
         if self.driver is Driver.MOUSE:
             raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
                              'screen, or scroll up, then ask again')
@@ -202,14 +202,14 @@ class ControllerCore:
         sensors.update(now, self._gyro.awaits_comparison)
         if sensors.status is SensorStatus.SILENT:
             if self._pace.is_running:
-                self._log.add('Stopped: ' + sensors.hold_reason, warning=True)
+                self._log.warn('Stopped: ' + sensors.reason_to_stand)
             self._pace.restart()
         elif sensors.status is SensorStatus.RECOVERED:
             self._log.add('Going on: the IMU is back')
-            turn.stall.accept_longer_way()
+            turn.stall.forget_least_remaining()
             self._start_law(turn)
         elif sensors.status is SensorStatus.TIMED_OUT:
-            reason = sensors.hold_reason or 'the IMU was silent'
+            reason = sensors.reason_to_stand or 'the IMU was silent'
             self._change_driver(DriverEvent.TURN_OVER, f'{reason} for {sensors.silent_for:.1f} s')
 
     def _turn_step(self, turn: ActiveTurn, now: float) -> Twist2:
@@ -252,6 +252,6 @@ class ControllerCore:
         self.driver = NEXT_DRIVER[previous_driver, event]
         if reason and previous_driver is Driver.TURN and self._turn is not None:
             remaining = self._turn.remaining(self._heading.yaw)
-            self._log.add(f'Turn given up {abs(math.degrees(remaining)):.0f} degrees before its '
-                          f'end: {reason}', warning=True)
+            self._log.warn(f'Turn given up {abs(math.degrees(remaining)):.0f} degrees before its '
+                           f'end: {reason}')
             self._turn = None

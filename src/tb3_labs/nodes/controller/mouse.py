@@ -10,7 +10,7 @@ from typing import DefaultDict, NamedTuple, Optional
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import Novelty, Event, LogQueue
+from tb3_labs.supervision.events import IncomingMessage, LogQueue, Novelty
 from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, INPUT_TIMEOUT, Freshness, Lateness
 
 REMEDY_OF_LOST_MOUSE = 'move it to the middle of the screen to use it again'
@@ -44,7 +44,7 @@ class Mouse:
     def is_active(self) -> bool:
         return self.is_reported_active and not self.is_lost
 
-    def on_message(self, message: 'Event[MouseState]', asks_for_stop: bool) -> None:
+    def on_message(self, message: 'IncomingMessage[MouseState]', asks_for_stop: bool) -> None:
         is_active = message.content.is_active
         now = message.arrived_at
         was_active = self.is_reported_active
@@ -96,7 +96,7 @@ class Mice:
         """Is any mouse active and not lost?"""
         return any(mouse.is_active for mouse in self._mice.values())
 
-    def on_message(self, message: 'Event[MouseState]') -> str:
+    def on_message(self, message: 'IncomingMessage[MouseState]') -> str:
         """Use the message of a mouse. Returns the reason why the message stops the robot, or ''. A
         deactivation stops the robot even if the mouse was lost."""
         was_active = self.is_active
@@ -117,7 +117,7 @@ class Mice:
             self._log.add('The mouse was active before: ' + REMEDY_OF_LOST_MOUSE)
         return ''
 
-    def _update(self, message: 'Event[MouseState]') -> bool:
+    def _update(self, message: 'IncomingMessage[MouseState]') -> bool:
         """Update the mouse that sent the message. Returns True if the message deactivates it."""
         is_active, x, y = message.content
         mouse = self._mice[message.sender]

@@ -23,7 +23,7 @@ from tb3_labs.ros.node import begin_shutdown, end_roslaunch, guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
-from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.events import IncomingMessage
 from tb3_labs.supervision.timeouts import ROBOT_WAIT_TIMEOUT
 
 
@@ -76,7 +76,7 @@ class ControllerNode:
             return
         wait_until(lambda: self._core.imu.is_fresh(ros_time()),
                    self._robot_deadline - time.monotonic())
-        turn = Event(degrees, steady_time())
+        turn = IncomingMessage(degrees, steady_time())
         self._runner.decide_after(lambda: self._core.on_typed(turn, ros_time()))
 
     @staticmethod

@@ -10,14 +10,14 @@ from enum import Enum
 from typing import Optional
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.commands import Estimate
+from tb3_labs.control.braking import FilteredNumber
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
 from tb3_labs.localization.sample_timing import TimedSample, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.events import Event, SenderRequests
+from tb3_labs.supervision.events import IncomingMessage, SenderRequests
 from tb3_labs.supervision.sensor_faults_and_stalls import StallMonitor
 
 #: Between two samples the yaw of a robot at rest drifts by at most this angle [rad].
@@ -63,7 +63,7 @@ class Heading:
         self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
         self.yaw_rate = 0.0        # [rad/s]
         self.noise = YawNoise()
-        self.resting_yaw = Estimate()    # of a robot at rest; less noise than the yaw of one sample
+        self.resting_yaw = FilteredNumber()    # of a robot at rest; less noise than one sample
 
     def on_imu(self, timed: TimedSample) -> None:
         sample = timed.sample
@@ -75,7 +75,7 @@ class Heading:
             self.resting_yaw.shift(0.0, RESTING_YAW_DRIFT + abs(self.yaw_rate * timed.interval))
             self.resting_yaw.add(self.yaw, self.noise.deviation)
         else:    # the noise is not known yet
-            self.resting_yaw = Estimate()
+            self.resting_yaw = FilteredNumber()
             self.resting_yaw.shift(self.yaw)
 
 
@@ -137,7 +137,7 @@ NEXT_DRIVER = {
 }
 
 
-def accept_turn(requests: SenderRequests, turn: Event, is_waking: bool = False) -> bool:
+def accept_turn(requests: SenderRequests, turn: IncomingMessage, is_waking: bool = False) -> bool:
     """Store the request for a turn in `requests`. Returns False if the turn may be old, or repeats
     a turn that may be old or has ended. `is_waking`: has this process just slept?"""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)

@@ -15,7 +15,7 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 from tb3_labs.supervision.control_holder import (
     NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
-from tb3_labs.supervision.events import Novelty, Event, LogQueue, Output
+from tb3_labs.supervision.events import IncomingMessage, LogQueue, Novelty, Output
 from tb3_labs.supervision.timeouts import (
     MAX_TRANSIT_TIME, HAND_BACK_TIME, MAX_RESET_AGE, RESUME_TIME, SleepMonitor)
 
@@ -53,7 +53,7 @@ class GamepadCore:
 
     # -- inputs
 
-    def on_joy(self, joy: 'Event[PadState]') -> None:
+    def on_joy(self, joy: 'IncomingMessage[PadState]') -> None:
         now = joy.arrived_at
         state = joy.content
         self._update_sleep(now)
@@ -79,7 +79,7 @@ class GamepadCore:
         if presses.reset and self._accept_press('Y', MAX_RESET_AGE, now):
             self._is_reset_requested = True
 
-    def on_has_control(self, has_control: 'Event[bool]') -> None:
+    def on_has_control(self, has_control: 'IncomingMessage[bool]') -> None:
         """move_to_goal reports whether it has control."""
         now = has_control.arrived_at
         if has_control.content:
@@ -88,7 +88,7 @@ class GamepadCore:
         elif now - self.messages.granted_at >= MAX_TRANSIT_TIME:
             self._change_holder(ControlEvent.TAKEN, now)
 
-    def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
+    def on_ctrl_relinq(self, message: 'IncomingMessage[bool]') -> None:
         """Another node gives or takes control. A False stops a robot that this pad drives."""
         if not message.content:
             self._on_control_taken(message.arrived_at)
@@ -137,9 +137,9 @@ class GamepadCore:
         elif now > self._stick_warning_at:
             self._stick_warning_at = math.inf
             axis = self._config.angular_axis if state.left else self._config.linear_axis
-            self._log.add(f'No stick drives: axis {axis} is at {state.axes[axis]:.2f}, beyond '
-                          f'dead_zone {self._config.dead_zone:g}. Let go of it; if it rests there, '
-                          'set a larger dead_zone', warning=True)
+            self._log.warn(f'No stick drives: axis {axis} is at {state.axes[axis]:.2f}, beyond '
+                           f'dead_zone {self._config.dead_zone:g}. Let go of it; if it rests '
+                           'there, set a larger dead_zone')
 
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
@@ -167,8 +167,7 @@ class GamepadCore:
         """After a sleep the pad must become ready again. A long sleep also ends its permission."""
         self._sleep.update(now)
         if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
-            self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
-                          warning=True)
+            self._log.warn(f'{self._sleep.as_text()}: press A to let move_to_goal drive again')
             self._on_control_taken(now)
         elif self._sleep.slept_for and self.holder is ControlHolder.GAMEPAD:
             self._change_holder(ControlEvent.LOST, now)
@@ -179,15 +178,15 @@ class GamepadCore:
     def _accept_press(self, button: str, max_lateness: float, now: float) -> bool:
         """Returns True if a press counts, else logs the reason. `max_lateness` is in [s]."""
         lateness = self.pad.lateness
-        if self._sleep.refusal:
-            reason = self._sleep.refusal
+        if self._sleep.reason_to_refuse:
+            reason = self._sleep.reason_to_refuse
         elif not self.pad.knows_lateness(now):
             reason = 'it was pressed the moment the pad was first heard'
         elif lateness > max_lateness or now - lateness < self.messages.stopped_at:
             reason = f'it was pressed {lateness:.1f} s ago, or before something took control'
         else:
             return True
-        self._log.add(f'{button} does not count, {reason}: press it again', warning=True)
+        self._log.warn(f'{button} does not count, {reason}: press it again')
         return False
 
     # -- who holds the robot
@@ -205,7 +204,7 @@ class GamepadCore:
         if event is ControlEvent.TAKEN:
             self._log.add('Control was taken from move_to_goal: press A to give it again')
         elif event is ControlEvent.STOPPED:
-            self._log.add(f'Another node stopped the robot: {self._remedy}', warning=True)
+            self._log.warn(f'Another node stopped the robot: {self._remedy}')
         elif self.holder is ControlHolder.MOVE_TO_GOAL:
             self._log.add('move_to_goal drives: press B to take the robot back')
         elif self.holder is ControlHolder.GAMEPAD:
@@ -227,7 +226,7 @@ class GamepadCore:
             advice = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                       'gamepad.launch does')
         silence = self.pad.freshness.silence_text(now).capitalize()
-        self._log.add(f'{silence}: robot stopped; {self._remedy}{advice}', warning=True)
+        self._log.warn(f'{silence}: robot stopped; {self._remedy}{advice}')
         self.pad.state = None      # the last state is not valid any more
         self._command_is_due = True
         self.messages.stop(now)

@@ -22,7 +22,7 @@ from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.move_to_goal.status import DriveOutput, DriveStatus, StatusLogger
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, LogQueue, SenderRequest
+from tb3_labs.supervision.events import IncomingMessage, LogQueue, SenderRequest
 from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, GoalRequests
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensor_faults_and_stalls import DriveSensors, SensorStatus
@@ -85,8 +85,8 @@ class MoveToGoalCore:
             began_at = self._rivals_began_at.setdefault(rival, now)
             if now - began_at > RIVAL_WARNING_TIME:
                 self._rivals_began_at[rival] = math.inf    # no second line
-                self._log.add(f'{rival} drives the robot, too: stop one of the two (False on '
-                              'ctrl_relinq stops this one)', warning=True)
+                self._log.warn(f'{rival} drives the robot, too: stop one of the two (False on '
+                               'ctrl_relinq stops this one)')
 
     def set_law(self, law: DriveLaw) -> None:
         """Use another control law from now on. If a drive is active, begin this drive again."""
@@ -109,7 +109,7 @@ class MoveToGoalCore:
             requests.refuse(request, str(reason))
             return
         is_current = self._machine.is_active and self._machine.goal == goal
-        is_repetition = is_current and requests.repeats_present(sender_goal)
+        is_repetition = is_current and requests.repeats_current(sender_goal)
         if not is_repetition:
             self.set_goal(goal)
         requests.accept(request)
@@ -132,16 +132,16 @@ class MoveToGoalCore:
         """Declare that the robot is at `reset.requested_pose` now. After the reset was carried out
         or refused, `reset.is_over` is True."""
         self._update_control(steady_now)
-        sleep_refusal = self._permission.sleep.refusal
+        sleep_refusal = self._permission.sleep.reason_to_refuse
         problem = self.sensors.problem_text(now, with_age=True)
         if sleep_refusal:
-            reset.problem = sleep_refusal + ': ask again'
+            reset.reason = sleep_refusal + ': ask again'
         elif problem:
-            reset.problem = f'{problem}: is the robot running?'
+            reset.reason = f'{problem}: is the robot running?'
         else:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
 
-    def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
+    def on_ctrl_relinq(self, message: 'IncomingMessage[bool]') -> None:
         self._permission.on_message(message)
 
     def _update_control(self, steady_now: float) -> None:
@@ -241,7 +241,7 @@ class MoveToGoalCore:
             state=machine.state, goal=machine.goal, attempt=machine.attempt,
             distance_tolerance=machine.law.distance_tolerance, has_begun=machine.has_begun,
             is_active=machine.is_active and not failure, failure=failure,
-            hold_reason=self.sensors.hold_reason, may_drive=self.may_drive,
+            reason_to_stand=self.sensors.reason_to_stand, may_drive=self.may_drive,
             sensor_problem=self.sensors.problem_text(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
@@ -263,7 +263,7 @@ class MoveToGoalCore:
         if sensors.status is SensorStatus.RECOVERED:
             self._machine.restart_law()
         elif sensors.status is SensorStatus.TIMED_OUT and self._has_granted_goal:
-            reason = sensors.hold_reason or 'sensors were silent'
+            reason = sensors.reason_to_stand or 'sensors were silent'
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
     def _give_up_if_frozen(self, now: float) -> None:
@@ -291,7 +291,7 @@ class MoveToGoalCore:
         for jump in self._localizer.jumps.pop_all():
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]
-                self._log.add(f'{text}: {jump.outcome}', warning=True)
+                self._log.warn(f'{text}: {jump.outcome}')
             if self._localizer.is_lost and self._machine.is_active:
                 self._machine.give_up(POSE_LOST)
             elif self._has_granted_goal and self._machine.has_begun:

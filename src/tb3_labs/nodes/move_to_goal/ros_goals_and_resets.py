@@ -186,8 +186,8 @@ class ResetServer:
                              RESET_TIMEOUT, RESET_POLL_PERIOD)
         if not is_over:
             self._runner.call_core(reset.give_up)
-        if reset.problem:
-            raise ValueError(reset.problem)
+        if reset.reason:
+            raise ValueError(reset.reason)
         return reset
 
 

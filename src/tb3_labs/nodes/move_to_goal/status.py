@@ -43,7 +43,7 @@ class DriveStatus(NamedTuple):
     has_begun: bool               # was a motion commanded in this drive?
     is_active: bool               # is the goal neither reached nor given up?
     failure: str                  # the reason why the drive was given up, or ''
-    hold_reason: str              # the reason why the robot must stand during the drive, or ''
+    reason_to_stand: str          # the reason why the robot must stand during the drive, or ''
     may_drive: bool               # may the node drive?
     sensor_problem: str           # a text about lost sensors, or readings that disagree, or ''
 
@@ -64,7 +64,7 @@ class DriveStatus(NamedTuple):
             return WAITING_FOR_CONTROL
         if not self.has_begun:
             return f'{WAITING}: {self.sensor_problem}' if self.sensor_problem else ''
-        return f'{STOPPED}: {self.hold_reason}' if self.hold_reason else self.state.name
+        return f'{STOPPED}: {self.reason_to_stand}' if self.reason_to_stand else self.state.name
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class StatusLogger:
             self._begun_attempt = status.attempt
             self._begun_at = now
         if status.failure:
-            self._log.add(f'Goal ({status.goal}) given up: {status.failure}', warning=True)
+            self._log.warn(f'Goal ({status.goal}) given up: {status.failure}')
         elif not status.is_active:
             distance, angle = status.remaining(motion())
             self._log.add(f'{PRINTED_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
@@ -116,7 +116,7 @@ class StatusLogger:
                               'the final heading')
             self._log.add(status.text)
         elif is_stopped(status.text):
-            self._log.add(status.text.capitalize(), warning=True)
+            self._log.warn(status.text.capitalize())
         else:
             remedy = ' (True on ctrl_relinq)' if status.text == WAITING_FOR_CONTROL else ''
             self._log.add(f'Goal ({status.goal}): {status.text}{remedy}')
