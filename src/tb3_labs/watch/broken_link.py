@@ -26,6 +26,21 @@ class BrokenLink(NamedTuple):
     moment: float
     variable: str = ''
 
+    def as_sentence(self, assigned: Mapping[str, Sequence[int]] = {}) -> str:
+        """Returns the message as a sentence. `assigned` is {variable: lines that assign it}."""
+        message = self.message
+        attribute = self.variable.rpartition('.')[2]
+        lines = assigned.get(self.variable) or assigned.get(attribute, ())
+        place = ''
+        if lines:
+            word = 'line' if len(lines) == 1 else 'lines'
+            numbers = ', '.join(map(str, lines[:5]))
+            place = f' ({self.variable} is assigned in {word} {numbers})'
+        first_word = message.split()[0]
+        if '_' not in first_word and first_word != self.variable:
+            message = message[:1].upper() + message[1:]     # a variable's name keeps its case
+        return f'{message}{place}.'
+
 
 #: A function that yields the BrokenLinks of one link. Only the first BrokenLink is reported.
 Check = Callable[['NodeRun'], Iterator[BrokenLink]]
@@ -34,14 +49,14 @@ Check = Callable[['NodeRun'], Iterator[BrokenLink]]
 class NodeRun:
     """The variables and the commands of one node of a recorded run."""
 
-    def __init__(self, run: Any, node: Optional[str] = None) -> None:
-        """`run` is a RunData. `node` is the node's name, by default the name of the node with the
-        most readings. A command of an unknown sender counts as a command of the node."""
-        self.run = run
-        self.variables = variables_of(run, node)
-        self.commands = run.commands
+    def __init__(self, recording: Any, node: Optional[str] = None) -> None:
+        """`recording` is a RunData. `node` is the node's name, by default the name of the node with
+        the most readings. A command of an unknown sender counts as a command of the node."""
+        self.recording = recording
+        self.variables = variables_of(recording, node)
+        self.commands = recording.commands
         if node is not None:
-            self.commands = run.commands.take(np.isin(run.commands.sender, ['', node]))
+            self.commands = recording.commands.take(np.isin(recording.commands.sender, ['', node]))
 
     def variable(self, name: str) -> Optional[Series]:
         """Returns the first variable with this `bare_name`, or None."""
@@ -71,7 +86,7 @@ class NodeRun:
     def end_after(self, time: float) -> float:
         """Returns the time of the last reading before the next gap; inf if no reading is later."""
         later_times = self.reading_times[self.reading_times >= time]
-        is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP
+        is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP    # or the last
         return float(min(later_times[is_before_gap], default=np.inf))
 
 
@@ -114,25 +129,10 @@ def find_broken_link(node_run: NodeRun, links: Iterable[Link],
     return None
 
 
-def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
-    """Returns the sentence on a broken link. `assigned` is {variable: lines that assign it}."""
-    name, message = broken.variable, broken.message
-    attribute = name.rpartition('.')[2]
-    lines = assigned.get(name) or assigned.get(attribute, ())
-    place = ''
-    if lines:
-        word = 'line' if len(lines) == 1 else 'lines'
-        place = f" ({name} is assigned in {word} {', '.join(map(str, lines[:5]))})"
-    first_word = message.split()[0]
-    if '_' not in first_word and first_word != name:        # no capital for a variable's name
-        message = message[:1].upper() + message[1:]
-    return f'{message}{place}.'
-
-
 # -- functions that several labs share
 
 def is_constant(series: Series) -> bool:
-    """Are all values of a variable equal? The first twentieth of the values is ignored."""
+    """Are all values of a variable equal? The first twentieth is ignored."""
     count = len(series.text)
     return count > MAX_UNJUDGED_READINGS and len(set(series.text[count // 20:])) == 1
 
@@ -153,9 +153,9 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
     return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
 
 
-def expectation_clause(observation: str, correct: Any) -> str:
-    """Returns the observation, followed by the correct value."""
-    return f'{observation}; it should be {correct}'
+def expectation_clause(clause: str, correct: object) -> str:
+    """Returns the clause on a wrong value, followed by the correct value."""
+    return f'{clause}; it should be {correct}'
 
 
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
@@ -170,12 +170,13 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
                  ('pitching', 'angular.y'))
 
 
-def used_field_text(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
+def used_field_text(commands: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
     """Returns a clause on the first of these `fields` that is not 0; '' if all are 0."""
     for field, field_text in fields:
-        speeds = getattr(sent, field)
+        speeds = getattr(commands, field)
         if speeds.any():
-            return f'{field_text} was {speeds[np.argmax(np.abs(speeds))]:.2g}'
+            fastest = speeds[np.argmax(np.abs(speeds))]
+            return f'{field_text} was {fastest:.2g}'
     return ''
 
 

@@ -83,7 +83,7 @@ def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequenc
     true_error = UNKNOWN_ERROR
     if interval.local_T_world is not None:
         truth = run.ground_truth.between(interval.begin, measuring_end)
-        true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
+        true_error = _final_error(truth.in_parent(interval.local_T_world), goal, end)
     return DriveReport(
         begin, end, goal, outcome=_outcome(next_state), error=_final_error(local, goal, end),
         true_error=true_error, drift=_drift(run, states))

@@ -37,7 +37,8 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 # the renderer Agg in Noetic fails on a longer line, so matplotlib draws the line in parts
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn also shows these times [s] before and after the turn.
-SHOWN_TIME_BEFORE, SHOWN_TIME_AFTER = 0.2, 2.0 * HEADING_MEAN_TIME
+SHOWN_TIME_BEFORE = 0.2
+SHOWN_TIME_AFTER = 2.0 * HEADING_MEAN_TIME
 
 
 def png(figure: Figure) -> bytes:
@@ -110,7 +111,7 @@ def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
         _draw_axes(odom_panel, interval.odom_T_local, colour)
         _draw_axes(local_panel, interval.odom_T_local.inverse(), colour)
         if interval.local_T_world is not None:
-            truth = run.ground_truth.between(interval.begin, interval.end).seen_from(
+            truth = run.ground_truth.between(interval.begin, interval.end).in_parent(
                 interval.local_T_world)
             truth_style = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
                                label=None if index else 'ground truth')
