@@ -11,7 +11,7 @@ from typing import (
 
 import numpy as np
 
-from tb3_labs.watch.variables import Quantity, Series, bare_name, shortened_value, variables_of
+from tb3_labs.watch.variables import Series, bare_name, variables_by_node
 
 #: If the variables of a node were not read for this time [s], the node may have ended.
 MAX_READING_GAP = 0.4
@@ -53,7 +53,10 @@ class NodeRun:
         """`recording` is a RunData. `node` is the node's name, by default the name of the node with
         the most readings. A command of an unknown sender counts as a command of the node."""
         self.recording = recording
-        self.variables = variables_of(recording, node)
+        node_of_reading = recording.variables.node
+        variables_of = variables_by_node(recording.variables)
+        busiest = max(variables_of, key=lambda name: np.sum(node_of_reading == name), default='')
+        self.variables = variables_of.get(busiest if node is None else node, {})
         self.commands = recording.commands
         if node is not None:
             self.commands = recording.commands.take(np.isin(recording.commands.sender, ['', node]))
@@ -141,21 +144,6 @@ def worst_index(series: Series, expected: np.ndarray) -> int:
     """Returns the index at which a variable differs most from `expected`, its correct values."""
     error = np.abs(series.value - expected)
     return int(np.argmax(np.where(np.isfinite(error), error, -1.0)))
-
-
-def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the quantity `correct`. The moment is
-    that of the largest error. The clause `behaviour` says what the variable does instead."""
-    expected = correct.at(series.time)
-    worst = worst_index(series, expected)
-    name = correct.name.partition(',')[0]
-    values = f'it was {shortened_value(series.text[worst])} when {name} was {expected[worst]:.4g}'
-    return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
-
-
-def expectation_clause(clause: str, correct: object) -> str:
-    """Returns the clause on a wrong value, followed by the correct value."""
-    return f'{clause}; it should be {correct}'
 
 
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:

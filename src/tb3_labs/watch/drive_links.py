@@ -10,8 +10,7 @@ from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
-from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, expectation_clause, is_constant, slow_commands)
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, slow_commands
 from tb3_labs.watch.drive_states import (
     HANDOUT_GOAL, MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, PROBE_DELAY, StateInterval,
     control_intervals, local_frames, own_pose, state_intervals)
@@ -63,9 +62,8 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue
         error = own_pose(node_run, readings.time[:1]).error(ROTATE_TO_GOAL)[0]
         if error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE:
-            clause = f'{frame.clause}{series.name} stayed {state}'
-            message = expectation_clause(clause, ROTATE_TO_GOAL)
-            yield BrokenLink(message, frame.begin, series.name)
+            yield BrokenLink(f'{frame.clause}{series.name} stayed {state}; it should be '
+                             + ROTATE_TO_GOAL, frame.begin, series.name)
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -81,9 +79,9 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         if 'yaw' in name:       # the node may have its goal_yaw in degrees
             error = min(error, abs(series.value[-1] - np.degrees(requested)))
         if error > 1e-3:
-            clause = f'{series.name} is {shortened_value(series.text[-1])}'
-            message = expectation_clause(clause, f'{requested:g}')
-            yield BrokenLink(message, series.time[0], series.name)
+            value = shortened_value(series.text[-1])
+            yield BrokenLink(f'{series.name} is {value}; it should be {requested:g}',
+                             series.time[0], series.name)
 
 
 def heading_errors(node_run: NodeRun,

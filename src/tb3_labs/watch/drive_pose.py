@@ -10,7 +10,7 @@ from typing import Any, Iterator, List
 import numpy as np
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expectation_clause, worst_index
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, worst_index
 from tb3_labs.watch.drive_states import (
     MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, REFERENCES_OF, PROBE_DELAY, NodeFrame,
     index_from, local_frames, readings_with_control, unit_of)
@@ -135,10 +135,9 @@ def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[
         behaviours += [f'followed {angle.name} at the reset' for angle in angles
                        if abs(wrap(value - angle.at(frame.begin))) <= POSE_TOLERANCE]
     if behaviours:
-        clause = f'{frame.clause}{series.name} {behaviours[0]}'
-        message = expectation_clause(clause, sensor + ' at the reset')
-        yield BrokenLink(f'{message}: it was {text} when this was {correct:.3g}',
-                         readings.time[0], series.name)
+        yield BrokenLink(
+            f'{frame.clause}{series.name} {behaviours[0]}; it should be {sensor} at the reset: '
+            f'it was {text} when this was {correct:.3g}', readings.time[0], series.name)
 
 
 def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
@@ -163,10 +162,10 @@ def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[B
     worst = worst_index(readings, expected)
     correct_value = np.angle(expected[worst]) if 'yaw' in name else expected[worst]
     behaviour = behaviour_text(readings, correct, quantities[2:])
-    message = expectation_clause(f'{frame.clause}{series.name} {behaviour}', correct.name)
     value_text = shortened_value(readings.text[worst])
-    yield BrokenLink(f'{message}: it was {value_text} when this was {correct_value:.3g}',
-                     readings.time[worst], series.name)
+    yield BrokenLink(
+        f'{frame.clause}{series.name} {behaviour}; it should be {correct.name}: it was '
+        f'{value_text} when this was {correct_value:.3g}', readings.time[worst], series.name)
 
 
 def behaviour_text(readings: Series, correct: Quantity, others: List[Quantity]) -> str:

@@ -10,8 +10,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import euler, wrap_all
 from tb3_labs.handout import PRINTED_HEADING
-from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, expectation_clause, is_constant, wrong_value)
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, worst_index
 from tb3_labs.watch.variables import (
     Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
@@ -136,14 +135,19 @@ def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantit
 
 def broken_heading(series: Series, correct: Quantity, followed: Optional[Quantity]) -> BrokenLink:
     """Returns the BrokenLink of a variable that should follow the heading `correct`, and follows
-    the quantity `followed`. If `followed` is None, the variable follows no quantity."""
+    the quantity `followed`, or no quantity. The moment is that of the largest error."""
     if followed is not None:
         behaviour = 'follows ' + followed.name
     elif is_constant(series):
         behaviour = 'stays at ' + shortened_value(series.text[-1])
     else:
         behaviour = 'follows no angle of the IMU'
-    return wrong_value(series, expectation_clause(behaviour, correct.name), correct)
+    expected = correct.at(series.time)
+    worst = worst_index(series, expected)
+    name = correct.name.partition(',')[0]
+    values = f'it was {shortened_value(series.text[worst])} when {name} was {expected[worst]:.4g}'
+    return BrokenLink(f'{series.name} {behaviour}; it should be {correct.name}: {values}',
+                      series.time[worst], series.name)
 
 
 # -- the IMU exercise

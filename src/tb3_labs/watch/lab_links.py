@@ -2,8 +2,7 @@
 from typing import Any, Dict, List, Sequence, Tuple
 
 from tb3_labs.watch import drive_links, drive_pose, headings, turn_links
-from tb3_labs.watch.broken_link import (
-    BrokenLink, Link, NodeRun, SheetStep, find_broken_link)
+from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, SheetStep, find_broken_link
 from tb3_labs.watch.variables import bare_name
 
 IMU_SHEET = 'imu_lab.md'

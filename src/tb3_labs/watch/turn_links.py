@@ -6,8 +6,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
-from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, expectation_clause, other_field_text, slow_commands)
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_field_text, slow_commands
 from tb3_labs.watch.headings import broken_heading, heading_candidates
 from tb3_labs.watch.typed_turns import (
     READING_PERIOD, TURN_OF_LETTER_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw,
@@ -69,9 +68,8 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         correct_goal = f'{TURN_DEG * unit:g} more or less'
         if turn.letter != UNKNOWN_LETTER:
             correct_goal = f'{(turn.begin_yaw + requested_deg * unit) % (360.0 * unit):.4g}'
-        message = expectation_clause(
-            f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
-            f'{behaviour} {shortened_value(turn.goal_after)}', correct_goal)
+        message = (f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
+                   f'{behaviour} {shortened_value(turn.goal_after)}; it should be {correct_goal}')
         if correct_turn is not None:
             message += (f'; after {correct_turn.letter} with {correct_turn.begin_yaw:.4g} '
                         'it was right')

@@ -8,7 +8,7 @@ A `recording` is a RunData (see :mod:`tb3_labs.recording.run_data`). Times are a
 """
 import math
 from dataclasses import dataclass
-from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -86,16 +86,6 @@ def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
         nodes.setdefault(node, {})[name] = Series(
             name, rows.arrival[row_indices], texts, np.array([numbers[text] for text in texts]))
     return nodes
-
-
-def variables_of(recording: Any, node: Optional[str] = None) -> Dict[str, Series]:
-    """Returns {name: Series} of `node`, by default of the node with the most readings."""
-    nodes = variables_by_node(recording.variables)
-    if not nodes:
-        return {}
-    if node is None:
-        node = max(nodes, key=lambda name: np.sum(recording.variables.node == name))
-    return nodes.get(node, {})
 
 
 def bare_name(name: str) -> str:

@@ -160,8 +160,7 @@ def _table(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     return table(titles, _rows(columns, reports), text_columns=('outcome',))
 
 
-def _csv(run_name: str, word: str, columns: Sequence[Column],
-         reports: Sequence[Any]) -> str:
+def _csv(run_name: str, word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     """Returns a CSV file. `word` is the name of the second column, 'turn' or 'drive'. Each row
     begins with the run's name, since a spreadsheet may contain the rows of several runs."""
     text = StringIO(newline='')

@@ -26,7 +26,7 @@ from matplotlib.figure import Figure
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Poses, RunData
 from tb3_labs.report.motion.drives import DriveReport, frame_interval_of
-from tb3_labs.report.motion.resets_and_goals import FrameInterval, frame_intervals, local_in_odom
+from tb3_labs.report.motion.resets_and_goals import frame_intervals, local_in_odom
 from tb3_labs.report.motion.turns import HEADING_MEAN_TIME, turn_reports
 
 DOTS_PER_INCH = 150
@@ -117,10 +117,15 @@ def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
                                label=None if index else 'ground truth')
             draw_path(local_panel, truth, **truth_style)
             draw_path(odom_panel, local_in_odom(run, truth.time) @ truth, **truth_style)
-    goals = [(drive, drive.goal) for drive in drives if drive.goal]
-    goals_in_odom = [_in_odom(run, frames, drive, goal) for drive, goal in goals]
+    goals = []
+    goals_in_odom = []
+    for drive in drives:
+        if drive.goal:
+            end = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
+            goals.append(drive.goal)
+            goals_in_odom.append(local_in_odom(run, np.array([end])).pose(0) @ drive.goal)
     _draw_ends(odom_panel, run.odometry, goals_in_odom)
-    _draw_ends(local_panel, run.local_pose, [goal for _, goal in goals])
+    _draw_ends(local_panel, run.local_pose, goals)
     for panel, title in ((odom_panel, 'global frame odom (black axes)'),
                          (local_panel, 'local frame (black axes)')):
         _draw_axes(panel, Pose2(), 'black')
@@ -135,12 +140,6 @@ def draw_path(panel: Axes, poses: Poses, **style: Any) -> None:
     """Draw a line through the poses. The line has a gap where the poses leap."""
     panel.plot(np.insert(poses.x, poses.leap_indices, np.nan),
                np.insert(poses.y, poses.leap_indices, np.nan), **style)
-
-
-def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
-             goal: Pose2) -> Pose2:
-    last = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
-    return local_in_odom(run, np.array([last])).pose(0) @ goal
 
 
 def _draw_axes(panel: Axes, frame: Pose2, colour: str) -> None:
