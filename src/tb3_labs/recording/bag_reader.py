@@ -132,9 +132,7 @@ class Bag:
         was_set_back = len(stream) > 0 and arrival < stream[-1][0] - MIN_SET_BACK_TIME
         if was_set_back or arrival > self._last_arrival + MAX_SILENCE:
             raise ReadingEnded(CLOCK_JUMPED)
-        message = b''
-        if span.stop - span.start <= MAX_MESSAGE_BYTES:
-            message = data[span]
+        message = data[span] if span.stop - span.start <= MAX_MESSAGE_BYTES else b''
         self._spend_memory(MESSAGE_OVERHEAD_BYTES + len(message))
         self._last_arrival = arrival
         stream.append((arrival, message))

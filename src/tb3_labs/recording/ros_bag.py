@@ -81,7 +81,7 @@ def _run_of_bag(bag, path, namespace):
         samples[field] = replace(stamped, time=time)
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
-    duration = max(float(field.arrival[-1]) for field in samples.values() if len(field))
+    duration = max(float(stamped.arrival[-1]) for stamped in samples.values() if len(stamped))
     if bag.problem:
         notes.append(f'{bag.problem}: the report ends at {duration:.1f} s')
     unread = {f'{connection.topic} ({connection.message_type})' for connection in bag.streams
@@ -105,7 +105,7 @@ def _received(bag, topic, message_type):
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} for the robot in `namespace`. If `namespace` is None, the
     bag must have one robot. `types` is {topic: installed class or None}. May raise BagProblem."""
-    prefix = namespace
+    prefix = None
     if namespace is not None:
         prefix = f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _topic_of_type(types, Imu, 'imu', prefix),

@@ -63,10 +63,8 @@ class NodeRun:
 
     def variable(self, name: str) -> Optional[Series]:
         """Returns the first variable with this `bare_name`, or None."""
-        for full_name, series in self.variables.items():
-            if bare_name(full_name) == name:
-                return series
-        return None
+        return next((series for full_name, series in self.variables.items()
+                     if bare_name(full_name) == name), None)
 
     def boolean_variable(self, name: str) -> Optional[Series]:
         """Returns ``variable(name)`` if all its values are True, False, 1 or 0; else None."""
@@ -89,7 +87,7 @@ class NodeRun:
     def end_after(self, time: float) -> float:
         """Returns the time of the last reading before the next gap; inf if no reading is later."""
         later_times = self.reading_times[self.reading_times >= time]
-        is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP    # or the last
+        is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP
         return float(min(later_times[is_before_gap], default=np.inf))
 
 
@@ -104,8 +102,8 @@ class SheetStep(NamedTuple):
         return SheetStep(self.sheet, self.heading, step)
 
     def __str__(self) -> str:
-        step = f', step {self.step}' if self.step else ''
-        return f'doc/{self.sheet}, "{self.heading}"{step}'
+        step_clause = f', step {self.step}' if self.step else ''
+        return f'doc/{self.sheet}, "{self.heading}"{step_clause}'
 
 
 class Link(NamedTuple):
@@ -122,8 +120,8 @@ class Link(NamedTuple):
 
 def find_broken_link(node_run: NodeRun, links: Iterable[Link],
                      parts: Optional[Iterable[str]] = None) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first (Link, BrokenLink), or None. Checks the links that these `parts` of the lab
-    use; all links if `parts` is None."""
+    """Returns the first (Link, BrokenLink), or None. Only the links that these `parts` of the lab
+    use are checked; all links if `parts` is None."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -131,8 +129,6 @@ def find_broken_link(node_run: NodeRun, links: Iterable[Link],
                 return link, broken
     return None
 
-
-# -- functions that several labs share
 
 def is_constant(series: Series) -> bool:
     """Are all values of a variable equal? The first twentieth is ignored."""
@@ -163,8 +159,7 @@ def used_field_text(commands: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FI
     for field, field_text in fields:
         speeds = getattr(commands, field)
         if speeds.any():
-            fastest = speeds[np.argmax(np.abs(speeds))]
-            return f'{field_text} was {fastest:.2g}'
+            return f'{field_text} was {speeds[np.argmax(np.abs(speeds))]:.2g}'
     return ''
 
 

@@ -86,7 +86,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def heading_errors(node_run: NodeRun,
                    interval: StateInterval) -> Iterator[Tuple[str, np.ndarray, bool]]:
-    """Yields (formula, heading errors [rad], is normalized?), with the correct formula first."""
+    """Yields (formula, heading errors [rad], is_normalized), with the correct formula first."""
     dx, dy = interval.pose.to_goal.real, interval.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', interval.pose.goal_yaw)]
     if interval.state != ROTATE_TO_GOAL:
@@ -157,9 +157,9 @@ def wrong_command(node_run: NodeRun, interval: StateInterval) -> Iterator[Broken
     """Checks that the node sends commands in a state, and that the commands are correct."""
     if not len(interval.commands):
         # after a reset, a node may wait for the IMU and the odometry
-        arrivals = [samples.between(interval.begin, interval.end).arrival
-                    for samples in (node_run.recording.imu, node_run.recording.odometry)]
-        first_arrivals = [min(times, default=np.inf) for times in arrivals]
+        recording = node_run.recording
+        first_arrivals = [min(samples.between(interval.begin, interval.end).arrival, default=np.inf)
+                          for samples in (recording.imu, recording.odometry)]
         if interval.end - max(first_arrivals) >= MAX_REACTION_TIME:
             duration = interval.end - interval.begin
             yield BrokenLink(f'in {interval.state} no command came for {duration:.1f} s',
@@ -227,9 +227,8 @@ def missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLi
 
 
 def error_text(state: str, error: float) -> str:
-    size = f'heading error of {error:.2f} rad'
-    if state == MOVE_FORWARD:
-        size = f'distance of {error:.2f} m'
+    size = (f'distance of {error:.2f} m' if state == MOVE_FORWARD
+            else f'heading error of {error:.2f} rad')
     return f'a {size}; {TOLERANCES[state]:g} is the tolerance'
 
 

@@ -25,7 +25,7 @@ SCALE = POSE_TOLERANCE / TOLERANCE_SHARE
 
 def place_quantities(samples: Any, frame: NodeFrame) -> Iterator[Quantity]:
     """Yields the quantities that a node may use as its local place in `frame`. The first two are
-    correct, since a node need not add the pose that the reset declares."""
+    correct: a node may add the pose that the reset declares, or leave it out."""
     start = frame.declared_place
     place = samples.x + 1j * samples.y
     path = place - frame.place
@@ -108,8 +108,8 @@ def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
-    """Checks the reference `name` in a frame. A wrong reference is reported in two cases: the
-    reset did not change the reference, or the reference is another yaw."""
+    """Checks the reference `name` in a frame. A wrong reference is reported if the reset did not
+    change it, or if it is another yaw."""
     recording = node_run.recording
     series = node_run.variable(name)
     sensor, correct = {

@@ -147,7 +147,7 @@ class StateInterval(NamedTuple):
     begin: float
     end: float
     next_state: str
-    commands: Any
+    commands: Any       # Commands
     pose: NodePose
 
 

@@ -58,9 +58,9 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     for (name, angle), (unit, factor) in product(angles_of(imu).items(), YAW_UNITS):
         number = np.degrees(angle) * factor
         whole_turn = 360.0 * factor
-        per_degree, ranges = 0.0, RANGES_OF_OTHER_ANGLES
-        if name == 'yaw':
-            per_degree, ranges = factor, YAW_RANGES
+        is_yaw = name == 'yaw'
+        per_degree = factor if is_yaw else 0.0
+        ranges = YAW_RANGES if is_yaw else RANGES_OF_OTHER_ANGLES
         for range_text, formula in ranges:
             candidates.append(Quantity(
                 f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, whole_turn),
@@ -149,8 +149,6 @@ def broken_heading(series: Series, correct: Quantity, followed: Optional[Quantit
     return BrokenLink(f'{series.name} {behaviour}; it should be {correct.name}: {values}',
                       series.time[worst], series.name)
 
-
-# -- the IMU exercise
 
 def printed_headings(node_run: NodeRun) -> Series:
     """Returns the headings that the node printed in its first run."""

@@ -5,8 +5,7 @@ from tb3_labs.watch import drive_links, drive_pose, headings, turn_links
 from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, SheetStep, find_broken_link
 from tb3_labs.watch.variables import bare_name
 
-IMU_SHEET = 'imu_lab.md'
-TRANSFORMATION_SHEET = 'transformation_lab.md'
+IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
 HEADING_SECTION = SheetStep(IMU_SHEET, '2. Exercise: the heading')
 TURN_SECTION = SheetStep(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
 LOCAL_POSE_SECTION = SheetStep(TRANSFORMATION_SHEET, '1. The local pose')
@@ -19,8 +18,8 @@ CONTROL_STEP = STATES_SECTION.at_step(2)
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
-#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain, since
-#: each of their criteria is about one input, and so names the mistake.
+#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain: each of
+#: their criteria is about one input, and so names the mistake.
 LINKS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '

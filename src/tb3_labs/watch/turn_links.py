@@ -58,16 +58,16 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue        # the node is still in the previous turn, and has not read the letter
         change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
         change_deg = float(wrap_all(change, 360.0))
-        requested_deg = TURN_OF_LETTER_DEG[turn.letter]
         if turn.letter == UNKNOWN_LETTER:
             requested_deg = math.copysign(TURN_DEG, change_deg)
+            correct_goal = f'{TURN_DEG * unit:g} more or less'
+        else:
+            requested_deg = TURN_OF_LETTER_DEG[turn.letter]
+            correct_goal = f'{(turn.begin_yaw + requested_deg * unit) % (360.0 * unit):.4g}'
         if abs(wrap_all(change_deg - requested_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
             correct_turn = correct_turn or turn
             continue
         behaviour = 'stayed' if turn.goal_before == turn.goal_after else 'became'
-        correct_goal = f'{TURN_DEG * unit:g} more or less'
-        if turn.letter != UNKNOWN_LETTER:
-            correct_goal = f'{(turn.begin_yaw + requested_deg * unit) % (360.0 * unit):.4g}'
         message = (f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
                    f'{behaviour} {shortened_value(turn.goal_after)}; it should be {correct_goal}')
         if correct_turn is not None:

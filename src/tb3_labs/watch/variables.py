@@ -93,8 +93,6 @@ def bare_name(name: str) -> str:
     return name.rpartition('.')[2].strip('_').lower()
 
 
-# -- quantities
-
 class Quantity(NamedTuple):
     """A number for each sample of a sensor. `name` names the number and its unit. The range of the
     number is about `scale`. If the quantity is a heading, a turn of one degree to the left adds

@@ -162,7 +162,7 @@ def _table(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
 
 def _csv(run_name: str, word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     """Returns a CSV file. `word` is the name of the second column, 'turn' or 'drive'. Each row
-    begins with the run's name, since a spreadsheet may contain the rows of several runs."""
+    begins with the run's name, so that a spreadsheet can contain the rows of several runs."""
     text = StringIO(newline='')
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(['run', word] + [column.name for column in columns])

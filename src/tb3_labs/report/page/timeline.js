@@ -6,8 +6,7 @@ import {Track, curve, element, lastBefore, stepsOf} from './curves.js';
 import {degrees, digits, nice, radians, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
-// [px] beside a curve, as in timeline.css
-const LEFT = 46;
+const LEFT = 46;                                // [px] beside a curve, as in timeline.css
 const RIGHT = 8;
 const MIN_SHOWN_TIME = 0.5;                     // [s] for which the text of a mark is shown
 // the kinds of marks; each kind has its own row, in this order from the top

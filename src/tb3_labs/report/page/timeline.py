@@ -90,16 +90,14 @@ def timeline_data(run: RunData, model: RobotModel,
     local_resets = _reset_indices(frames, local.time)
     goal_resets = _reset_indices(frames, time)
     wraps = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
-    truth_parts = []
-    for interval in frames:
-        if interval.local_T_world is not None:
-            truth = run.ground_truth.between(interval.begin, interval.end)
-            # at the beginning of each interval, local_pose is assumed to be exact
-            truth_parts.append(truth.in_parent(interval.odom_T_local @ interval.local_T_world))
+    # at the beginning of each interval, local_pose is assumed to be exact
+    truth = [run.ground_truth.between(interval.begin, interval.end).in_parent(
+        interval.odom_T_local @ interval.local_T_world)
+        for interval in frames if interval.local_T_world is not None]
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _pose_track(odometry), 'local': _pose_track(local, local_resets),
-        'truth': _pose_track(Poses.joined(truth_parts)),
+        'truth': _pose_track(Poses.joined(truth)),
         'frame': _pose_track(local_in_odom(run, local.time), local_resets),
         'heading': track_data(imu.time, [np.degrees(np.unwrap(imu.yaw))], [ANGLE_BOUND]),
         'rate': track_data(imu.time, [imu.yaw_rate], [RATE_BOUND]),
