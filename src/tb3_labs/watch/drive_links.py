@@ -252,10 +252,10 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
             first = late_indices[0]
             yield BrokenLink(f'{cause}, and {len(late_indices)} commands came later: '
                              + command_text(commands, first), commands.arrival[first])
-        is_near = (commands.arrival > begin - 1.0) & (commands.arrival < seen_at)
-        near_indices = np.flatnonzero(is_near)
-        if len(near_indices) and is_moving[near_indices[-1]]:
-            last = command_text(commands, near_indices[-1])
+        is_recent = (commands.arrival > begin - 1.0) & (commands.arrival < seen_at)
+        recent_indices = np.flatnonzero(is_recent)
+        if len(recent_indices) and is_moving[recent_indices[-1]]:
+            last = command_text(commands, recent_indices[-1])
             yield BrokenLink(f'{cause}, and the last command was {last}: no zero followed', begin)
 
 

@@ -152,9 +152,9 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
         changes = goal.between(begin, min(end, begin + MAX_LETTER_DELAY)).changes
         read_at = float(changes[0]) if len(changes) else begin + READING_PERIOD
         goal_before, goal_after = goal.text_at(begin), goal.text_at(read_at + READING_PERIOD)
-    commands = node_run.commands
-    is_after = commands.arrival > max(begin, read_at - MAX_READING_DELAY)
-    commands = commands.take(is_after & (commands.arrival < end))
+    arrival = node_run.commands.arrival
+    is_after = arrival > max(begin, read_at - MAX_READING_DELAY)
+    commands = node_run.commands.take(is_after & (arrival < end))
     times = commands.arrival
     yaws = heading.at(times)
     if goal is None:

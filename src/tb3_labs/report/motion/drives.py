@@ -75,10 +75,10 @@ def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequenc
     begin, end = states[0].begin, states[-1].end
     goal = states[0].goal
     interval = frame_interval_of(frames, begin, end)
-    measuring_end = end
+    rest_end = end
     if next_state is not None and next_state.name != TURN_TO_GOAL:
-        measuring_end = min(end + SETTLE_TIME, next_state.end)
-    measuring_end = min(measuring_end, interval.end)
+        rest_end = min(end + SETTLE_TIME, next_state.end)
+    measuring_end = min(rest_end, interval.end)
     local = run.local_pose.between(interval.begin, measuring_end)
     true_error = UNKNOWN_ERROR
     if interval.local_T_world is not None:

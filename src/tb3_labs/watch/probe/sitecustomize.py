@@ -7,8 +7,8 @@ variables 20 times a second, if the topic has a subscriber:
 
     variables    diagnostic_msgs/DiagnosticArray, with the node's name and its variables
 
-The probe shows variables of the node's objects, of its script, and of the functions that run. The
-probe calls no function of the node and changes nothing. No error of the probe reaches the node.
+The probe shows variables of the node's objects, of its script, and of the functions that run. It
+calls no function of the node and changes nothing. None of its errors reaches the node.
 """
 import gc
 import os
@@ -90,7 +90,7 @@ class WatchedNode:
         self._next_search = 0.0
 
     def is_own(self, cls):
-        """Is this class from the script, from a module beside it, or from the package's `src`?"""
+        """Returns True if a class is from the script, a module beside it, or the package's `src`."""
         if cls not in self._own_classes:
             name = module_of(cls)
             path = getattr(sys.modules.get(name), '__file__', None)
@@ -101,7 +101,7 @@ class WatchedNode:
         return self._own_classes[cls]
 
     def is_own_object(self, value):
-        """Is this an object of the node's classes, and not a type, Enum, tuple or exception?"""
+        """Returns True if an object's class is own, and is no type, Enum, tuple or exception."""
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
@@ -115,7 +115,7 @@ class WatchedNode:
         part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
         shown = {}
         shown_ids = set()
-        # a part of another object comes later, since it is shown as `name.part`
+        # a part of another object comes later: it is already shown as `name.part`
         for thing in sorted(objects, key=lambda thing: id(thing) in part_ids):
             if id(thing) not in shown_ids:
                 shown_ids.add(id(thing))
