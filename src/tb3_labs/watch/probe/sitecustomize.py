@@ -90,7 +90,7 @@ class WatchedNode:
         self._next_search = 0.0
 
     def is_own(self, cls):
-        """Returns True if a class is from the script, a module beside it, or the package's `src`."""
+        """Returns True if a class is of the script, a module beside it, or the package's `src`."""
         if cls not in self._own_classes:
             name = module_of(cls)
             path = getattr(sys.modules.get(name), '__file__', None)
