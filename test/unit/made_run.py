@@ -14,7 +14,7 @@ from unittest import mock
 import numpy as np
 
 from tb3_labs.recording.run_data import (
-    Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, States, Variables)
+    Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, Texts, Variables)
 
 TIME = np.arange(201) / 20.0
 ZERO = 0.0 * TIME
@@ -25,7 +25,7 @@ STATES = ((0.5, 'ROTATE_TO_GOAL'), (1.0, 'MOVE_FORWARD'), (6.0, 'ROTATE_TO_FINAL
 
 def states(*begins_and_words):
     time = np.array([begin for begin, _ in begins_and_words])
-    return States(time, time, np.array([words for _, words in begins_and_words], dtype=object))
+    return Texts(time, time, np.array([words for _, words in begins_and_words], dtype=object))
 
 
 def rows_of(page):

@@ -158,7 +158,7 @@ def in_degrees(miss):
 
 def changed(poses, time, parent_T_frame):
     """The poses, from `time` on in the parent of their frame."""
-    seen, now = poses.seen_from(parent_T_frame), poses.time > time - 0.01
+    seen, now = poses.in_parent(parent_T_frame), poses.time > time - 0.01
     return replace(poses, **{name: np.where(now, getattr(seen, name), getattr(poses, name))
                              for name in ('x', 'y', 'yaw')})
 

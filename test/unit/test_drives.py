@@ -40,7 +40,7 @@ def test_a_pose_long_before_the_end_gives_no_error(silence, known):
 def test_the_true_error_is_measured_in_the_true_local_frame():
     world_T_local = Pose2(5.0, -3.0, 2.0)
     truth = poses(X, np.where(TIME > 5.0, 0.05, 0.0), np.where(TIME > 6.5, 0.1, 0.0))
-    run = made(ground_truth=truth.seen_from(world_T_local))
+    run = made(ground_truth=truth.in_parent(world_T_local))
     drive = drive_of(run)
     assert drive.true_error == pytest.approx((0.05, -0.1))
     assert drive.error == pytest.approx((0.0, 0.0))

@@ -78,7 +78,7 @@ def test_a_sender_that_passes_on_most_stamps_has_the_robots_clock(share, passed_
 def test_a_clock_is_computed_from_its_quickest_messages_without_outliers(lags, lag):
     """A twentieth of the messages may be quicker."""
     stamp = np.arange(len(lags)) / 10.0
-    assert RecordedClock.of(stamp + lags, stamp).lag == pytest.approx(lag)
+    assert RecordedClock.of(stamp + lags, stamp).offset == pytest.approx(lag)
 
 
 @pytest.mark.parametrize('line, pose', [

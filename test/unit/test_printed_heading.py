@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from made_run import made, speeds_sent
 
-from tb3_labs.recording.run_data import ImuSamples, States
+from tb3_labs.recording.run_data import ImuSamples, Texts
 from tb3_labs.watch.broken_link import NodeRun, find_broken_link
 from tb3_labs.watch.lab_links import LINKS
 
@@ -31,7 +31,7 @@ def printed_run(number, late=0):
     steps = np.arange(late, len(time), 10)
     printed = time[steps] + 0.002
     lines = ['Current heading is {:f} degrees.\n'.format(number(yaw[k - late], roll[k - late])) for k in steps]
-    return NodeRun(made(duration=12.0, imu=imu, printed=States(printed, printed, np.array(lines, dtype=object))))
+    return NodeRun(made(duration=12.0, imu=imu, printed=Texts(printed, printed, np.array(lines, dtype=object))))
 
 
 @pytest.mark.parametrize('number, late, said', [

@@ -21,7 +21,7 @@ from recorded_run import (  # noqa: F401
 
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.recording.run_data import MIN_LEAP, LogLines, OdometrySamples, Poses, States
+from tb3_labs.recording.run_data import MIN_LEAP, LogLines, OdometrySamples, Poses, Texts
 from tb3_labs.report.page.document import number_text, table
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
@@ -272,7 +272,7 @@ def test_a_drive_without_a_recorded_goal_has_no_errors(tmp_path):
 
 
 def test_a_page_without_drives_has_a_sentence_about_the_lack(tmp_path):
-    text = words_of(made(states=States.none()), tmp_path)
+    text = words_of(made(states=Texts.none()), tmp_path)
     assert NO_DRIVE in text and 'None' not in text
 
 

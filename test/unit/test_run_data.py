@@ -41,7 +41,7 @@ def assert_are(poses, expected):
 def test_products_inverses_and_parents_of_many_poses():
     assert_are(arrays(A) @ arrays(B), [a @ b for a, b in zip(A, B)])
     assert_are(arrays(A).inverse(), [a.inverse() for a in A])
-    assert_are(arrays(A).seen_from(B[0]), [B[0] @ a for a in A])
+    assert_are(arrays(A).in_parent(B[0]), [B[0] @ a for a in A])
     assert np.array_equal((arrays(A) @ arrays(B)).time, [1.0, 2.0, 4.0])
 
 

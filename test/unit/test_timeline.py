@@ -30,7 +30,7 @@ def decoded(track):
 
 
 def data_of(run):
-    return timeline.timeline(run, BURGER, timeline_events(run, [], drive_reports(run)))
+    return timeline.timeline_data(run, BURGER, timeline_events(run, [], drive_reports(run)))
 
 
 # Tracks -------------------------------------------------------------------------------------------
@@ -40,7 +40,7 @@ def data_of(run):
 def test_no_value_is_farther_from_its_track_than_the_bound(steps, seed):
     values = np.cumsum(steps)
     time = np.cumsum(np.random.RandomState(seed).uniform(0.002, 0.05, len(values)))
-    at, (column,), _ = decoded(timeline.track(time, [values], [0.002]))
+    at, (column,), _ = decoded(timeline.track_data(time, [values], [0.002]))
     assert np.abs(np.interp(time, at, column) - values).max() <= (
         0.002 + 0.00005 + 0.001 * 0.02 / 0.002)    # the value and its time are rounded
 
@@ -49,13 +49,13 @@ def test_no_value_is_farther_from_its_track_than_the_bound(steps, seed):
     (0.3 * TIME, [0.0, 10.0], [0.0, 3.0]),
     ((TIME >= 5.0) * 1.0, [0.0, 4.95, 5.0, 10.0], [0.0, 0.0, 1.0, 1.0])], ids=['line', 'step'])
 def test_a_straight_line_keeps_its_ends_and_a_step_is_not_smoothed(values, times, kept):
-    at, (column,), breaks = decoded(timeline.track(TIME, [values], [0.002]))
+    at, (column,), breaks = decoded(timeline.track_data(TIME, [values], [0.002]))
     assert list(at) == pytest.approx(times) and list(column) == pytest.approx(kept) and not len(breaks)
 
 
 def test_a_silence_is_a_break_and_not_a_line():
     time = TIME[(TIME < 3.0) | (TIME > 5.0)]
-    at, _, (gap,) = decoded(timeline.track(time, [time], [0.002]))
+    at, _, (gap,) = decoded(timeline.track_data(time, [time], [0.002]))
     assert at[gap - 1] == pytest.approx(2.95) and at[gap] == pytest.approx(5.05)
 
 
@@ -66,7 +66,7 @@ def test_ten_minutes_with_noise_fit_a_page():
     run = made(duration=600.0, imu=imu_samples(
         time, time, 2.0 * np.sin(time / 3.0) + math.radians(0.03) * noise[0],
         2.0 / 3.0 * np.cos(time / 3.0) + 0.01 * noise[1]))
-    assert len(timeline.section(data_of(run))) < 1e6
+    assert len(timeline.timeline_html(data_of(run))) < 1e6
 
 
 # The run ------------------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ def page():
                    mixed=['None'] * 20 + [*TIME[20:100]] + ['nan', 'inf'] * 10 + [*TIME[120:]],
                    absurd=1.7e308 * np.sin(TIME), words=[f'{at:.1f} s' for at in TIME],
                    **{f'a{k}': 1e299 * np.sin(TIME) for k in range(20)}))
-    return timeline.section(data_of(run))
+    return timeline.timeline_html(data_of(run))
 
 
 def test_the_page_needs_no_other_file(page):

@@ -9,7 +9,7 @@ from tb3_labs.report.page import timeline
 
 def rows_of_run(**texts):
     """{name: [(time, text)]} of the variables of a run."""
-    return {name: [*zip(times, words)] for name, times, words in timeline.variables(made(
+    return {name: [*zip(times, words)] for name, times, words in timeline.variable_rows(made(
         variables=variables(**texts)))}
 
 
@@ -33,4 +33,4 @@ def test_a_silence_of_the_node_has_no_text():
 
 def test_the_names_of_two_nodes_are_told_apart():
     run = made(variables=variables({'b': '/lab/second'}, a=TIME, b=TIME))
-    assert [row[0] for row in timeline.variables(run)] == ['controller: a', 'lab/second: b']
+    assert [row[0] for row in timeline.variable_rows(run)] == ['controller: a', 'lab/second: b']

@@ -7,7 +7,7 @@ import pytest
 from made_run import made, speeds_sent, values
 
 from tb3_labs.recording.run_data import Commands, ImuSamples, MouseSamples, Variables
-from tb3_labs.watch.broken_link import NodeRun, find_broken_link, sentence
+from tb3_labs.watch.broken_link import NodeRun, find_broken_link
 from tb3_labs.watch.headings import heading_candidates, is_usable_heading
 from tb3_labs.watch.lab_links import LINKS
 from tb3_labs.watch.variables import Quantity, Series, longest_delay, matching_quantities
@@ -105,7 +105,7 @@ def with_commands(run, times, angular=0.0, begin=0.0, end=0.0):
 def told(run):
     """The sentence on the first broken link; '' if there is none."""
     found = find_broken_link(NodeRun(run), LINKS['turn'])
-    return '' if found is None else sentence(found[1], {'goal_yaw': [7, 9]})
+    return '' if found is None else found[1].as_sentence({'goal_yaw': [7, 9]})
 
 
 def node_with(**methods):

@@ -23,7 +23,7 @@ from tb3_labs.marking.trial.observation import (
 from tb3_labs.marking.trial.remarks import (
     remarks_on, tracebacks_before_the_end, version_errors)
 from tb3_labs.watch import lab_links
-from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, find_broken_link, sentence
+from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, find_broken_link
 
 MAX_POINTS = 10 ** 6        # of a criterion
 MAX_SENTENCES = 100         # of the remarks, and also of the findings
@@ -107,7 +107,7 @@ class Marks:
         if self.first_broken_link is None or self.observation is None:
             return ''
         _, broken_link = self.first_broken_link
-        return sentence(broken_link, self.observation.assigned)
+        return broken_link.as_sentence(self.observation.assigned)
 
     @property
     def hint(self) -> str:

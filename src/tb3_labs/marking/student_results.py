@@ -15,11 +15,10 @@ from typing import Any, Dict, Sequence
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import Outcome, Verdict
 from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.trial.from_bag import samples_from_rows
 from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, Observation
 from tb3_labs.recording.run_data import Poses, RunData
 from tb3_labs.report.page.document import Markup, document, hints_section, table
-from tb3_labs.report.page.timeline import section, timeline, timeline_event
+from tb3_labs.report.page.timeline import timeline_data, timeline_event, timeline_html
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 MAX_SHOWN_LINES = 15            # of a process
@@ -50,7 +49,7 @@ def student_page(marks: Marks, lab_title: str) -> str:
                        _verdict_table(marks.extra_verdicts, has_timeline)]
     if observation is not None:
         if has_timeline:
-            blocks += [section(timeline_of(observation, marks.verdicts)),
+            blocks += [timeline_html(timeline_of(observation, marks.verdicts)),
                        hints_section(marks.first_broken_link, marks.mistake_sentence)]
         blocks += _last_lines(observation)
     return document(f'{lab_title}: {marks.student}', blocks, PAGE_STYLE)
@@ -81,7 +80,7 @@ def timeline_of(observation: Observation, verdicts: Sequence[Verdict]) -> Dict[s
     events += [timeline_event('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
                for verdict in verdicts
                if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
-    return timeline(_recording_for_timeline(observation), MODELS[DEFAULT_MODEL], events)
+    return timeline_data(_recording_for_timeline(observation), MODELS[DEFAULT_MODEL], events)
 
 
 def _recording_for_timeline(observation: Observation) -> RunData:
@@ -94,12 +93,12 @@ def _recording_for_timeline(observation: Observation) -> RunData:
     local_poses, resets = [], []
     for drive, end in zip(drives, ends):
         frame = Pose2(*drive.facts[LOCAL_T_WORLD])
-        local_poses.append(true_poses.between(drive.begin, end).seen_from(frame))
+        local_poses.append(true_poses.between(drive.begin, end).in_parent(frame))
         first_pose = frame @ true_poses.pose_at(drive.begin)
         resets.append([drive.begin, first_pose.x, first_pose.y, first_pose.yaw])
     local_pose = Poses.joined(local_poses) if drives else true_poses
     return replace(recording, name=observation.node, local_pose=local_pose,
-                   resets=samples_from_rows(Poses, resets), frames=Poses.none())
+                   resets=Poses.without_stamps(resets), frames=Poses.none())
 
 
 def _verdict_table(verdicts, has_timeline):

@@ -16,9 +16,12 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 #: An hour of record.launch needs 1.2e9 bytes, or 1.6e9 bytes if the bag is packed.
 MAX_MEMORY_BYTES = 2e9
 #: The memory that a message, or a connection, needs in addition to its data.
-MESSAGE_OVERHEAD_BYTES, CONNECTION_OVERHEAD_BYTES = 500, 10000
-MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
-MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
+MESSAGE_OVERHEAD_BYTES = 500
+CONNECTION_OVERHEAD_BYTES = 10000
+MAX_HEADER_BYTES = 10000
+MAX_NAME_BYTES = 200
+MAX_MESSAGE_BYTES = 2 ** 18
+MAX_CHUNK_BYTES = 2 ** 26
 #: A busy recorder may exchange two messages of a sender that are less than this time [s] apart.
 MIN_SET_BACK_TIME = 0.2
 #: A longer silence [s] shows that the clock was set forward, or that the computer slept.
@@ -27,7 +30,8 @@ MAX_SILENCE = 3600.0
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 BAG_VERSION = b'#ROSBAG V2.0\n'
 MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'      # values of the header field `op`
-UINT32, TIME = struct.Struct('<I'), struct.Struct('<II')
+UINT32 = struct.Struct('<I')
+TIME = struct.Struct('<II')     # seconds, nanoseconds
 NOT_A_BAG = (
     'not a bag of ROS 1, version 2.0. If it is packed, unpack it. If it is of ROS 2, convert it: '
     'pip install rosbags; rosbags-convert --src {} --dst run.bag')
@@ -75,13 +79,13 @@ class Bag:
                 if data[:len(BAG_VERSION)] != BAG_VERSION:
                     raise BagProblem(NOT_A_BAG.format(quote(path)))
                 try:
-                    self._read(data, len(BAG_VERSION))
+                    self._read_records(data, len(BAG_VERSION))
                 except ReadingEnded as reason:
                     self.problem = str(reason)
                 except (ValueError, LookupError, struct.error, OSError):
                     self.problem = 'the recording was cut off, or is damaged'
 
-    def _read(self, data: Union[bytes, mmap.mmap], index: int) -> None:
+    def _read_records(self, data: Union[bytes, mmap.mmap], index: int) -> None:
         """Read the records in a file or an unpacked chunk from this index."""
         while index < len(data):
             [header_size] = UINT32.unpack_from(data, index)
@@ -89,32 +93,34 @@ class Bag:
             header_end = header_begin + header_size
             [data_size] = UINT32.unpack_from(data, header_end)
             begin = header_end + UINT32.size
-            end = index = begin + data_size
+            end = begin + data_size
             if header_size > MAX_HEADER_BYTES:
                 raise ValueError('a header is too long')
             fields = _fields(data[header_begin:header_end])
             op = fields[b'op']
+            is_plain_chunk = op == CHUNK and fields[b'compression'] == b'none'
+            index = begin if is_plain_chunk else end    # a chunk consists of records
             if op == MESSAGE:
                 stream = self._stream_by_connection[fields[b'conn']]
-                self._keep(stream, fields[b'time'], data, slice(begin, end))
-            elif op == CHUNK and fields[b'compression'] == b'none':
-                index = begin    # the records of the chunk follow
+                self._keep_message(stream, fields[b'time'], data, slice(begin, end))
+            elif is_plain_chunk:
+                continue
             elif op in (CONNECTION, CHUNK) and data_size > MAX_CHUNK_BYTES:
                 raise ValueError('a chunk is too large')
             elif op == CONNECTION:
                 self._add_connection(fields, data[begin:end])
             elif op == CHUNK:
-                self._read(self._unpacked(fields[b'compression'], data[begin:end]), 0)
+                self._read_records(self._unpacked(fields[b'compression'], data[begin:end]), 0)
         if index > len(data):
             raise ValueError('the last record is not whole')
 
-    def _spend(self, memory_bytes: int) -> None:
+    def _spend_memory(self, memory_bytes: int) -> None:
         self._memory_left -= memory_bytes
         if self._memory_left < 0:
             raise ReadingEnded(f'it takes more than {MAX_MEMORY_BYTES:.0e} bytes of memory')
 
-    def _keep(self, stream: Optional[Stream], time: bytes, data: Union[bytes, mmap.mmap],
-              span: slice) -> None:
+    def _keep_message(self, stream: Optional[Stream], time: bytes,
+                      data: Union[bytes, mmap.mmap], span: slice) -> None:
         seconds, nanoseconds = TIME.unpack(time)
         if self.start is None:
             self.start = seconds + 1e-9 * nanoseconds
@@ -126,15 +132,13 @@ class Bag:
         was_set_back = len(stream) > 0 and arrival < stream[-1][0] - MIN_SET_BACK_TIME
         if was_set_back or arrival > self._last_arrival + MAX_SILENCE:
             raise ReadingEnded(CLOCK_JUMPED)
-        message = b''
-        if span.stop - span.start <= MAX_MESSAGE_BYTES:
-            message = data[span]
-        self._spend(MESSAGE_OVERHEAD_BYTES + len(message))
+        message = data[span] if span.stop - span.start <= MAX_MESSAGE_BYTES else b''
+        self._spend_memory(MESSAGE_OVERHEAD_BYTES + len(message))
         self._last_arrival = arrival
         stream.append((arrival, message))
 
     def _add_connection(self, header: Dict[bytes, bytes], data: bytes) -> None:
-        self._spend(CONNECTION_OVERHEAD_BYTES)
+        self._spend_memory(CONNECTION_OVERHEAD_BYTES)
         fields = _fields(data)
         connection = Connection(
             topic=_text(header[b'topic']), message_type=_text(fields.get(b'type', b'')),
@@ -149,7 +153,7 @@ class Bag:
                 compression.decode(errors='replace')))
         unpacker = bz2.BZ2Decompressor()
         chunk = unpacker.decompress(packed, MAX_CHUNK_BYTES)
-        self._spend(len(chunk))
+        self._spend_memory(len(chunk))
         if not unpacker.eof:
             raise ValueError('the chunk is too large, or not whole')
         return chunk

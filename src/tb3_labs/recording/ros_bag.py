@@ -5,6 +5,7 @@ bag may come from a stranger, so this module reads only topics with installed me
 """
 import posixpath
 from dataclasses import replace
+from operator import itemgetter
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
@@ -30,7 +31,7 @@ OPTIONAL_TOPICS = {
     'variables': ('variables', DiagnosticArray), 'frames': ('/tf', TFMessage),
     'log': ('/rosout', Log)}
 #: {(type, checksum): class} of the messages that record.launch records.
-MESSAGE_CLASSES = {(each._type, each._md5sum): each for each in (
+MESSAGE_CLASSES = {(cls._type, cls._md5sum): cls for cls in (
     Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(message_type for _, message_type in OPTIONAL_TOPICS.values()))}
 DEVICE_TOPICS = 'joy', 'mouse_info'     # of any type
@@ -43,9 +44,9 @@ def read_run(path, namespace=None):
         return _run_of_bag(Bag(str(path), _class_of), str(path), namespace)
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
-    except Exception as problem:        # a stranger's bytes may cause any error
-        reason = getattr(problem, 'strerror', None) or problem
-        raise BagProblem(f'{path}: cannot be read ({reason})') from None
+    except Exception as error:      # a stranger's bytes may cause any error
+        problem = getattr(error, 'strerror', None) or error
+        raise BagProblem(f'{path}: cannot be read ({problem})') from None
 
 
 def _class_of(connection):
@@ -53,7 +54,7 @@ def _class_of(connection):
 
 
 def _run_of_bag(bag, path, namespace):
-    types = {each.topic: _class_of(each) for each in bag.streams}
+    types = {connection.topic: _class_of(connection) for connection in bag.streams}
     samples = {}
     notes = []
     try:
@@ -61,7 +62,7 @@ def _run_of_bag(bag, path, namespace):
         prefix = namespace_of(topics['odometry'])
         for field, topic in topics.items():
             message = types[topic]()
-            received = _in_order(bag, topic, types[topic])
+            received = _received(bag, topic, types[topic])
             samples[field], dropped_count = stamped_samples(
                 field, message, prefix, bag.start, received)
             if dropped_count:
@@ -75,39 +76,40 @@ def _run_of_bag(bag, path, namespace):
         raise BagProblem(
             f'was not read to its end: {bag.problem}; until there: {problem}') from None
     clock = RecordedClock.of(samples['odometry'].arrival, samples['odometry'].time)
-    samples = {field: replace(each, time=times_on_recorders_clock(each.arrival, each.time, clock))
-               for field, each in samples.items()}
+    for field, stamped in samples.items():
+        time = times_on_recorders_clock(stamped.arrival, stamped.time, clock)
+        samples[field] = replace(stamped, time=time)
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
-    duration = max(float(each.arrival[-1]) for each in samples.values() if len(each))
+    duration = max(float(stamped.arrival[-1]) for stamped in samples.values() if len(stamped))
     if bag.problem:
         notes.append(f'{bag.problem}: the report ends at {duration:.1f} s')
-    unknown = {f'{each.topic} ({each.message_type})' for each in bag.streams
-               if _class_of(each) is None}
-    if unknown:
+    unread = {f'{connection.topic} ({connection.message_type})' for connection in bag.streams
+              if _class_of(connection) is None}
+    if unread:
         notes.append('not read, since these types are not installed here, or not as they are in '
-                     f"the bag: {', '.join(sorted(unknown))}")
+                     f"the bag: {', '.join(sorted(unread))}")
     devices = tuple(name for name in DEVICE_TOPICS if prefix + name in types)
     return RunData(path, bag.start, duration, notes=tuple(notes), devices=devices, **samples)
 
 
-def _in_order(bag, topic, message_type):
+def _received(bag, topic, message_type):
     """Returns (arrival, sender, bytes) of each message of this type on a topic, by arrival."""
     received = [(arrival, connection.sender, message)
                 for connection, stream in bag.streams.items()
                 if connection.topic == topic and _class_of(connection) is message_type
                 for arrival, message in stream]
-    return sorted(received, key=lambda each: each[0])
+    return sorted(received, key=itemgetter(0))
 
 
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} for the robot in `namespace`. If `namespace` is None, the
     bag must have one robot. `types` is {topic: installed class or None}. May raise BagProblem."""
-    prefix = namespace
+    prefix = None
     if namespace is not None:
         prefix = f"/{namespace.strip('/')}/".replace('//', '/')
-    topics = {'imu': _by_type(types, Imu, 'imu', prefix),
-              'odometry': _by_type(types, Odometry, 'odom', prefix)}
+    topics = {'imu': _topic_of_type(types, Imu, 'imu', prefix),
+              'odometry': _topic_of_type(types, Odometry, 'odom', prefix)}
     prefix = prefix or namespace_of(topics['odometry'])
     for field, (name, message_type) in OPTIONAL_TOPICS.items():
         topic = posixpath.join(prefix, name)        # join() adds no prefix to /tf and /rosout
@@ -116,7 +118,7 @@ def choose_topics(types, namespace):
     return topics
 
 
-def _by_type(types, message_type, name, prefix):
+def _topic_of_type(types, message_type, name, prefix):
     """Returns the topic of this type in the namespace `prefix`. If several topics have this type,
     returns the topic called `name`. Raises BagProblem if the topic is missing or ambiguous."""
     topics = [topic for topic, installed_type in types.items() if installed_type is message_type

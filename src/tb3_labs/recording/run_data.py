@@ -61,8 +61,13 @@ class Samples:
         """Returns a sample for each row. The values of a row are in the order of the fields."""
         if not rows:
             return cls.none()
-        return cls(*(np.array(column, object if isinstance(column[0], str) else float)
-                     for column in zip(*rows)))
+        types = [object if isinstance(value, str) else float for value in rows[0]]
+        return cls(*map(np.array, zip(*rows), types))
+
+    @classmethod
+    def without_stamps(cls: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
+        """As `from_rows`, but rows without `time`. The `time` of each sample is its `arrival`."""
+        return cls.from_rows([(row[0], *row) for row in rows])
 
     @classmethod
     def none(cls: Type[SamplesType]) -> SamplesType:
@@ -137,7 +142,7 @@ class Poses(Yaws):
         return Poses(self.arrival, self.time, self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
-    def seen_from(self, parent_T_frame: Pose2) -> 'Poses':
+    def in_parent(self, parent_T_frame: Pose2) -> 'Poses':
         """Returns the poses, converted from `frame` to `parent`."""
         x, y = parent_T_frame.act(np.column_stack([self.x, self.y])).T
         return Poses(self.arrival, self.time, x, y, wrap_all(self.yaw + parent_T_frame.yaw))
@@ -167,9 +172,9 @@ class Commands(Samples):
     def in_force(self) -> 'Commands':
         """Returns the commands, and a command with NaN speeds whenever a command times out."""
         next_times = np.append(self.time[1:], np.inf)
-        ended = self.take(next_times > self.time + COMMAND_TIMEOUT)
-        nans = np.full(len(ended), np.nan)
-        ends = replace(ended, time=ended.time + COMMAND_TIMEOUT, linear=nans, angular=nans)
+        timed_out = self.take(next_times > self.time + COMMAND_TIMEOUT)
+        nans = np.full(len(timed_out), np.nan)
+        ends = replace(timed_out, time=timed_out.time + COMMAND_TIMEOUT, linear=nans, angular=nans)
         commands = Commands.joined([self, ends])
         return commands.take(np.argsort(commands.time, kind='stable'))
 
@@ -184,8 +189,8 @@ class MouseSamples(Samples):
 
 
 @dataclass(frozen=True)
-class States(Samples):
-    """Messages that have one text each, such as the states of move_to_goal."""
+class Texts(Samples):
+    """One text for each message, such as a state of move_to_goal."""
 
     text: np.ndarray
 
@@ -230,7 +235,7 @@ class RunData:
     ground_truth: Poses = Poses.none()               # robot in world
     goals: Poses = Poses.none()                      # in local
     frames: Poses = Poses.none()                     # of local in odom
-    states: States = States.none()
+    states: Texts = Texts.none()
     resets: Poses = Poses.none()                     # declared poses in local
     turn_requests: Numbers = Numbers.none()          # [rad], positive to the left
     control: Numbers = Numbers.none()                # 1 if ctrl_relinq lets a node drive
@@ -239,8 +244,8 @@ class RunData:
     devices: Tuple[str, ...] = ()                    # recorded device topics
     starts: Tuple[float, ...] = ()                   # times [s] at which a trial's node started
     letters: Numbers = Numbers.none()                # l is 1, r is -1, other letters are 0
-    events: States = States.none()                   # on topic trial
-    printed: States = States.none()                  # texts that the node printed in a trial
+    events: Texts = Texts.none()                     # on topic trial
+    printed: Texts = Texts.none()                    # texts that the node printed in a trial
     variables: Variables = Variables.none()          # that the probe read
     derived: Tuple[str, ...] = ()                    # fields that were computed, not recorded
     notes: Tuple[str, ...] = ()                      # sentences about the recording

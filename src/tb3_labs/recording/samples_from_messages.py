@@ -12,7 +12,7 @@ import numpy as np
 
 from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.recording.run_data import (
-    Commands, ImuSamples, LogLines, MouseSamples, Numbers, OdometrySamples, Poses, States,
+    Commands, ImuSamples, LogLines, MouseSamples, Numbers, OdometrySamples, Poses, Texts,
     Variables)
 from tb3_labs.watch.printed_pose import declared_pose
 
@@ -33,24 +33,24 @@ MIN_IN_TIME_SHARE = 0.25
 
 @dataclass(frozen=True)
 class RecordedClock:
-    """A sender's clock, which made the `stamps` [s], is `lag` [s] behind the recorder's clock."""
+    """A sender's clock made the `stamps` [s], and is `offset` [s] behind the recorder's clock."""
 
-    lag: float
+    offset: float
     stamps: np.ndarray
 
     @classmethod
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
         """Returns the clock of a sender, computed from the messages with the shortest delays. The
         sender must have sent a message. Outliers are ignored."""
-        lags = np.sort(arrival - stamp)
-        median = lags[(len(lags) - 1) // 2]
-        lags = lags[np.abs(lags - median) < MIN_LATENESS]
-        return cls(float(lags[len(lags) // 20]), stamp)
+        offsets = np.sort(arrival - stamp)      # and the delay of each message
+        median = offsets[(len(offsets) - 1) // 2]
+        usual_offsets = offsets[np.abs(offsets - median) < MIN_LATENESS]
+        return cls(float(usual_offsets[len(usual_offsets) // 20]), stamp)
 
     def is_same_as(self, other: 'RecordedClock') -> bool:
         """Do the stamps of this sender come from the clock of the `other` sender?"""
         is_copied = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
-        return abs(self.lag - other.lag) < MAX_CLOCK_DIFFERENCE or is_copied.mean() > 0.5
+        return abs(self.offset - other.offset) < MAX_CLOCK_DIFFERENCE or is_copied.mean() > 0.5
 
 
 def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
@@ -58,20 +58,20 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     """Returns the time [s] on the recorder's clock at which each message was sent. The times never
     decrease.
 
-    `robot_clock` is the clock of the odometry's sender. One lag is used for all senders that share
-    this clock, so the differences between their stamps stay exact. A plausible stamp is used: while
-    the recorder is busy, or a simulated clock stands still, the arrival is less exact.
+    `robot_clock` is the clock of the odometry's sender. One offset is used for all senders that
+    share this clock, so the differences between their stamps stay exact. A plausible stamp is used:
+    while the recorder is busy, or a simulated clock stands still, the arrival is less exact.
     """
     if not len(stamp):
         return arrival
     clock = RecordedClock.of(arrival, stamp)
     if clock.is_same_as(robot_clock):
         clock = robot_clock
-    delay = np.abs(arrival - stamp - clock.lag)
+    delay = np.abs(arrival - stamp - clock.offset)
     if (delay < MIN_LATENESS).mean() < MIN_IN_TIME_SHARE:
         return np.maximum.accumulate(arrival)
     is_plausible = delay < MAX_BELIEVED_DELAY
-    return np.maximum.accumulate(np.where(is_plausible, stamp + clock.lag, arrival))
+    return np.maximum.accumulate(np.where(is_plausible, stamp + clock.offset, arrival))
 
 
 # -- Each function returns (header, rows), or raises ValueError for an invalid quaternion. Without a
@@ -85,22 +85,22 @@ def _pose_row(pose):
     return pose.position.x, pose.position.y, _yaw(pose.orientation)
 
 
-def _imu(message, sender, prefix):
+def _read_imu(message, sender, prefix):
     q = message.orientation
     return message.header, [(_yaw(q), message.angular_velocity.z, q.w, q.x, q.y, q.z)]
 
 
-def _pose(message, sender, prefix):
+def _read_pose(message, sender, prefix):
     return message.header, [_pose_row(message.pose)]
 
 
-def _odometry(message, sender, prefix):
+def _read_odometry(message, sender, prefix):
     twist = message.twist.twist
     row = *_pose_row(message.pose.pose), twist.linear.x, twist.angular.z
     return message.header, [row]
 
 
-def _command(message, sender, prefix):
+def _read_command(message, sender, prefix):
     linear, angular = message.linear, message.angular
     # no wheel follows these speeds, so a NaN or infinite speed does not make a command invalid
     unused_speeds = np.nan_to_num([linear.y, linear.z, angular.x, angular.y], nan=MAX_UNUSED_SPEED)
@@ -108,44 +108,45 @@ def _command(message, sender, prefix):
     return None, [(linear.x, angular.z, *limited_speeds, sender)]
 
 
-def _frames(message, sender, prefix):
-    for each in message.transforms:
-        if each.child_frame_id.strip('/') == (prefix + 'local').strip('/'):
-            place = each.transform.translation
-            return each.header, [(place.x, place.y, _yaw(each.transform.rotation))]
+def _read_frames(message, sender, prefix):
+    for stamped in message.transforms:
+        if stamped.child_frame_id.strip('/') == (prefix + 'local').strip('/'):
+            place = stamped.transform.translation
+            return stamped.header, [(place.x, place.y, _yaw(stamped.transform.rotation))]
     return None, []
 
 
-def _log(message, sender, prefix):
+def _read_log(message, sender, prefix):
     if not message.name.startswith(prefix):
         return None, []
     return message.header, [(LOG_LEVELS.get(message.level, ''), message.name, message.msg)]
 
 
-def _variables(message, sender, prefix):
-    return message.header, [(status.name, sys.intern(each.key), each.value)
-                            for status in message.status for each in status.values]
+def _read_variables(message, sender, prefix):
+    return message.header, [(status.name, sys.intern(variable.key), variable.value)
+                            for status in message.status for variable in status.values]
 
 
-def _mouse(message, sender, prefix):
+def _read_mouse(message, sender, prefix):
     return message.header, [(message.xPos, message.yPos, message.status.data)]
 
 
-def _turn_request(message, sender, prefix):
+def _read_turn_request(message, sender, prefix):
     return None, [(math.radians(message.data),)]
 
 
-def _data(message, sender, prefix):
+def _read_data(message, sender, prefix):
     return None, [(message.data,)]
 
 
 FIELD_READERS = {
-    'imu': (ImuSamples, _imu), 'odometry': (OdometrySamples, _odometry),
-    'commands': (Commands, _command), 'local_pose': (Poses, _pose), 'ground_truth': (Poses, _pose),
-    'goals': (Poses, _pose), 'frames': (Poses, _frames), 'log': (LogLines, _log),
-    'variables': (Variables, _variables), 'mouse': (MouseSamples, _mouse),
-    'turn_requests': (Numbers, _turn_request), 'control': (Numbers, _data),
-    'states': (States, _data), 'events': (States, _data), 'printed': (States, _data)}
+    'imu': (ImuSamples, _read_imu), 'odometry': (OdometrySamples, _read_odometry),
+    'commands': (Commands, _read_command), 'local_pose': (Poses, _read_pose),
+    'ground_truth': (Poses, _read_pose), 'goals': (Poses, _read_pose),
+    'frames': (Poses, _read_frames), 'log': (LogLines, _read_log),
+    'variables': (Variables, _read_variables), 'mouse': (MouseSamples, _read_mouse),
+    'turn_requests': (Numbers, _read_turn_request), 'control': (Numbers, _read_data),
+    'states': (Texts, _read_data), 'events': (Texts, _read_data), 'printed': (Texts, _read_data)}
 
 
 def stamped_samples(field, message, prefix, start, received):

@@ -11,7 +11,7 @@ from typing import (
 
 import numpy as np
 
-from tb3_labs.watch.variables import Quantity, Series, bare_name, shortened_value, variables_of
+from tb3_labs.watch.variables import Series, bare_name, variables_by_node
 
 #: If the variables of a node were not read for this time [s], the node may have ended.
 MAX_READING_GAP = 0.4
@@ -26,6 +26,21 @@ class BrokenLink(NamedTuple):
     moment: float
     variable: str = ''
 
+    def as_sentence(self, assigned: Mapping[str, Sequence[int]] = {}) -> str:
+        """Returns the message as a sentence. `assigned` is {variable: lines that assign it}."""
+        message = self.message
+        attribute = self.variable.rpartition('.')[2]
+        lines = assigned.get(self.variable) or assigned.get(attribute, ())
+        place = ''
+        if lines:
+            word = 'line' if len(lines) == 1 else 'lines'
+            numbers = ', '.join(map(str, lines[:5]))
+            place = f' ({self.variable} is assigned in {word} {numbers})'
+        first_word = message.split()[0]
+        if '_' not in first_word and first_word != self.variable:
+            message = message[:1].upper() + message[1:]     # a variable's name keeps its case
+        return f'{message}{place}.'
+
 
 #: A function that yields the BrokenLinks of one link. Only the first BrokenLink is reported.
 Check = Callable[['NodeRun'], Iterator[BrokenLink]]
@@ -34,21 +49,22 @@ Check = Callable[['NodeRun'], Iterator[BrokenLink]]
 class NodeRun:
     """The variables and the commands of one node of a recorded run."""
 
-    def __init__(self, run: Any, node: Optional[str] = None) -> None:
-        """`run` is a RunData. `node` is the node's name, by default the name of the node with the
-        most readings. A command of an unknown sender counts as a command of the node."""
-        self.run = run
-        self.variables = variables_of(run, node)
-        self.commands = run.commands
+    def __init__(self, recording: Any, node: Optional[str] = None) -> None:
+        """`recording` is a RunData. `node` is the node's name, by default the name of the node with
+        the most readings. A command of an unknown sender counts as a command of the node."""
+        self.recording = recording
+        node_of_reading = recording.variables.node
+        variables_of = variables_by_node(recording.variables)
+        busiest = max(variables_of, key=lambda name: np.sum(node_of_reading == name), default='')
+        self.variables = variables_of.get(busiest if node is None else node, {})
+        self.commands = recording.commands
         if node is not None:
-            self.commands = run.commands.take(np.isin(run.commands.sender, ['', node]))
+            self.commands = recording.commands.take(np.isin(recording.commands.sender, ['', node]))
 
     def variable(self, name: str) -> Optional[Series]:
         """Returns the first variable with this `bare_name`, or None."""
-        for full_name, series in self.variables.items():
-            if bare_name(full_name) == name:
-                return series
-        return None
+        return next((series for full_name, series in self.variables.items()
+                     if bare_name(full_name) == name), None)
 
     def boolean_variable(self, name: str) -> Optional[Series]:
         """Returns ``variable(name)`` if all its values are True, False, 1 or 0; else None."""
@@ -86,8 +102,8 @@ class SheetStep(NamedTuple):
         return SheetStep(self.sheet, self.heading, step)
 
     def __str__(self) -> str:
-        step = f', step {self.step}' if self.step else ''
-        return f'doc/{self.sheet}, "{self.heading}"{step}'
+        step_clause = f', step {self.step}' if self.step else ''
+        return f'doc/{self.sheet}, "{self.heading}"{step_clause}'
 
 
 class Link(NamedTuple):
@@ -104,8 +120,8 @@ class Link(NamedTuple):
 
 def find_broken_link(node_run: NodeRun, links: Iterable[Link],
                      parts: Optional[Iterable[str]] = None) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first (Link, BrokenLink), or None. Checks the links that these `parts` of the lab
-    use; all links if `parts` is None."""
+    """Returns the first (Link, BrokenLink), or None. Only the links that these `parts` of the lab
+    use are checked; all links if `parts` is None."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -114,25 +130,8 @@ def find_broken_link(node_run: NodeRun, links: Iterable[Link],
     return None
 
 
-def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
-    """Returns the sentence on a broken link. `assigned` is {variable: lines that assign it}."""
-    name, message = broken.variable, broken.message
-    attribute = name.rpartition('.')[2]
-    lines = assigned.get(name) or assigned.get(attribute, ())
-    place = ''
-    if lines:
-        word = 'line' if len(lines) == 1 else 'lines'
-        place = f" ({name} is assigned in {word} {', '.join(map(str, lines[:5]))})"
-    first_word = message.split()[0]
-    if '_' not in first_word and first_word != name:        # no capital for a variable's name
-        message = message[:1].upper() + message[1:]
-    return f'{message}{place}.'
-
-
-# -- functions that several labs share
-
 def is_constant(series: Series) -> bool:
-    """Are all values of a variable equal? The first twentieth of the values is ignored."""
+    """Are all values of a variable equal? The first twentieth is ignored."""
     count = len(series.text)
     return count > MAX_UNJUDGED_READINGS and len(set(series.text[count // 20:])) == 1
 
@@ -141,21 +140,6 @@ def worst_index(series: Series, expected: np.ndarray) -> int:
     """Returns the index at which a variable differs most from `expected`, its correct values."""
     error = np.abs(series.value - expected)
     return int(np.argmax(np.where(np.isfinite(error), error, -1.0)))
-
-
-def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the quantity `correct`. The moment is
-    that of the largest error. The clause `behaviour` says what the variable does instead."""
-    expected = correct.at(series.time)
-    worst = worst_index(series, expected)
-    name = correct.name.partition(',')[0]
-    values = f'it was {shortened_value(series.text[worst])} when {name} was {expected[worst]:.4g}'
-    return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
-
-
-def expectation_clause(observation: str, correct: Any) -> str:
-    """Returns the observation, followed by the correct value."""
-    return f'{observation}; it should be {correct}'
 
 
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
@@ -170,10 +154,10 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
                  ('pitching', 'angular.y'))
 
 
-def used_field_text(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
+def used_field_text(commands: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
     """Returns a clause on the first of these `fields` that is not 0; '' if all are 0."""
     for field, field_text in fields:
-        speeds = getattr(sent, field)
+        speeds = getattr(commands, field)
         if speeds.any():
             return f'{field_text} was {speeds[np.argmax(np.abs(speeds))]:.2g}'
     return ''

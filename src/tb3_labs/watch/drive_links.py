@@ -2,7 +2,7 @@
 pose -> goal -> command and end of each state -> silence.
 """
 from itertools import product
-from typing import Any, Iterator, Tuple
+from typing import Any, Iterator, Optional, Tuple
 
 import numpy as np
 
@@ -10,18 +10,20 @@ from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
-from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, expectation_clause, is_constant, slow_commands)
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, slow_commands
 from tb3_labs.watch.drive_states import (
-    HANDOUT_GOAL, MAX_PROBE_LAG, MIN_CORRECT_SHARE, POSE_TOLERANCE, SHORT_LAG, StateInterval,
+    HANDOUT_GOAL, MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, PROBE_DELAY, StateInterval,
     control_intervals, local_frames, own_pose, state_intervals)
 from tb3_labs.watch.variables import shortened_value
 
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}      # [rad] or [m]
-#: A mistake is reported if at least so many readings or commands show it.
-MIN_WRONG_READINGS, MIN_WRONG_TURNS, MIN_LATE_COMMANDS = 5, 3, 4
-MIN_FITTED_COMMANDS, MIN_PACED_COMMANDS = 5, 4
+#: A mistake is reported if at least this many readings or commands show it.
+MIN_WRONG_READINGS = 5
+MIN_WRONG_TURNS = 3
+MIN_LATE_COMMANDS = 4
+MIN_FITTED_COMMANDS = 5
+MIN_PACED_COMMANDS = 4
 #: With this heading error [rad] or more, the robot may turn to either side.
 EITHER_SIDE_ERROR = 3.0
 MAX_REACTION_TIME = 1.0     # [s] until the first command in a state, and to leave the state
@@ -37,7 +39,7 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
     for begin, end, value in control_intervals(node_run):
         if not node_run.runs_at(begin):     # the node did not receive the message
             continue
-        readings = series.between(begin + MAX_PROBE_LAG, min(end, node_run.end_after(begin)))
+        readings = series.between(begin + MAX_PROBE_DELAY, min(end, node_run.end_after(begin)))
         wrong_count = (readings.value == 1.0 - value).sum()
         if wrong_count >= MIN_WRONG_READINGS and wrong_count > len(readings.value) / 2:
             delay = readings.time[-1] - begin
@@ -51,24 +53,23 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
     if series is None:
         return
     for frame in local_frames(node_run):
-        state = series.text_at(frame.begin - SHORT_LAG)
+        state = series.text_at(frame.begin - PROBE_DELAY)
         if not frame.is_reset or state not in STATES[1:]:
             continue
-        first_states = series.between(frame.begin, frame.begin + MAX_PROBE_LAG).text
-        readings = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
+        first_states = series.between(frame.begin, frame.begin + MAX_PROBE_DELAY).text
+        readings = series.between(frame.begin + MAX_PROBE_DELAY, frame.end)
         if state not in readings.text[:1] or ROTATE_TO_GOAL in first_states:
             continue
         error = own_pose(node_run, readings.time[:1]).error(ROTATE_TO_GOAL)[0]
         if error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE:
-            observation = f'{frame.clause}{series.name} stayed {state}'
-            message = expectation_clause(observation, ROTATE_TO_GOAL)
-            yield BrokenLink(message, frame.begin, series.name)
+            yield BrokenLink(f'{frame.clause}{series.name} stayed {state}; it should be '
+                             + ROTATE_TO_GOAL, frame.begin, series.name)
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the constant variables of the goal have the requested values."""
-    goals = node_run.run.goals
-    if not len(goals) or not len(node_run.run.starts):
+    goals = node_run.recording.goals
+    if not len(goals) or not len(node_run.recording.starts):
         return      # outside a trial, the goals may be for another node
     for name, requested in zip(HANDOUT_GOAL, (goals.x[0], goals.y[0], goals.yaw[0])):
         series = node_run.variable(name)
@@ -78,20 +79,20 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         if 'yaw' in name:       # the node may have its goal_yaw in degrees
             error = min(error, abs(series.value[-1] - np.degrees(requested)))
         if error > 1e-3:
-            observation = f'{series.name} is {shortened_value(series.text[-1])}'
-            message = expectation_clause(observation, f'{requested:g}')
-            yield BrokenLink(message, series.time[0], series.name)
+            value = shortened_value(series.text[-1])
+            yield BrokenLink(f'{series.name} is {value}; it should be {requested:g}',
+                             series.time[0], series.name)
 
 
 def heading_errors(node_run: NodeRun,
                    interval: StateInterval) -> Iterator[Tuple[str, np.ndarray, bool]]:
-    """Yields (formula, heading errors [rad], is normalized?), with the correct formula first."""
+    """Yields (formula, heading errors [rad], is_normalized), with the correct formula first."""
     dx, dy = interval.pose.to_goal.real, interval.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', interval.pose.goal_yaw)]
     if interval.state != ROTATE_TO_GOAL:
         targets.reverse()
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
-    imu = node_run.run.imu
+    imu = node_run.recording.imu
     latest = last_before(imu.arrival, interval.commands.arrival).clip(0)
     headings = [('local_yaw', interval.pose.yaw), ('the yaw of the IMU', imu.yaw[latest]),
                 ('0', np.zeros(len(latest)))]
@@ -104,28 +105,30 @@ def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, flo
     """Returns (formula of the heading error, gain), such that the commands are the gain times the
     error. A formula with the handout's gain is preferred. If no formula fits, it is ''."""
     handouts_gain = GAINS[interval.state]
-    angular = interval.commands.angular
-    fit_with_another_gain = '', handouts_gain
+    fits = []
     for formula, error, is_normalized in heading_errors(node_run, interval):
-        is_used = (angular != 0.0) & (error != 0.0)
-        if is_normalized:
-            is_used &= np.abs(error) < EITHER_SIDE_ERROR
-        command, error = angular[is_used], error[is_used]
-        if len(error) < MIN_FITTED_COMMANDS:
-            continue
-        gain = float(np.median(command / error))
-        has_handouts_gain = np.isclose(abs(gain), handouts_gain, rtol=0.05)
-        if has_handouts_gain:
-            gain = float(np.copysign(handouts_gain, gain))
-        is_near = np.isclose(command, gain * error, rtol=0.03, atol=0.01)
-        if is_near.mean() < MIN_CORRECT_SHARE:
-            continue
-        if has_handouts_gain:
-            return formula, gain
-        # every formula with a constant error fits a constant command, by some gain
-        if not fit_with_another_gain[0] and np.ptp(command) >= 0.1:
-            fit_with_another_gain = formula, gain
-    return fit_with_another_gain
+        gain = fitted_gain(error, is_normalized, interval.commands.angular, handouts_gain)
+        if gain is not None:
+            fits.append((formula, gain))
+    return min(fits, key=lambda fit: abs(fit[1]) != handouts_gain, default=('', handouts_gain))
+
+
+def fitted_gain(error: np.ndarray, is_normalized: bool, command: np.ndarray,
+                handouts_gain: float) -> Optional[float]:
+    """Returns the gain, such that the commands are the gain times the error; None if none fits."""
+    is_used = (command != 0.0) & (error != 0.0)
+    if is_normalized:
+        is_used &= np.abs(error) < EITHER_SIDE_ERROR
+    command, error = command[is_used], error[is_used]
+    if len(error) < MIN_FITTED_COMMANDS:
+        return None
+    gain = float(np.median(command / error))
+    if np.isclose(abs(gain), handouts_gain, rtol=0.05):
+        gain = float(np.copysign(handouts_gain, gain))
+    elif np.ptp(command) < 0.1:     # by some gain, any constant error fits a constant command
+        return None
+    is_near = np.isclose(command, gain * error, rtol=0.03, atol=0.01)
+    return gain if is_near.mean() >= MIN_CORRECT_SHARE else None
 
 
 def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -154,9 +157,9 @@ def wrong_command(node_run: NodeRun, interval: StateInterval) -> Iterator[Broken
     """Checks that the node sends commands in a state, and that the commands are correct."""
     if not len(interval.commands):
         # after a reset, a node may wait for the IMU and the odometry
-        arrivals = [samples.between(interval.begin, interval.end).arrival
-                    for samples in (node_run.run.imu, node_run.run.odometry)]
-        first_arrivals = [min(times, default=np.inf) for times in arrivals]
+        recording = node_run.recording
+        first_arrivals = [min(samples.between(interval.begin, interval.end).arrival, default=np.inf)
+                          for samples in (recording.imu, recording.odometry)]
         if interval.end - max(first_arrivals) >= MAX_REACTION_TIME:
             duration = interval.end - interval.begin
             yield BrokenLink(f'in {interval.state} no command came for {duration:.1f} s',
@@ -175,17 +178,19 @@ def wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[Broke
     formula, gain = fitted_formula(node_run, interval)
     correct, error, _ = next(heading_errors(node_run, interval))
     angular = interval.commands.angular
-    observation = f'in {interval.state} angular.z was '
+    clause = f'in {interval.state} angular.z was '
     if formula and (formula != correct or gain < 0.0):
-        yield BrokenLink(f'{observation}{gain:.2g} x ({formula}); by the handout it is '
+        yield BrokenLink(f'{clause}{gain:.2g} x ({formula}); by the handout it is '
                          f'{GAINS[interval.state]:g} x ({correct})', interval.begin, 'angular.z')
-    has_wrong_side = (angular * error < 0.0) | (not angular.any())
     is_large = np.abs(error) > 2.0 * TOLERANCES[interval.state]
     has_one_side = np.abs(error) < EITHER_SIDE_ERROR
-    wrong_indices = np.flatnonzero(has_wrong_side & is_large & has_one_side)
+    is_wrong = is_large & has_one_side
+    if angular.any():       # a node that never turns is wrong at every such error
+        is_wrong &= angular * error < 0.0
+    wrong_indices = np.flatnonzero(is_wrong)
     if len(wrong_indices) >= MIN_WRONG_TURNS:
         k = wrong_indices[0]
-        yield BrokenLink(f'{observation}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
+        yield BrokenLink(f'{clause}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
                          interval.commands.arrival[k], 'angular.z')
 
 
@@ -193,7 +198,8 @@ def early_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink
     """Checks that the error is within the tolerance when the node leaves or skips a state."""
     if interval.next_state not in STATES:
         return
-    for state in STATES[STATES.index(interval.state):STATES.index(interval.next_state)]:
+    first, after_last = STATES.index(interval.state), STATES.index(interval.next_state)
+    for state in STATES[first:after_last]:
         error = own_pose(node_run, np.array([interval.end])).error(state)[0]
         if error > TOLERANCES[state] + POSE_TOLERANCE:
             yield BrokenLink(f'state went from {interval.state} to {interval.next_state} at '
@@ -202,8 +208,8 @@ def early_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink
 
 def missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
     """Checks that the node leaves a state within a second when it is at the goal of the state."""
-    times = node_run.reading_times
-    times = times[(times >= interval.begin) & (times <= interval.end)]
+    all_times = node_run.reading_times
+    times = all_times[(all_times >= interval.begin) & (all_times <= interval.end)]
     error = own_pose(node_run, times).error(interval.state)
     tolerance = TOLERANCES[interval.state]
     near_indices = np.flatnonzero(error < tolerance)
@@ -213,7 +219,7 @@ def missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLi
     if interval.end - times[first] <= MAX_REACTION_TIME:
         return
     is_passed = error[first:].max() > tolerance + POSE_TOLERANCE
-    is_later = interval.commands.arrival > times[first] + MAX_PROBE_LAG
+    is_later = interval.commands.arrival > times[first] + MAX_PROBE_DELAY
     is_turning = interval.commands.angular[is_later].any()
     if is_passed or not is_turning:
         error_clause = error_text(interval.state, error[last])
@@ -221,40 +227,40 @@ def missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLi
 
 
 def error_text(state: str, error: float) -> str:
-    size = f'heading error of {error:.2f} rad'
-    if state == MOVE_FORWARD:
-        size = f'distance of {error:.2f} m'
+    size = (f'distance of {error:.2f} m' if state == MOVE_FORWARD
+            else f'heading error of {error:.2f} rad')
     return f'a {size}; {TOLERANCES[state]:g} is the tolerance'
 
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that commands end, with a zero, when the node is at the goal or has lost control."""
-    sent = node_run.commands
-    is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
+    commands = node_run.commands
+    is_moving = (commands.linear != 0.0) | (commands.angular != 0.0)
     silences = [(begin, end, LOST_CONTROL) for begin, end, value in control_intervals(node_run)
                 if not value and node_run.runs_at(begin)]
     silences += [(interval.begin, interval.end, 'state became ' + GOAL_REACHED)
                  for interval in state_intervals(node_run) if interval.state == GOAL_REACHED]
-    for begin, end, event in sorted(silences):
-        seen_at = begin + MAX_PROBE_LAG
+    for begin, end, cause in sorted(silences):
+        seen_at = begin + MAX_PROBE_DELAY
         if end <= seen_at:
             continue
-        is_late = (sent.arrival > seen_at) & (sent.arrival < end)
-        if event == LOST_CONTROL:       # without control, a node may send zeros
+        is_late = (commands.arrival > seen_at) & (commands.arrival < end)
+        if cause == LOST_CONTROL:       # without control, a node may send zeros
             is_late &= is_moving
         late_indices = np.flatnonzero(is_late)
         if len(late_indices) >= MIN_LATE_COMMANDS:
             first = late_indices[0]
-            yield BrokenLink(f'{event}, and {len(late_indices)} commands came later: '
-                             + command_text(sent, first), sent.arrival[first])
-        indices = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < seen_at))
-        if len(indices) and is_moving[indices[-1]]:
-            last = command_text(sent, indices[-1])
-            yield BrokenLink(f'{event}, and the last command was {last}: no zero followed', begin)
+            yield BrokenLink(f'{cause}, and {len(late_indices)} commands came later: '
+                             + command_text(commands, first), commands.arrival[first])
+        is_recent = (commands.arrival > begin - 1.0) & (commands.arrival < seen_at)
+        recent_indices = np.flatnonzero(is_recent)
+        if len(recent_indices) and is_moving[recent_indices[-1]]:
+            last = command_text(commands, recent_indices[-1])
+            yield BrokenLink(f'{cause}, and the last command was {last}: no zero followed', begin)
 
 
-def command_text(sent: Any, k: int) -> str:
-    return f'linear.x {sent.linear[k]:.2f}, angular.z {sent.angular[k]:.2f}'
+def command_text(commands: Any, k: int) -> str:
+    return f'linear.x {commands.linear[k]:.2f}, angular.z {commands.angular[k]:.2f}'
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:

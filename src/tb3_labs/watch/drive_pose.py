@@ -10,9 +10,9 @@ from typing import Any, Iterator, List
 import numpy as np
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expectation_clause, worst_index
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, worst_index
 from tb3_labs.watch.drive_states import (
-    MAX_PROBE_LAG, MIN_CORRECT_SHARE, POSE_TOLERANCE, REFERENCES_OF, SHORT_LAG, NodeFrame,
+    MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, REFERENCES_OF, PROBE_DELAY, NodeFrame,
     index_from, local_frames, readings_with_control, unit_of)
 from tb3_labs.watch.headings import angles_of
 from tb3_labs.watch.variables import (
@@ -25,7 +25,7 @@ SCALE = POSE_TOLERANCE / TOLERANCE_SHARE
 
 def place_quantities(samples: Any, frame: NodeFrame) -> Iterator[Quantity]:
     """Yields the quantities that a node may use as its local place in `frame`. The first two are
-    correct, since a node need not add the pose that the reset declares."""
+    correct: a node may add the pose that the reset declares, or leave it out."""
     start = frame.declared_place
     place = samples.x + 1j * samples.y
     path = place - frame.place
@@ -64,27 +64,28 @@ def local_yaw_quantities(imu: Any, odometry: Any, frame: NodeFrame) -> Iterator[
     rows = [(yaw, ' since the reset', frame.declared_yaw - frame.imu_yaw),
             (yaw, ' since the reset, without the declared pose', -frame.imu_yaw),
             (yaw, ', not from the reset on', 0.0)]
-    for each in (degrees, *wrong_yaws):
-        value_at_reset = each.value[index_from(each.time, frame.begin)]
-        rows.append((each, ' since the reset', frame.declared_yaw - value_at_reset))
+    for angle in (degrees, *wrong_yaws):
+        angle_at_reset = angle.value[index_from(angle.time, frame.begin)]
+        rows.append((angle, ' since the reset', frame.declared_yaw - angle_at_reset))
     rows.append((degrees, ', minus the radians at the reset', -frame.imu_yaw))
-    for each, clause, offset in rows:
-        yield each._replace(name=each.name + clause, value=each.value + offset)
+    for angle, clause, offset in rows:
+        yield angle._replace(name=angle.name + clause, value=angle.value + offset)
 
 
 def pose_quantities(node_run: NodeRun, frame: NodeFrame, name: str) -> List[Quantity]:
     """Returns the quantities that the variable `name` may follow in a frame, in comparable form.
     The first two quantities are correct. Returns [] without samples of a sensor."""
-    begin = frame.begin - MAX_PROBE_LAG
-    imu = node_run.run.imu.arrived_between(begin, frame.end)
-    odometry = node_run.run.odometry.arrived_between(begin, frame.end)
+    begin = frame.begin - MAX_PROBE_DELAY
+    imu = node_run.recording.imu.arrived_between(begin, frame.end)
+    odometry = node_run.recording.odometry.arrived_between(begin, frame.end)
     if not len(imu) or not len(odometry):
         return []
     if name == 'local_yaw':
         quantities = local_yaw_quantities(imu, odometry, frame)
     else:
         quantities = place_quantities(odometry, frame)
-    return [each._replace(value=comparable_values(name, each.value)) for each in quantities]
+    return [quantity._replace(value=comparable_values(name, quantity.value))
+            for quantity in quantities]
 
 
 def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
@@ -107,9 +108,9 @@ def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
-    """Checks the reference `name` in a frame. A wrong reference is reported in two cases: the
-    reset did not change the reference, or the reference is another yaw."""
-    run = node_run.run
+    """Checks the reference `name` in a frame. A wrong reference is reported if the reset did not
+    change it, or if it is another yaw."""
+    recording = node_run.recording
     series = node_run.variable(name)
     sensor, correct = {
         'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
@@ -118,7 +119,7 @@ def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[
         'initial_global_y': ('the place of the odometry', frame.place.imag)}[name]
     if series is None:
         return
-    readings = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
+    readings = series.between(frame.begin + MAX_PROBE_DELAY, frame.end)
     if len(set(readings.text)) != 1:
         return
     value = readings.value[0]
@@ -127,17 +128,16 @@ def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[
     if abs(error) <= POSE_TOLERANCE:
         return
     behaviours = []
-    if frame.is_reset and series.text_at(frame.begin - SHORT_LAG) == readings.text[0]:
+    if frame.is_reset and series.text_at(frame.begin - PROBE_DELAY) == readings.text[0]:
         behaviours.append('stayed ' + text)
     elif 'yaw' in name:
-        behaviours += [
-            f'followed {each.name} at the reset' for each in yaw_readings(run.imu, run.odometry)
-            if abs(wrap(value - each.at(frame.begin))) <= POSE_TOLERANCE]
+        angles = yaw_readings(recording.imu, recording.odometry)
+        behaviours += [f'followed {angle.name} at the reset' for angle in angles
+                       if abs(wrap(value - angle.at(frame.begin))) <= POSE_TOLERANCE]
     if behaviours:
-        observation = f'{frame.clause}{series.name} {behaviours[0]}'
-        message = expectation_clause(observation, sensor + ' at the reset')
-        yield BrokenLink(f'{message}: it was {text} when this was {correct:.3g}',
-                         readings.time[0], series.name)
+        yield BrokenLink(
+            f'{frame.clause}{series.name} {behaviours[0]}; it should be {sensor} at the reset: '
+            f'it was {text} when this was {correct:.3g}', readings.time[0], series.name)
 
 
 def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
@@ -151,9 +151,9 @@ def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[B
     message_times = correct.time[correct.time >= frame.begin]
     if not len(message_times):
         return
-    readings = series.between(message_times[0] + MAX_PROBE_LAG, frame.end)
+    readings = series.between(message_times[0] + MAX_PROBE_DELAY, frame.end)
     readings = replace(readings, value=comparable_values(name, readings.value * unit_of(series)))
-    readings = readings_with_control(node_run, readings, MAX_PROBE_LAG)
+    readings = readings_with_control(node_run, readings, MAX_PROBE_DELAY)
     if np.isfinite(readings.value).sum() < MIN_JUDGED_VALUES:
         return
     if matching_quantities(readings, quantities[:2], MIN_CORRECT_SHARE):
@@ -162,10 +162,10 @@ def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[B
     worst = worst_index(readings, expected)
     correct_value = np.angle(expected[worst]) if 'yaw' in name else expected[worst]
     behaviour = behaviour_text(readings, correct, quantities[2:])
-    message = expectation_clause(f'{frame.clause}{series.name} {behaviour}', correct.name)
     value_text = shortened_value(readings.text[worst])
-    yield BrokenLink(f'{message}: it was {value_text} when this was {correct_value:.3g}',
-                     readings.time[worst], series.name)
+    yield BrokenLink(
+        f'{frame.clause}{series.name} {behaviour}; it should be {correct.name}: it was '
+        f'{value_text} when this was {correct_value:.3g}', readings.time[worst], series.name)
 
 
 def behaviour_text(readings: Series, correct: Quantity, others: List[Quantity]) -> str:

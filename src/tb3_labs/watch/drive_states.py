@@ -15,8 +15,8 @@ from tb3_labs.watch.variables import Series
 POSE_TOLERANCE = 0.03           # [m, rad]
 #: Values follow a formula if the formula is correct for at least this share of the values.
 MIN_CORRECT_SHARE = 0.9
-#: The probe shows each change within MAX_PROBE_LAG [s], and most changes within SHORT_LAG [s].
-MAX_PROBE_LAG, SHORT_LAG = 0.4, 0.1
+PROBE_DELAY = 0.1               # [s] within which the probe shows most changes
+MAX_PROBE_DELAY = 0.4           # [s] within which the probe shows each change
 REST_TIME_AFTER_START = 1.5     # [s]
 #: {variable of the pose: references from which the node computes it}.
 REFERENCES_OF = {
@@ -48,23 +48,24 @@ class NodeFrame(NamedTuple):
 def local_frames(node_run: NodeRun) -> List[NodeFrame]:
     """Returns the local frames of a run in order. A frame begins at each recorded start of the
     node, and at each recorded reset. Starts are recorded only in a trial."""
-    run = node_run.run
+    recording = node_run.recording
     times = node_run.reading_times
-    if not len(times) or not len(run.odometry) or not len(run.imu):
+    if not len(times) or not len(recording.odometry) or not len(recording.imu):
         return []
     declared = [NodeFrame(min(times[index_from(times, start)], start + REST_TIME_AFTER_START))
-                for start in run.starts]
-    for time, x, y, yaw in zip(run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw):
+                for start in recording.starts]
+    resets = recording.resets
+    for time, x, y, yaw in zip(resets.arrival, resets.x, resets.y, resets.yaw):
         if time > times[0]:
             declared.append(NodeFrame(time, complex(x, y), yaw, is_reset=True))
     declared.sort(key=lambda frame: frame.begin)
-    ends = [frame.begin for frame in declared[1:]] + [run.duration + 1.0]
+    ends = [frame.begin for frame in declared[1:]] + [recording.duration + 1.0]
     frames = []
     for frame, end in zip(declared, ends):
-        if not run.starts:      # after a gap in the readings, the node may have started again
+        if not recording.starts:      # after a gap in the readings, the node may have started again
             end = min(end, node_run.end_after(frame.begin))
-        odometry = run.odometry.pose(index_from(run.odometry.arrival, frame.begin))
-        imu_yaw = run.imu.yaw[index_from(run.imu.arrival, frame.begin)]
+        odometry = recording.odometry.pose(index_from(recording.odometry.arrival, frame.begin))
+        imu_yaw = recording.imu.yaw[index_from(recording.imu.arrival, frame.begin)]
         frames.append(frame._replace(end=end, place=complex(odometry.x, odometry.y),
                                      odometry_yaw=odometry.yaw, imu_yaw=imu_yaw))
     return frames
@@ -94,12 +95,12 @@ class NodePose(NamedTuple):
 
 def own_pose(node_run: NodeRun, times: np.ndarray) -> NodePose:
     """Returns the NodePose at these times. In a trial, a missing goal is the handout's goal."""
-    default = HANDOUT_GOAL if node_run.run.starts else {}
+    default_goal = HANDOUT_GOAL if node_run.recording.starts else {}
     values = {}
     units = {}
     for name in (*REFERENCES_OF, *HANDOUT_GOAL):
         series = node_run.variable(name)
-        values[name] = np.full(len(times), default.get(name, np.nan))
+        values[name] = np.full(len(times), default_goal.get(name, np.nan))
         units[name] = 1.0
         if series is not None:
             values[name] = np.interp(times, series.time, series.value)
@@ -117,23 +118,23 @@ def unit_of(series: Series) -> float:
 def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -> Series:
     """Returns the `readings` at which the node has control and also had control `seconds` earlier.
     The variable has_control, or else ctrl_relinq, shows the control; without both, returns all."""
-    control = node_run.run.control
-    has_control = node_run.boolean_variable('has_control')
+    control = node_run.recording.control
+    series = node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
-    if has_control is not None:
-        time, value = has_control.time, has_control.value
+    if series is not None:
+        time, value = series.time, series.value
     if not len(time):
         return readings
     index_earlier = last_until(time, readings.time - seconds)
     had_control = (index_earlier >= 0) & (value[index_earlier] == 1.0)
-    has_control_now = value[last_until(time, readings.time)] == 1.0
-    return readings.take(had_control & has_control_now)
+    has_control = value[last_until(time, readings.time)] == 1.0
+    return readings.take(had_control & has_control)
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
     """Returns (time [s], time of the next message [s], value) of each message on ctrl_relinq."""
-    control = node_run.run.control
-    ends = np.append(control.arrival[1:], node_run.run.duration)
+    control = node_run.recording.control
+    ends = np.append(control.arrival[1:], node_run.recording.duration)
     return list(zip(control.arrival, ends, control.value))
 
 
@@ -146,7 +147,7 @@ class StateInterval(NamedTuple):
     begin: float
     end: float
     next_state: str
-    commands: Any
+    commands: Any       # Commands
     pose: NodePose
 
 
@@ -154,26 +155,27 @@ class StateInterval(NamedTuple):
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
     """Returns the StateIntervals in order; [] without a variable `state` in a handout's state."""
     series = node_run.variable('state')
-    sent = node_run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
     # a new frame, a message on ctrl_relinq, and a gap in the readings also end an interval
     frame_begins = [frame.begin for frame in local_frames(node_run)]
-    cuts = np.array([*frame_begins, *node_run.run.control.arrival])
+    cuts = np.array([*frame_begins, *node_run.recording.control.arrival])
     gaps = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
-    edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
+    edges = np.unique([*series.changes, *cuts, *gaps, node_run.recording.duration])
     intervals = []
     for begin, end in zip(edges[:-1], edges[1:]):
         readings = readings_with_control(node_run, series.between(begin, end), seconds=0.0)
         errors = own_pose(node_run, readings.time).error(ROTATE_TO_GOAL)
         if np.isnan(errors).all():
             continue
-        is_cut = end in gaps or (np.abs(cuts - end) <= SHORT_LAG).any()
+        is_cut = end in gaps or (np.abs(cuts - end) <= PROBE_DELAY).any()
         next_state = ''
         if end in series.changes and not is_cut:
             next_state = series.text_at(end)
         first, last = readings.time[0], readings.time[-1]
-        commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))
+        arrival = node_run.commands.arrival
+        is_within = (arrival > first - PROBE_DELAY / 2.0) & (arrival <= last)
+        commands = node_run.commands.take(is_within)
         intervals.append(StateInterval(
             state=str(readings.text[-1]), begin=first, end=last, next_state=next_state,
             commands=commands, pose=own_pose(node_run, commands.arrival)))

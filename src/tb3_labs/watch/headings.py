@@ -10,8 +10,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import euler_angles, wrap_all
 from tb3_labs.handout import PRINTED_HEADING
-from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, expectation_clause, is_constant, wrong_value)
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, worst_index
 from tb3_labs.watch.variables import (
     Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
@@ -34,6 +33,8 @@ YAW_RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = 
     ('without its sign', lambda yaw, whole_turn: np.abs(yaw)),
     ('mirrored, from 0 to 360', lambda yaw, whole_turn: -yaw % whole_turn),
     ('mirrored, from -180 to 180', lambda yaw, whole_turn: -yaw))
+#: An angle that is not the yaw is tried in these ranges alone.
+RANGES_OF_OTHER_ANGLES = YAW_RANGES[:3]
 #: (name, number per degree) of each unit that a node may use for a yaw.
 YAW_UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
              ('degrees, converted to degrees twice', 180.0 / math.pi))
@@ -52,14 +53,14 @@ def angles_of(imu: Any) -> Dict[str, np.ndarray]:
 @lru_cache(maxsize=1)
 def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     """Returns the quantities that a node may use as its heading. The correct quantity is first."""
-    imu = node_run.run.imu
+    imu = node_run.recording.imu
     candidates = []
     for (name, angle), (unit, factor) in product(angles_of(imu).items(), YAW_UNITS):
         number = np.degrees(angle) * factor
         whole_turn = 360.0 * factor
         is_yaw = name == 'yaw'
         per_degree = factor if is_yaw else 0.0
-        ranges = YAW_RANGES if is_yaw else YAW_RANGES[:3]
+        ranges = YAW_RANGES if is_yaw else RANGES_OF_OTHER_ANGLES
         for range_text, formula in ranges:
             candidates.append(Quantity(
                 f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, whole_turn),
@@ -71,17 +72,17 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
         candidates += [
             Quantity(name, imu.arrival, number, scale=1.0),
             Quantity(f'{name} plus 360 where it is negative', imu.arrival, plus_360, scale=1.0)]
-    candidates[0] = candidates[0]._replace(name='the heading, from 0 to 360 degrees')
-    return candidates
+    correct, *others = candidates
+    return [correct._replace(name='the heading, from 0 to 360 degrees'), *others]
 
 
 def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
     """Is this the correct heading, in any range and unit? An error below 1 degree is ignored."""
-    unit = quantity.per_degree
-    if not unit:
+    if not quantity.per_degree:
         return False
-    error = wrap_all(quantity.value - correct.value / correct.per_degree * unit, 360.0 * unit)
-    return bool((np.abs(error) < unit).all())
+    correct_value = correct.value / correct.per_degree * quantity.per_degree
+    error = wrap_all(quantity.value - correct_value, 360.0 * quantity.per_degree)
+    return bool((np.abs(error) < quantity.per_degree).all())
 
 
 def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
@@ -89,9 +90,9 @@ def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Qu
     the correct heading. If a node cannot turn by the returned quantity, `per_degree` is 0."""
     correct = quantities[0]
     matching = matching_quantities(series, quantities)
-    coarse = [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities]
-    candidates = matching or matching_quantities(series, coarse)
-    for candidate in candidates:
+    coarse_quantities = [quantity._replace(scale=COARSE_FACTOR * quantity.scale)
+                         for quantity in quantities]
+    for candidate in matching or matching_quantities(series, coarse_quantities):
         if is_usable_heading(candidate, correct):
             return candidate
     if matching:
@@ -134,24 +135,27 @@ def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantit
 
 def broken_heading(series: Series, correct: Quantity, followed: Optional[Quantity]) -> BrokenLink:
     """Returns the BrokenLink of a variable that should follow the heading `correct`, and follows
-    the quantity `followed`. If `followed` is None, the variable follows no quantity."""
+    the quantity `followed`, or no quantity. The moment is that of the largest error."""
     if followed is not None:
         behaviour = 'follows ' + followed.name
     elif is_constant(series):
         behaviour = 'stays at ' + shortened_value(series.text[-1])
     else:
         behaviour = 'follows no angle of the IMU'
-    return wrong_value(series, expectation_clause(behaviour, correct.name), correct)
+    expected = correct.at(series.time)
+    worst = worst_index(series, expected)
+    name = correct.name.partition(',')[0]
+    values = f'it was {shortened_value(series.text[worst])} when {name} was {expected[worst]:.4g}'
+    return BrokenLink(f'{series.name} {behaviour}; it should be {correct.name}: {values}',
+                      series.time[worst], series.name)
 
-
-# -- the IMU exercise
 
 def printed_headings(node_run: NodeRun) -> Series:
     """Returns the headings that the node printed in its first run."""
-    run = node_run.run
-    end = run.starts[1] if len(run.starts) > 1 else np.inf
-    texts = [str(text) for text in run.printed.text]
-    time_of_character = np.repeat(run.printed.arrival, [len(text) for text in texts])
+    recording = node_run.recording
+    end = recording.starts[1] if len(recording.starts) > 1 else np.inf
+    texts = [str(text) for text in recording.printed.text]
+    time_of_character = np.repeat(recording.printed.arrival, [len(text) for text in texts])
     matches = list(HEADING_LINE.finditer(''.join(texts)))
     times = np.array([time_of_character[match.end() - 1] for match in matches], dtype=float)
     numbers = np.array([match.group(1) for match in matches], dtype=object)

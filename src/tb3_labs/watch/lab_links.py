@@ -2,8 +2,7 @@
 from typing import Any, Dict, List, Sequence, Tuple
 
 from tb3_labs.watch import drive_links, drive_pose, headings, turn_links
-from tb3_labs.watch.broken_link import (
-    BrokenLink, Link, NodeRun, SheetStep, find_broken_link, sentence)
+from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, SheetStep, find_broken_link
 from tb3_labs.watch.variables import bare_name
 
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
@@ -19,8 +18,8 @@ CONTROL_STEP = STATES_SECTION.at_step(2)
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
-#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain, since
-#: each of their criteria is about one input, and so names the mistake.
+#: {lab: links of its chain, in order}. The labs of the gamepad and the mouse have no chain: each of
+#: their criteria is about one input, and so names the mistake.
 LINKS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -59,25 +58,25 @@ VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
-def remarks(run: Any, lab: str) -> List[str]:
+def remarks(recording: Any, lab: str) -> List[str]:
     """Returns a list with a sentence on a mistake that costs no points, or []."""
     remarked_links = [link for link in LINKS.get(lab, ()) if link.is_remarked]
-    first = find_broken_link(NodeRun(run), remarked_links)
-    if first is None:
+    found = find_broken_link(NodeRun(recording), remarked_links)
+    if found is None:
         return []
-    link, broken = first
-    return [f'{sentence(broken)} See {link.place}.']
+    link, broken = found
+    return [f'{broken.as_sentence()} See {link.place}.']
 
 
-def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
+def broken_links_of_nodes(recording: Any) -> List[Tuple[str, Link, BrokenLink]]:
     """Returns (node, Link, BrokenLink) of each node with a broken link, if its lab is known."""
-    rows = []
-    for node in sorted(set(run.variables.node)):
-        node_run = NodeRun(run, node)
+    found_links = []
+    for node in sorted(set(recording.variables.node)):
+        node_run = NodeRun(recording, node)
         names = {bare_name(name) for name in node_run.variables}
         for lab, known_names in VARIABLES_OF_LAB.items():
             if known_names <= names:
-                first = find_broken_link(node_run, LINKS[lab])
-                if first is not None:
-                    rows.append((node, *first))
-    return rows
+                found = find_broken_link(node_run, LINKS[lab])
+                if found is not None:
+                    found_links.append((node, *found))
+    return found_links

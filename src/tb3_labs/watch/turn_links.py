@@ -6,12 +6,11 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
-from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, expectation_clause, other_field_text, slow_commands)
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_field_text, slow_commands
 from tb3_labs.watch.headings import broken_heading, heading_candidates
 from tb3_labs.watch.typed_turns import (
-    READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw, letter_turns,
-    own_heading)
+    READING_PERIOD, TURN_OF_LETTER_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw,
+    letter_turns, own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
 #: A robot that is already turning turns some degrees before the node reads the letter.
@@ -21,9 +20,13 @@ CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
 MAX_FIRST_COMMAND_DELAY = 0.4       # [s] after the letter
-#: A mistake is reported if at least so many readings or commands show it.
-MIN_FALSE_READINGS, MIN_ZERO_COMMANDS, MIN_ZERO_PAUSES = 5, 6, 3
-MIN_COMMANDS_AWAY, MIN_FORWARD_COMMANDS, MIN_PACED_COMMANDS = 2, 3, 3
+#: A mistake is reported if at least this many readings or commands show it.
+MIN_FALSE_READINGS = 5
+MIN_ZERO_COMMANDS = 6
+MIN_ZERO_PAUSES = 3
+MIN_COMMANDS_AWAY = 2
+MIN_FORWARD_COMMANDS = 3
+MIN_PACED_COMMANDS = 3
 MIN_TURNING_SPEED = 0.02            # [rad/s]
 SPEED_TOLERANCE = 0.01              # [m/s, rad/s]
 #: When the error is below half the handout's tolerance, the turn must end within this time [s].
@@ -55,20 +58,18 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue        # the node is still in the previous turn, and has not read the letter
         change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
         change_deg = float(wrap_all(change, 360.0))
-        requested_deg = TURNS_DEG[turn.letter]
         if turn.letter == UNKNOWN_LETTER:
             requested_deg = math.copysign(TURN_DEG, change_deg)
+            correct_goal = f'{TURN_DEG * unit:g} more or less'
+        else:
+            requested_deg = TURN_OF_LETTER_DEG[turn.letter]
+            correct_goal = f'{(turn.begin_yaw + requested_deg * unit) % (360.0 * unit):.4g}'
         if abs(wrap_all(change_deg - requested_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
-            if correct_turn is None:
-                correct_turn = turn
+            correct_turn = correct_turn or turn
             continue
         behaviour = 'stayed' if turn.goal_before == turn.goal_after else 'became'
-        correct_goal = f'{TURN_DEG * unit:g} more or less'
-        if turn.letter != UNKNOWN_LETTER:
-            correct_goal = f'{(turn.begin_yaw + requested_deg * unit) % (360.0 * unit):.4g}'
-        message = expectation_clause(
-            f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
-            f'{behaviour} {shortened_value(turn.goal_after)}', correct_goal)
+        message = (f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
+                   f'{behaviour} {shortened_value(turn.goal_after)}; it should be {correct_goal}')
         if correct_turn is not None:
             message += (f'; after {correct_turn.letter} with {correct_turn.begin_yaw:.4g} '
                         'it was right')
@@ -83,8 +84,8 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
     for turn in letter_turns(node_run):
         end = min(turn.end, turn.begin + 1.0)
         readings = turning.between(turn.begin + MAX_FIRST_COMMAND_DELAY, end)
-        stays_false = len(readings.value) >= MIN_FALSE_READINGS and not readings.value.any()
-        if stays_false and not len(turn.moving_indices):
+        stayed_false = len(readings.value) >= MIN_FALSE_READINGS and not readings.value.any()
+        if stayed_false and not len(turn.moving_indices):
             clause = ''
             if len(turn.error) and math.isfinite(turn.error[0]):
                 clause = f', at an error of {turn.error[0]:+.0f} degrees'
@@ -139,19 +140,19 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the rate of each turn is within its limit, and that the forward speed is zero."""
-    sent = node_run.commands
+    commands = node_run.commands
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
         if not len(moving):
             continue
-        k = int(np.argmax(np.abs(turn.command)))
-        if abs(turn.command[k]) > MAX_ANG_Z + SPEED_TOLERANCE:
-            yield BrokenLink(f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for',
-                             turn.time[k], 'angular.z')
-        forward = sent.linear[np.isin(sent.arrival, turn.time[moving])]
+        fastest = int(np.argmax(np.abs(turn.command)))
+        if abs(turn.command[fastest]) > MAX_ANG_Z + SPEED_TOLERANCE:
+            yield BrokenLink(f'{turn.command_text(fastest)}, at most {MAX_ANG_Z:g} are asked for',
+                             turn.time[fastest], 'angular.z')
+        forward = commands.linear[np.isin(commands.arrival, turn.time[moving])]
         if (np.abs(forward) > SPEED_TOLERANCE).sum() >= MIN_FORWARD_COMMANDS:
-            fastest = forward[np.argmax(np.abs(forward))]
-            yield BrokenLink(f'in the turn after {turn.letter} linear.x was {fastest:.2g}',
+            speed = forward[np.argmax(np.abs(forward))]
+            yield BrokenLink(f'in the turn after {turn.letter} linear.x was {speed:.2g}',
                              turn.begin, 'linear.x')
 
 
@@ -187,15 +188,13 @@ def late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
     if not len(small_indices):
         return
     first = small_indices[0]
-    begin = turn.time[first]
-    stop_time = turn.time[last] - begin
-    if stop_time <= MAX_STOP_TIME:
-        return
+    stop_time = turn.time[last] - turn.time[first]
     # a node with a finer tolerance comes nearer to the goal before it ends the turn
-    is_fine_stop = error_size[first:].max() < HDG_TOL and stop_time < FINE_STOP_TIME
-    if not is_fine_stop or not (turn.is_ended or turn.is_cut):
+    is_fine = error_size[first:].max() < HDG_TOL and (turn.is_ended or turn.is_cut)
+    max_stop_time = FINE_STOP_TIME if is_fine else MAX_STOP_TIME
+    if stop_time > max_stop_time:
         yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
-                         + own_tolerance_text(node_run), begin, 'turning')
+                         + own_tolerance_text(node_run), turn.time[first], 'turning')
 
 
 def own_tolerance_text(node_run: NodeRun) -> str:
@@ -209,7 +208,7 @@ def own_tolerance_text(node_run: NodeRun) -> str:
 def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Checks that the variable `turning` is False when the next letter is typed."""
     turning = node_run.boolean_variable('turning')
-    if turning is None or not len(node_run.run.letters):
+    if turning is None or not len(node_run.recording.letters):
         return
     was_cut = False
     for turn in letter_turns(node_run):

@@ -14,15 +14,17 @@ from tb3_labs.watch.variables import Quantity
 MAX_LETTER_DELAY = 3.0      # [s]
 #: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
+#: The probe may show a change up to this time [s] after the node made the change.
+MAX_READING_DELAY = 2.0 * READING_PERIOD
 UNKNOWN_LETTER = 'a letter'
 LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY, 0.0: ''}      # sides as in RunData.letters
-TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, UNKNOWN_LETTER: np.nan}
+TURN_OF_LETTER_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, UNKNOWN_LETTER: np.nan}
 
 
 @dataclass(frozen=True)
 class NodeTurn:
     """The turn after a typed letter, until the next letter. `letter` is l, r or UNKNOWN_LETTER. A
-    turn `is_cut` if the mouse was moved, or the node ended, before the next letter was typed.
+    turn `is_cut` if the mouse moved, or the node ended, before the next letter was typed.
 
     Angles are in the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
@@ -94,15 +96,15 @@ def own_heading(node_run: NodeRun) -> Optional[Quantity]:
 @lru_cache(maxsize=1)
 def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
     """Returns the NodeTurn of each l or r. If no letters were recorded, `turning` shows them."""
-    run = node_run.run
-    times = run.letters.arrival
-    letters = [LETTER_OF_SIDE[side] for side in run.letters.value]
+    recording = node_run.recording
+    times = recording.letters.arrival
+    letters = [LETTER_OF_SIDE[side] for side in recording.letters.value]
     if not len(times):
         times = unrecorded_letters(node_run)
         letters = [UNKNOWN_LETTER] * len(times)
     turns = []
-    for begin, letter, end in zip(times, letters, [*times[1:], run.duration]):
-        turn_end = min(mouse_moved_at(run.mouse, begin), node_run.end_after(begin), end)
+    for begin, letter, end in zip(times, letters, [*times[1:], recording.duration]):
+        turn_end = min(mouse_moved_at(recording.mouse, begin), node_run.end_after(begin), end)
         if letter and turn_end > begin:
             turns.append(turn_of(node_run, begin, turn_end, letter, is_cut=turn_end < end))
     return turns
@@ -119,29 +121,30 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     """Returns the times at which `turning` became True. Returns no times if goal_yaw changes in a
-    turn, since the node may then keep letters in a queue."""
+    turn: a node that keeps letters in a queue reads several letters in one turn."""
     turning = node_run.boolean_variable('turning')
     goal = node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)
     goal_changes = np.empty(0) if goal is None else goal.changes
     for time in goal_changes:
-        if turning.at(time - 2.0 * READING_PERIOD) and turning.at(time):
+        if turning.at(time - MAX_READING_DELAY) and turning.at(time):
             return np.empty(0)
-    becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
-    # the probe may show the change up to two periods after the node read the letter
-    return becomes_true - 2.0 * READING_PERIOD
+    becomes_true = np.diff(turning.value) > 0.0
+    return turning.time[1:][becomes_true] - MAX_READING_DELAY
 
 
 def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bool) -> NodeTurn:
     """Returns the NodeTurn of a letter. The correct heading replaces one that is not usable."""
     goal = node_run.variable('goal_yaw')
-    heading: Any = own_heading(node_run)
-    curr_yaw: Any = node_run.variable('curr_yaw')
-    if heading is None:
-        heading = curr_yaw = heading_candidates(node_run)[0]
+    heading = own_heading(node_run)
+    curr_yaw = node_run.variable('curr_yaw')
+    if heading is not None and curr_yaw is not None:
+        begin_yaw = float(curr_yaw.at(begin))
+    else:
+        heading = heading_candidates(node_run)[0]
+        begin_yaw = float(heading.at(begin))
         goal = None
-    begin_yaw = float(curr_yaw.at(begin))
     read_at = begin
     goal_before = goal_after = ''
     if goal is not None:
@@ -149,14 +152,13 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
         changes = goal.between(begin, min(end, begin + MAX_LETTER_DELAY)).changes
         read_at = float(changes[0]) if len(changes) else begin + READING_PERIOD
         goal_before, goal_after = goal.text_at(begin), goal.text_at(read_at + READING_PERIOD)
-    commands = node_run.commands
-    is_after = commands.arrival > max(begin, read_at - 2.0 * READING_PERIOD)
-    commands = commands.take(is_after & (commands.arrival < end))
+    arrival = node_run.commands.arrival
+    is_after = arrival > max(begin, read_at - MAX_READING_DELAY)
+    commands = node_run.commands.take(is_after & (arrival < end))
     times = commands.arrival
     yaws = heading.at(times)
     if goal is None:
-        goal_yaw = begin_yaw + TURNS_DEG[letter] * heading.per_degree
-        goals = np.full(len(times), goal_yaw)
+        goals = np.full(len(times), begin_yaw + TURN_OF_LETTER_DEG[letter] * heading.per_degree)
     else:
         shown_at = np.maximum(times, read_at) + READING_PERIOD
         last_moment = np.nextafter(end, 0.0)    # at `end` the next letter has changed the goal

@@ -1,14 +1,14 @@
-"""Finds the quantities that the variables of a node follow in a run.
+"""Finds the quantities that the variables of a node follow in a recorded run.
 
 probe/sitecustomize.py reads the variables. A quantity is a number that a formula gives for each
 message of a sensor. A variable follows a quantity if the formula gives each value of the variable
 for a recent message.
 
-In this folder a `run` is a RunData (see :mod:`tb3_labs.recording.run_data`). Times are arrivals.
+A `recording` is a RunData (see :mod:`tb3_labs.recording.run_data`). Times are arrivals.
 """
 import math
 from dataclasses import dataclass
-from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -18,8 +18,9 @@ from tb3_labs.geometry.arrays import last_before, last_until
 TOLERANCE_SHARE = 3e-4
 #: A variable follows a quantity if at least this share of its values comes from recent samples.
 MIN_FOLLOWING_SHARE = 0.98
-#: A variable follows late if at least this share of its values is at most MAX_DELAY [s] late.
-DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
+MAX_DELAY = 60.0        # [s] with which a variable may follow a quantity
+#: A variable follows late if at least this share of its values is at most MAX_DELAY late.
+DELAYED_SHARE = 0.9
 #: A sample is recent until this time [s] after the next sample arrives.
 RECENT_TIME = 0.5
 #: A sample may reach the node up to this time [s] earlier than the recorder.
@@ -87,22 +88,10 @@ def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
     return nodes
 
 
-def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
-    """Returns {name: Series} of `node`, by default of the node with the most readings."""
-    nodes = variables_by_node(run.variables)
-    if not nodes:
-        return {}
-    if node is None:
-        node = max(nodes, key=lambda name: np.sum(run.variables.node == name))
-    return nodes.get(node, {})
-
-
 def bare_name(name: str) -> str:
     """Returns a variable's own name in small letters: `curr_yaw` for `Controller._curr_yaw`."""
     return name.rpartition('.')[2].strip('_').lower()
 
-
-# -- quantities
 
 class Quantity(NamedTuple):
     """A number for each sample of a sensor. `name` names the number and its unit. The range of the
@@ -127,18 +116,18 @@ def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
-    recent_samples = int((max_age + MAX_ARRIVAL_LEAD) / max(step, 1e-3)) + 2
-    count = min(len(times), recent_samples)
+    recent_count = int((max_age + MAX_ARRIVAL_LEAD) / max(step, 1e-3)) + 2
+    count = min(len(times), recent_count)
     # in each array a row is a reading, and a column is a sample, newest first
     newest = last_before(times, readings + MAX_ARRIVAL_LEAD)
-    indices = newest[:, None] - np.arange(count)
-    exists = indices >= 0
-    indices = indices.clip(0)
+    indices_before = newest[:, None] - np.arange(count)     # negative before the first sample
+    indices = indices_before.clip(0)
     replaced_at = np.append(times[1:], np.inf)    # a sample is replaced by the next sample
     age = (readings[:, None] - replaced_at[indices]).clip(0.0)
     distance = np.abs(series.value[:, None] - quantity.value[indices])
-    is_equal = exists & (age <= max_age) & (distance <= TOLERANCE_SHARE * quantity.scale)
-    return np.where(is_equal, age, np.inf).min(axis=1)
+    is_recent = (indices_before >= 0) & (age <= max_age)
+    is_equal = distance <= TOLERANCE_SHARE * quantity.scale
+    return np.where(is_recent & is_equal, age, np.inf).min(axis=1)
 
 
 def subsampled(series: Series) -> Series:
@@ -151,7 +140,7 @@ def subsampled(series: Series) -> Series:
 def matching_quantities(series: Series, quantities: Iterable[Quantity],
                         share: float = MIN_FOLLOWING_SHARE) -> List[Quantity]:
     """Returns the quantities that a variable follows, in the given order. If a variable follows
-    several quantities, the run does not show which quantity the node uses."""
+    several quantities, the recording does not show which of them the node uses."""
     # the variable may have its first value before the first message comes
     changes = np.flatnonzero(series.text != series.text[:1])
     first_change = changes[0] if len(changes) else 0

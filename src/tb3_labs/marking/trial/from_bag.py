@@ -3,7 +3,7 @@ import json
 import math
 import re
 from dataclasses import replace
-from typing import Any, Dict, Sequence, Type
+from typing import Any, Dict, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from tb3_labs.marking.trial.observation import (
     GOAL_POSE, MAX_FINDINGS, NOT_FINITE, REQUESTED_DEG, NodeProcess, Observation, Stimulus)
 from tb3_labs.recording.bag_reader import CLOCK_JUMPED
 from tb3_labs.recording.ros_bag import read_run
-from tb3_labs.recording.run_data import Numbers, Poses, RunData, SamplesType, States
+from tb3_labs.recording.run_data import Numbers, Poses, RunData, Texts
 
 SAME_RESET_TIME = 1.0       # [s] between a call of the reset and the node's line about this reset
 #: An Observation keeps this many characters from the start of a process's output, and as many from
@@ -91,16 +91,9 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     names = [[stimulus.begin, stimulus.name] for stimulus in observation.stimuli]
     return replace(
         recording, variables=recording.variables.take(has_known_frame),
-        resets=samples_from_rows(Poses, sorted(resets)), starts=tuple(starts),
-        states=samples_from_rows(States, names), goals=samples_from_rows(Poses, goals),
-        letters=samples_from_rows(Numbers, letters))
-
-
-def samples_from_rows(samples_class: Type[SamplesType], rows: Sequence[Sequence[Any]]
-                      ) -> SamplesType:
-    """Returns Samples of the class `samples_class`. A row contains the time of arrival, then the
-    fields. The time of arrival is also the stamp."""
-    return samples_class.from_rows([(row[0], *row) for row in rows])
+        resets=Poses.without_stamps(sorted(resets)), starts=tuple(starts),
+        states=Texts.without_stamps(names), goals=Poses.without_stamps(goals),
+        letters=Numbers.without_stamps(letters))
 
 
 def _add_output(observation: Observation, text: str, line_count: int) -> None:

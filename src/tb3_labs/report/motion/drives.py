@@ -75,15 +75,15 @@ def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequenc
     begin, end = states[0].begin, states[-1].end
     goal = states[0].goal
     interval = frame_interval_of(frames, begin, end)
-    measuring_end = end
+    rest_end = end
     if next_state is not None and next_state.name != TURN_TO_GOAL:
-        measuring_end = min(end + SETTLE_TIME, next_state.end)
-    measuring_end = min(measuring_end, interval.end)
+        rest_end = min(end + SETTLE_TIME, next_state.end)
+    measuring_end = min(rest_end, interval.end)
     local = run.local_pose.between(interval.begin, measuring_end)
     true_error = UNKNOWN_ERROR
     if interval.local_T_world is not None:
         truth = run.ground_truth.between(interval.begin, measuring_end)
-        true_error = _final_error(truth.seen_from(interval.local_T_world), goal, end)
+        true_error = _final_error(truth.in_parent(interval.local_T_world), goal, end)
     return DriveReport(
         begin, end, goal, outcome=_outcome(next_state), error=_final_error(local, goal, end),
         true_error=true_error, drift=_drift(run, states))

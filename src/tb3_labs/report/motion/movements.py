@@ -5,7 +5,7 @@ in the lab, the robot's place follows the odometry, and the robot's heading foll
 
 A *movement* is a series of commands that are not zero, with pauses shorter than
 `MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A turn has
-no forward speed. A drive has a way forward, and a turn before or after it. Any other movement is
+no forward speed. A drive goes forward, and has a turn before or after this. Any other movement is
 by hand.
 
 If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
@@ -23,7 +23,7 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
-from tb3_labs.recording.run_data import Poses, RunData, States
+from tb3_labs.recording.run_data import Poses, RunData, Texts
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
 
@@ -61,8 +61,8 @@ def movements(run: RunData) -> List[Movement]:
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
     # a reset, or the loss of control, cuts off a movement
     cuts = np.concatenate([run.resets.time, run.control.time[run.control.value == 0.0]])
-    cuts_before = np.searchsorted(np.sort(cuts), time[moves])
-    is_cut = np.diff(cuts_before) > 0
+    cut_counts = np.searchsorted(np.sort(cuts), time[moves])     # until each command
+    is_cut = np.diff(cut_counts) > 0
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE_TIME
     first_indices = np.flatnonzero(is_cut | is_pause) + 1
     return [_movement(run, indices, ends) for indices in np.split(moves, first_indices)]
@@ -119,7 +119,7 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 def _with_local(run: RunData) -> RunData:
     odometry = run.odometry
     start = odometry.time[0]
-    at_start = Poses.from_rows([(start, start, 0.0, 0.0, 0.0)])
+    at_start = Poses.without_stamps([(start, 0.0, 0.0, 0.0)])
     declared = Poses.joined([at_start, run.resets])
     declared = declared.take(np.argsort(declared.time, kind='stable'))
     frames = odometry.at(declared.time) @ declared.inverse()
@@ -127,8 +127,8 @@ def _with_local(run: RunData) -> RunData:
     frame_index = last_until(declared.time, odometry.time).clip(0)
     odom_T_local = replace(frames.take(frame_index), arrival=odometry.arrival, time=odometry.time)
     local = odom_T_local.inverse() @ odometry
-    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws[frame_index])
-    return replace(run, local_pose=replace(local, yaw=heading), frames=odom_T_local,
+    headings = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws[frame_index])
+    return replace(run, local_pose=replace(local, yaw=headings), frames=odom_T_local,
                    derived=run.derived + ('local_pose', 'frames'))
 
 
@@ -137,15 +137,15 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
     for movement in movements(run):
         if movement.kind is MovementKind.DRIVE:
             begins = movement.begin, movement.forward_begin, movement.forward_end
-            states += [(begin, begin, state) for begin, state in zip(begins, DRIVING)
+            states += [(begin, state) for begin, state in zip(begins, DRIVING)
                        if begin < movement.end]
             if movement.end < run.duration:
-                states.append((movement.end, movement.end, CAME_TO_REST))
+                states.append((movement.end, CAME_TO_REST))
     if not states:
         return run
-    run = replace(run, states=States.from_rows(states), derived=run.derived + ('states',))
+    run = replace(run, states=Texts.without_stamps(states), derived=run.derived + ('states',))
     if len(run.goals):
         return run
-    first = states[0][0]
-    goals = Poses.from_rows([(first, first, goal.x, goal.y, goal.yaw)])
+    first_begin, _ = states[0]
+    goals = Poses.without_stamps([(first_begin, goal.x, goal.y, goal.yaw)])
     return replace(run, goals=goals, derived=run.derived + ('goals',))

@@ -134,7 +134,8 @@ def recorded_states(run: RunData) -> List[RecordedState]:
 
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (times [s], distances [m], angles [rad]) from each local_pose to its goal."""
-    poses = run.local_pose.between(run.goals.arrival.min(initial=math.inf), math.inf)
+    first_goal_at = min(run.goals.arrival, default=math.inf)
+    poses = run.local_pose.between(first_goal_at, math.inf)
     goals = run.goals.take(last_until(run.goals.arrival, poses.time))
     distances = np.hypot(goals.x - poses.x, goals.y - poses.y)
     return poses.time, distances, wrap_all(goals.yaw - poses.yaw)

@@ -49,8 +49,8 @@ export class Track {
     });
   }
 
-  /** Returns the points [x, y] of the way until a time, with a null for each break. */
-  way(time) {
+  /** Returns the points [x, y] of the path until a time, with a null for each break. */
+  pathUntil(time) {
     const points = [], last = lastBefore(this.time, time);
     for (let i = 0; i <= last; i += 1) {
       if (this.breaks.has(i)) points.push(null);
@@ -96,20 +96,20 @@ export function stepsOf(times, texts) {
 }
 
 /** Returns a figure of `lines`, {CSS class: points}; null if there are no points. The scale has at
- *  least the range `least`, and shows the texts `levels` in place of 0, 1, 2, ... */
+ *  least the range `minRange`, and shows the texts `levels` in place of 0, 1, 2, ... */
 export function curve(name, caption, lines, duration, options) {
-  const {least = 0, hasZero = false, isAngle = false, levels = null} = options;
+  const {minRange = 0, hasZero = false, isAngle = false, levels = null} = options;
   const kinds = Object.keys(lines);
   const values = Object.values(lines).flat().filter(Boolean).map((point) => point[1]);
   if (!values.length) return null;
   if (hasZero) values.push(0);
   const lowest = values.reduce((a, b) => Math.min(a, b));
   const highest = values.reduce((a, b) => Math.max(a, b));
-  const margin = Math.max(0.06 * (highest - lowest), (least - (highest - lowest)) / 2)
+  const margin = Math.max(0.06 * (highest - lowest), (minRange - (highest - lowest)) / 2)
     || 1;       // around a constant
   const low = lowest - margin, high = highest + margin, range = high - low;
   let step = nice(range / GRID_LINES);
-  if (isAngle) step = ANGLE_STEPS.find((each) => range <= GRID_LINES * each) ?? step;
+  if (isAngle) step = ANGLE_STEPS.find((angle) => range <= GRID_LINES * angle) ?? step;
   if (levels) step = 1;
   const numbers = [];
   let grid = '';
@@ -124,7 +124,7 @@ export function curve(name, caption, lines, duration, options) {
   plot.innerHTML = `<svg viewBox="0 ${-high} ${duration} ${range}" preserveAspectRatio="none">`
     + `<path class="grid" d="${grid}"/>${paths.join('')}</svg><div class="now"></div>`;
   plot.append(...numbers);
-  const words = element('figcaption', {}, caption);
-  if (kinds.length > 1) kinds.forEach((kind) => words.append(' ', element('b', {class: kind}, kind)));
-  return element('figure', {}, words, plot);
+  const title = element('figcaption', {}, caption);
+  if (kinds.length > 1) kinds.forEach((kind) => title.append(' ', element('b', {class: kind}, kind)));
+  return element('figure', {}, title, plot);
 }

@@ -52,9 +52,8 @@ def table(titles: Sequence[str], rows: Sequence[Sequence[str]], text_columns: Se
     escaped. The first column, and the columns whose titles are `text_columns`, are aligned left. On
     a narrow screen each cell begins with the title of its column, unless `is_plain`."""
     classes = [' class="words"' if title in text_columns else '' for title in titles]
-    labels = [''] * len(titles)
-    if not is_plain:
-        labels = [' data-head="{}"'.format(TAG.sub('', _html(title))) for title in titles]
+    labels = ['' if is_plain else ' data-head="{}"'.format(TAG.sub('', _html(title)))
+              for title in titles]
     lines = []
     for cells in rows:
         line = ''.join(f'<td{attributes}{label}>{_html(cell)}</td>'

@@ -95,8 +95,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
         'drives.csv': _csv(name, 'drive', DRIVE_COLUMNS, drives)}
     notes = [note[:1].upper() + note[1:] + '.' for note in run.notes]
     parts = [f'<p>{escape(text)}</p>' for text in [*notes, _summary(run, model)]]
-    timeline_data = timeline.timeline(run, model, timeline_events(run, turns, drives))
-    parts += [printed_faults(run), timeline.section(timeline_data), *broken_links(run)]
+    timeline_data = timeline.timeline_data(run, model, timeline_events(run, turns, drives))
+    parts += [printed_faults(run), timeline.timeline_html(timeline_data), *broken_links(run)]
     if turns:
         files['turns.png'] = printed_figures.png(printed_figures.turns_figure(run))
         parts += ['<h2>Turns</h2>', _table('turn', TURN_COLUMNS, turns),
@@ -160,10 +160,9 @@ def _table(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     return table(titles, _rows(columns, reports), text_columns=('outcome',))
 
 
-def _csv(run_name: str, word: str, columns: Sequence[Column],
-         reports: Sequence[Any]) -> str:
+def _csv(run_name: str, word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     """Returns a CSV file. `word` is the name of the second column, 'turn' or 'drive'. Each row
-    begins with the run's name, since a spreadsheet may contain the rows of several runs."""
+    begins with the run's name, so that a spreadsheet can contain the rows of several runs."""
     text = StringIO(newline='')
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(['run', word] + [column.name for column in columns])

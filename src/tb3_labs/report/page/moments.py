@@ -16,7 +16,6 @@ from tb3_labs.report.motion.resets_and_goals import frame_intervals, recorded_st
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees_text, hints_section, number_text
 from tb3_labs.report.page.timeline import TimelineEvent, changed_rows, timeline_event
-from tb3_labs.watch.broken_link import sentence
 from tb3_labs.watch.lab_links import broken_links_of_nodes
 
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
@@ -36,7 +35,7 @@ def timeline_events(run: RunData, turns: Sequence[TurnReport],
         is_by_hand = not any(movement.begin < event['end'] and event['begin'] < movement.end
                              for event in turns_and_drives)
         if is_by_hand:
-            events.append(_by_hand(run, movement.begin, movement.end))
+            events.append(_event_by_hand(run, movement.begin, movement.end))
     events += [timeline_event('reset', interval.begin, f'reset {k} of local')
                for k, interval in enumerate(frame_intervals(run)[1:], 1)]
     events += [timeline_event('stop', state.begin, state.name)
@@ -66,7 +65,7 @@ def _drive_event(k: int, drive: DriveReport) -> TimelineEvent:
     return timeline_event('drive', drive.begin, text, drive.end)
 
 
-def _by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:
+def _event_by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:
     before, after = run.imu.yaw_at((begin, end))
     length = run.odometry.between(begin, end).length
     turned = degrees_text(after - before, '{:+.1f}')
@@ -95,5 +94,5 @@ def printed_faults(run: RunData) -> str:
 
 def broken_links(run: RunData) -> List[str]:
     """Returns the HTML of the hints on the first broken link of each node."""
-    return [hints_section((link, broken), f'{node}: {sentence(broken)}')
+    return [hints_section((link, broken), f'{node}: {broken.as_sentence()}')
             for node, link, broken in broken_links_of_nodes(run)]

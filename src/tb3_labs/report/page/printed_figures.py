@@ -26,7 +26,7 @@ from matplotlib.figure import Figure
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Poses, RunData
 from tb3_labs.report.motion.drives import DriveReport, frame_interval_of
-from tb3_labs.report.motion.resets_and_goals import FrameInterval, frame_intervals, local_in_odom
+from tb3_labs.report.motion.resets_and_goals import frame_intervals, local_in_odom
 from tb3_labs.report.motion.turns import HEADING_MEAN_TIME, turn_reports
 
 DOTS_PER_INCH = 150
@@ -37,7 +37,8 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 # the renderer Agg in Noetic fails on a longer line, so matplotlib draws the line in parts
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn also shows these times [s] before and after the turn.
-SHOWN_TIME_BEFORE, SHOWN_TIME_AFTER = 0.2, 2.0 * HEADING_MEAN_TIME
+SHOWN_TIME_BEFORE = 0.2
+SHOWN_TIME_AFTER = 2.0 * HEADING_MEAN_TIME
 
 
 def png(figure: Figure) -> bytes:
@@ -110,16 +111,21 @@ def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
         _draw_axes(odom_panel, interval.odom_T_local, colour)
         _draw_axes(local_panel, interval.odom_T_local.inverse(), colour)
         if interval.local_T_world is not None:
-            truth = run.ground_truth.between(interval.begin, interval.end).seen_from(
+            truth = run.ground_truth.between(interval.begin, interval.end).in_parent(
                 interval.local_T_world)
             truth_style = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
                                label=None if index else 'ground truth')
             draw_path(local_panel, truth, **truth_style)
             draw_path(odom_panel, local_in_odom(run, truth.time) @ truth, **truth_style)
-    goals = [(drive, drive.goal) for drive in drives if drive.goal]
-    goals_in_odom = [_in_odom(run, frames, drive, goal) for drive, goal in goals]
+    goals = []
+    goals_in_odom = []
+    for drive in drives:
+        if drive.goal:
+            end = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
+            goals.append(drive.goal)
+            goals_in_odom.append(local_in_odom(run, np.array([end])).pose(0) @ drive.goal)
     _draw_ends(odom_panel, run.odometry, goals_in_odom)
-    _draw_ends(local_panel, run.local_pose, [goal for _, goal in goals])
+    _draw_ends(local_panel, run.local_pose, goals)
     for panel, title in ((odom_panel, 'global frame odom (black axes)'),
                          (local_panel, 'local frame (black axes)')):
         _draw_axes(panel, Pose2(), 'black')
@@ -134,12 +140,6 @@ def draw_path(panel: Axes, poses: Poses, **style: Any) -> None:
     """Draw a line through the poses. The line has a gap where the poses leap."""
     panel.plot(np.insert(poses.x, poses.leap_indices, np.nan),
                np.insert(poses.y, poses.leap_indices, np.nan), **style)
-
-
-def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
-             goal: Pose2) -> Pose2:
-    last = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
-    return local_in_odom(run, np.array([last])).pose(0) @ goal
 
 
 def _draw_axes(panel: Axes, frame: Pose2, colour: str) -> None:

@@ -6,25 +6,26 @@ import {Track, curve, element, lastBefore, stepsOf} from './curves.js';
 import {degrees, digits, nice, radians, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
-const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as in timeline.css
-const SHOWN = 0.5;                              // [s] shortest time for which a mark's text is shown
+const LEFT = 46;                                // [px] beside a curve, as in timeline.css
+const RIGHT = 8;
+const MIN_SHOWN_TIME = 0.5;                     // [s] for which the text of a mark is shown
 // the kinds of marks; each kind has its own row, in this order from the top
 const KINDS = ['drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'];
 const ROW_HEIGHT = 8;                           // [px] of the marks of one kind
-// a variable with more different texts than MAX_LEVELS has no figure
-const MAX_FIGURES = 12, MAX_LEVELS = 8;
+const MAX_FIGURES = 12;
+const MAX_LEVELS = 8;       // a variable with more different texts has no figure
 // [track, caption, options of the curve]; `command` is the column of the commanded speed
 const CURVES = [
-  ['heading', 'heading by the IMU [\u00b0]', {least: 10, isAngle: true}],
-  ['distance', 'distance to the goal [m]', {least: 0.1, hasZero: true}],
-  ['angle', "angle off the goal's heading [\u00b0]", {least: 10, isAngle: true}],
-  ['speed', 'forward [m/s]', {least: 0.1, command: 1}],
-  ['rate', 'turning [rad/s]', {least: 0.4, command: 2}],
+  ['heading', 'heading by the IMU [\u00b0]', {minRange: 10, isAngle: true}],
+  ['distance', 'distance to the goal [m]', {minRange: 0.1, hasZero: true}],
+  ['angle', "angle off the goal's heading [\u00b0]", {minRange: 10, isAngle: true}],
+  ['speed', 'forward [m/s]', {minRange: 0.1, command: 1}],
+  ['rate', 'turning [rad/s]', {minRange: 0.4, command: 2}],
 ];
 const $ = (id) => document.getElementById(id);
 
 /** Returns the place of a click in a plot: 0 at the left end, 1 at the right end. */
-function share(event) {
+function shareOfPlot(event) {
   const {left, width} = event.currentTarget.getBoundingClientRect();
   return Math.max(0, Math.min(1, (event.clientX - left - LEFT) / (width - LEFT - RIGHT)));
 }
@@ -33,7 +34,7 @@ class Timeline {
   constructor(run) {
     this.run = run;
     this.now = 0;
-    this.playing = false;
+    this.isPlaying = false;
     for (const name of ['odom', 'local', 'truth', 'frame', ...CURVES.map((row) => row[0])]) {
       this[name] = new Track(run[name]);
     }
@@ -50,7 +51,7 @@ class Timeline {
     this.map = new RobotMap($('run-map'));
     this.map.radius = run.radius;
     new MapInput(this.map, () => this.show());
-    this._controls();
+    this._connectControls();
     this._showAll();
     const first = this.local.time[0] ?? this.odom.time[0] ?? 0;
     this.go(location.hash.startsWith('#t=') ? timeOf(location) : first);
@@ -122,8 +123,8 @@ class Timeline {
     this.go(now);
   }
 
-  _controls() {
-    $('play').addEventListener('click', () => this.play(!this.playing));
+  _connectControls() {
+    $('play').addEventListener('click', () => this.play(!this.isPlaying));
     $('before').addEventListener('click', () => this.jump(-1));
     $('after').addEventListener('click', () => this.jump(1));
     $('time').max = this.run.duration;
@@ -148,21 +149,21 @@ class Timeline {
     for (const plot of document.querySelectorAll('#timeline .plot')) {
       plot.addEventListener('click', (event) => {
         const [begin, end] = plot.id === 'marks' ? [0, this.run.duration] : this._stretch();
-        if (event.target.tagName !== 'A') this.go(begin + share(event) * (end - begin));
+        if (event.target.tagName !== 'A') this.go(begin + shareOfPlot(event) * (end - begin));
       });
     }
   }
 
-  play(playing) {
-    if (playing && this.now >= this.run.duration) this.now = 0;
-    this.playing = playing;
-    $('play').textContent = playing ? '\u275a\u275a Pause' : '\u25b6 Play';
+  play(isPlaying) {
+    if (isPlaying && this.now >= this.run.duration) this.now = 0;
+    this.isPlaying = isPlaying;
+    $('play').textContent = isPlaying ? '\u275a\u275a Pause' : '\u25b6 Play';
     this._last = null;
-    if (playing) requestAnimationFrame((clock) => this._animate(clock));
+    if (isPlaying) requestAnimationFrame((clock) => this._animate(clock));
   }
 
   _animate(clock) {
-    if (!this.playing) return;
+    if (!this.isPlaying) return;
     const passed = this._last === null ? 0 : (clock - this._last) / 1000;
     this._last = clock;
     this.now = Math.min(this.run.duration, this.now + passed * Number($('rate').value));
@@ -177,11 +178,11 @@ class Timeline {
   }
 
   /** Go to the mark before or after this moment. */
-  jump(way) {
+  jump(direction) {
     const times = this.run.marks.map((mark) => mark.begin);
-    const next = way > 0 ? times.find((time) => time > this.now + 0.01)
+    const next = direction > 0 ? times.find((time) => time > this.now + 0.01)
       : times.reverse().find((time) => time < this.now - 0.01);
-    this.go(next ?? (way > 0 ? this.run.duration : 0));
+    this.go(next ?? (direction > 0 ? this.run.duration : 0));
   }
 
   _stretch() {
@@ -197,13 +198,13 @@ class Timeline {
       odom: this.odom.pose(now), local: this.local.pose(now), truth: this.truth.pose(now),
       frame: this.frame.pose(now), goal: goal?.[2] || null,
     };
-    map.trails = {odom: this.odom.way(now), local: this.local.way(now)};
+    map.trails = {odom: this.odom.pathUntil(now), local: this.local.pathUntil(now)};
     map.draw();
     this._showCurves();
     $('time').value = now;
     $('time').setAttribute('aria-valuetext', `${now.toFixed(1)} seconds`);
     $('clock').textContent = `${now.toFixed(2)} s of ${run.duration.toFixed(1)} s`;
-    this._words(goal);
+    this._showNumbers(goal);
     this._showLog();
   }
 
@@ -222,26 +223,27 @@ class Timeline {
     style.setProperty('--at', this.now / this.run.duration);
   }
 
-  _words(goal) {
+  _showNumbers(goal) {
     const {now, run} = this;
     const local = this.local.at(now), pose = local || this.odom.at(now);
-    const [heading] = this.heading.at(now) || [], [far] = this.distance.at(now) || [];
+    const [heading] = this.heading.at(now) || [], [distance] = this.distance.at(now) || [];
     const [, forward, turning] = run.commands[lastBefore(this._commandTimes, now)] || [];
-    const here = run.marks.filter(
-      ({begin, end}) => begin <= now && now <= Math.max(end, begin + SHOWN));
-    const say = (id, isKnown, words) => { $(id).textContent = isKnown ? words() : '\u2013'; };
-    say('now-state', goal, () => goal[1]);
-    say('now-pose', pose, () => `${pose[0].toFixed(3)} m, ${pose[1].toFixed(3)} m, `
+    const currentMarks = run.marks.filter(
+      ({begin, end}) => begin <= now && now <= Math.max(end, begin + MIN_SHOWN_TIME));
+    const setText = (id, isKnown, text) => { $(id).textContent = isKnown ? text() : '\u2013'; };
+    setText('now-state', goal, () => goal[1]);
+    setText('now-pose', pose, () => `${pose[0].toFixed(3)} m, ${pose[1].toFixed(3)} m, `
       + `${wrapped(pose[2])} in ${local ? 'local' : 'odom'}`);
-    say('now-heading', heading !== undefined, () => wrapped(heading));
-    say('now-error', far !== undefined,
-        () => `${far.toFixed(3)} m, ${wrapped(this.angle.at(now)[0])}`);
-    say('now-command', typeof forward === 'number',
-        () => `${forward.toFixed(2)} m/s, ${turning.toFixed(2)} rad/s`);
+    setText('now-heading', heading !== undefined, () => wrapped(heading));
+    setText('now-error', distance !== undefined,
+            () => `${distance.toFixed(3)} m, ${wrapped(this.angle.at(now)[0])}`);
+    setText('now-command', typeof forward === 'number',
+            () => `${forward.toFixed(2)} m/s, ${turning.toFixed(2)} rad/s`);
     for (const {times, texts, value} of this._variables) {
       value.textContent = texts[lastBefore(times, now)] ?? '\u2013';
     }
-    say('now-mark', here.length, () => here.map((mark) => mark.text).join('; '));
+    setText('now-mark', currentMarks.length,
+            () => currentMarks.map((mark) => mark.text).join('; '));
   }
 
   _showLog() {

@@ -23,8 +23,11 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.watch.variables import Series, variables_by_node
 
 TIMELINE_FILE = Path(__file__).with_name('timeline.html')
-#: The bounds [m], [deg], [m/s], [rad/s] of tracks. The errors of rounding are added.
-PLACE_BOUND, ANGLE_BOUND, SPEED_BOUND, RATE_BOUND = 0.002, 0.2, 0.005, 0.03
+# the bounds of tracks; the errors of rounding are added
+PLACE_BOUND = 0.002     # [m]
+ANGLE_BOUND = 0.2       # [deg]
+SPEED_BOUND = 0.005     # [m/s]
+RATE_BOUND = 0.03       # [rad/s]
 MAX_TEXT_LENGTH = 1000
 RECORDER_NODE = 'record'        # rosbag's node, whose log lines are not shown
 MAX_SHOWN_VARIABLES = 40
@@ -62,8 +65,8 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
     return np.flatnonzero(is_kept)
 
 
-def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[float],
-          breaks: Sequence[int] = ()) -> Dict[str, Any]:
+def track_data(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[float],
+               breaks: Sequence[int] = ()) -> Dict[str, Any]:
     """Returns the track of `columns`, with a bound for each column. No line is drawn across a gap
     of time, or to a sample whose index is in `breaks`. In the track, 'breaks' are point indices."""
     if not len(time):
@@ -78,52 +81,53 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[floa
             'breaks': np.unique(np.searchsorted(kept, begins))}
 
 
-def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -> Dict[str, Any]:
+def timeline_data(run: RunData, model: RobotModel,
+                  events: Sequence[TimelineEvent]) -> Dict[str, Any]:
     """Returns all data of a run's timeline in a form for JSON."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = frame_intervals(run)
-    local_resets = _resets(frames, local.time)
-    goal_resets = _resets(frames, time)
+    local_resets = _reset_indices(frames, local.time)
+    goal_resets = _reset_indices(frames, time)
     wraps = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
     # at the beginning of each interval, local_pose is assumed to be exact
-    truth = [run.ground_truth.between(interval.begin, interval.end).seen_from(
+    truth = [run.ground_truth.between(interval.begin, interval.end).in_parent(
         interval.odom_T_local @ interval.local_T_world)
         for interval in frames if interval.local_T_world is not None]
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
-        'odom': _poses(odometry), 'local': _poses(local, local_resets),
-        'truth': _poses(Poses.joined(truth)),
-        'frame': _poses(local_in_odom(run, local.time), local_resets),
-        'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], [ANGLE_BOUND]),
-        'rate': track(imu.time, [imu.yaw_rate], [RATE_BOUND]),
-        'speed': track(odometry.time, [odometry.linear], [SPEED_BOUND]),
-        'distance': track(time, [distance], [PLACE_BOUND], goal_resets),
-        'angle': track(time, [np.degrees(angle)], [ANGLE_BOUND], [*goal_resets, *wraps]),
-        'commands': _commands(run.commands),
+        'odom': _pose_track(odometry), 'local': _pose_track(local, local_resets),
+        'truth': _pose_track(Poses.joined(truth)),
+        'frame': _pose_track(local_in_odom(run, local.time), local_resets),
+        'heading': track_data(imu.time, [np.degrees(np.unwrap(imu.yaw))], [ANGLE_BOUND]),
+        'rate': track_data(imu.time, [imu.yaw_rate], [RATE_BOUND]),
+        'speed': track_data(odometry.time, [odometry.linear], [SPEED_BOUND]),
+        'distance': track_data(time, [distance], [PLACE_BOUND], goal_resets),
+        'angle': track_data(time, [np.degrees(angle)], [ANGLE_BOUND], [*goal_resets, *wraps]),
+        'commands': _command_rows(run.commands),
         'goals': [[round(state.begin, 3), state.name, _rounded(state.goal)]
                   for state in recorded_states(run)],
         'marks': sorted(events, key=lambda event: event['begin']),
-        'log': _lines(run.log),
-        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': variables(run)}
+        'log': _log_rows(run.log),
+        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': variable_rows(run)}
 
 
-def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    return track(poses.time, [poses.x, poses.y, np.degrees(np.unwrap(poses.yaw))],
-                 [PLACE_BOUND, PLACE_BOUND, ANGLE_BOUND], [*breaks, *poses.leap_indices])
+def _pose_track(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
+    return track_data(poses.time, [poses.x, poses.y, np.degrees(np.unwrap(poses.yaw))],
+                      [PLACE_BOUND, PLACE_BOUND, ANGLE_BOUND], [*breaks, *poses.leap_indices])
 
 
 def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
     return None if goal is None else [round(number, 4) for number in (goal.x, goal.y, goal.yaw)]
 
 
-def _resets(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
+def _reset_indices(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
     """Returns the index of the first sample after each reset, by the samples' `time` [s]."""
     indices = np.searchsorted(time, [interval.begin for interval in frames[1:]])
     return [int(index) for index in indices if 0 < index < len(time)]
 
 
-def _commands(commands: Commands) -> List[List[Optional[float]]]:
+def _command_rows(commands: Commands) -> List[List[Optional[float]]]:
     """Returns [time, linear, angular] of each command that differs from the previous command. When
     the robot's timeout ends a command, both speeds become None."""
     sent = commands.in_force()
@@ -147,30 +151,30 @@ def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> Time
             'text': text[:MAX_TEXT_LENGTH]}
 
 
-def _lines(log: LogLines) -> List[List[Any]]:
+def _log_rows(log: LogLines) -> List[List[Any]]:
     return [[round(float(time), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
             for time, level, node, text in zip(log.time, log.level, log.node, log.text)
             if node.rpartition('/')[2] != RECORDER_NODE]
 
 
-def variables(run: RunData) -> List[List[Any]]:
+def variable_rows(run: RunData) -> List[List[Any]]:
     """Returns [name, times, texts] of each variable. Each text is valid until the next time. In a
     gap of the readings the text is None. With several nodes, a name begins with its node."""
     rows: List[List[Any]] = []
     nodes = variables_by_node(run.variables)
     for node, series_of in nodes.items():
         prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
-        rows += [[prefix + name, *_changes(series)] for name, series in series_of.items()]
+        rows += [[prefix + name, *_text_changes(series)] for name, series in series_of.items()]
     order = {name: number for number, name in enumerate(HANDOUT_NAMES)}
     return sorted(rows, key=lambda row: order.get(row[0], len(order)))[:MAX_SHOWN_VARIABLES]
 
 
-def _changes(variable: Series) -> List[List[Any]]:
+def _text_changes(variable: Series) -> List[List[Any]]:
     """Returns [times, texts]."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
-    is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # a gap or the end follows
-    follows_gap = np.append(False, is_last[:-1])
-    is_new = follows_gap | changed_rows(values[:, np.newaxis])
+    is_last = np.diff(variable.time, append=np.inf) > MIN_GAP       # a gap or the end follows
+    is_after_gap = np.append(False, is_last[:-1])
+    is_new = is_after_gap | changed_rows(values[:, np.newaxis])
     changes: List[Tuple[float, Optional[str]]] = []
     for k in np.flatnonzero(is_new | is_last):
         time = round(float(variable.time[k]), 3)
@@ -187,7 +191,7 @@ def _shown_text(text: str, number: float) -> str:
     return text
 
 
-def section(data: Dict[str, Any]) -> str:
+def timeline_html(data: Dict[str, Any]) -> str:
     """Returns the HTML of a timeline with these data. A page with this HTML needs no other file."""
     text = json.dumps(data, default=np.ndarray.tolist, separators=(',', ':'), allow_nan=False)
     styles = drawing.FOLDER / 'colours.css', TIMELINE_FILE.with_suffix('.css')

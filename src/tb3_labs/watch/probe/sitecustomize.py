@@ -7,8 +7,8 @@ variables 20 times a second, if the topic has a subscriber:
 
     variables    diagnostic_msgs/DiagnosticArray, with the node's name and its variables
 
-The probe shows variables of the node's objects, of its script, and of the functions that run. The
-probe calls no function of the node and changes nothing. No error of the probe reaches the node.
+The probe shows variables of the node's objects, of its script, and of the functions that run. It
+calls no function of the node and changes nothing. None of its errors reaches the node.
 """
 import gc
 import os
@@ -22,24 +22,26 @@ from contextlib import suppress
 from enum import Enum
 from types import FunctionType, ModuleType
 
-READ_PAUSE, MIN_SEARCH_PAUSE = 0.05, 0.25       # [s]
+READ_PAUSE = 0.05               # [s]
+MIN_SEARCH_PAUSE = 0.25         # [s]
 #: The searches for objects take at most this share of the time.
 MAX_SEARCH_SHARE = 0.003
-MAX_SHOWN_VARIABLES, MAX_OBJECTS, MAX_OBJECTS_OF_A_CLASS = 40, 20, 3
+MAX_SHOWN_VARIABLES = 40
+MAX_OBJECTS = 20
+MAX_OBJECTS_OF_A_CLASS = 3
 MAX_VALUE_LENGTH = 200
+MAX_DEPTH_OF_PARTS = 3
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
-MAX_DEPTH_OF_PARTS = 3
 
 
 def leave_the_path():
     """Remove this folder from the path, and import the next sitecustomize on the path."""
-    own = os.path.dirname(os.path.abspath(__file__))
-    sys.path[:] = [folder for folder in sys.path if folder != own]
-    folders = os.environ.get('PYTHONPATH', '').split(os.pathsep)
-    remaining = os.pathsep.join(folder for folder in folders if folder != own)
-    os.environ.pop('PYTHONPATH', None)
+    own_folder = os.path.dirname(os.path.abspath(__file__))
+    sys.path[:] = [folder for folder in sys.path if folder != own_folder]
+    folders = os.environ.pop('PYTHONPATH', '').split(os.pathsep)
+    remaining = os.pathsep.join(folder for folder in folders if folder != own_folder)
     if remaining:
         os.environ['PYTHONPATH'] = remaining
     this_module = sys.modules.pop(__name__)
@@ -88,7 +90,7 @@ class WatchedNode:
         self._next_search = 0.0
 
     def is_own(self, cls):
-        """Is this class from the script, from a module beside it, or from the package's `src`?"""
+        """Returns True if a class is of the script, a module beside it, or the package's `src`."""
         if cls not in self._own_classes:
             name = module_of(cls)
             path = getattr(sys.modules.get(name), '__file__', None)
@@ -99,7 +101,7 @@ class WatchedNode:
         return self._own_classes[cls]
 
     def is_own_object(self, value):
-        """Is this an object of the node's classes, and not a type, Enum, tuple or exception?"""
+        """Returns True if an object's class is own, and is no type, Enum, tuple or exception."""
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
@@ -107,25 +109,25 @@ class WatchedNode:
         """Returns {name: text of the value} of at most MAX_SHOWN_VARIABLES variables."""
         if time.monotonic() > self._next_search:
             self._search()
-        referents = (reference() for reference in self._objects)
-        objects = [each for each in referents if each is not None]
-        attributes_of = {id(each): attributes(each) for each in objects}
+        referents = [reference() for reference in self._objects]
+        objects = [thing for thing in referents if thing is not None]
+        attributes_of = {id(thing): attributes(thing) for thing in objects}
         part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
         shown = {}
         shown_ids = set()
-        # a part of another object comes later, since it is shown as `name.part`
-        for each in sorted(objects, key=lambda each: id(each) in part_ids):
-            if id(each) not in shown_ids:
-                shown_ids.add(id(each))
-                self._add(shown, attributes_of[id(each)], type(each).__name__, shown_ids)
+        # a part of another object comes later: it is already shown as `name.part`
+        for thing in sorted(objects, key=lambda thing: id(thing) in part_ids):
+            if id(thing) not in shown_ids:
+                shown_ids.add(id(thing))
+                self._show(shown, attributes_of[id(thing)], type(thing).__name__, shown_ids)
         for frame in stack[1:]:
-            self._add(shown, dict(frame.f_locals), frame.f_code.co_name, shown_ids)
-        self._add(shown, dict(self._script), 'globals', shown_ids)
-        for each in objects:
-            for cls in filter(self.is_own, type(each).__mro__):
+            self._show(shown, dict(frame.f_locals), frame.f_code.co_name, shown_ids)
+        self._show(shown, dict(self._script), 'globals', shown_ids)
+        for thing in objects:
+            for cls in filter(self.is_own, type(thing).__mro__):
                 class_variables = {name: value for name, value in list(vars(cls).items())
-                                   if name not in attributes_of[id(each)]}
-                self._add(shown, class_variables, cls.__name__, shown_ids)
+                                   if name not in attributes_of[id(thing)]}
+                self._show(shown, class_variables, cls.__name__, shown_ids)
         return shown
 
     def _search(self):
@@ -133,16 +135,16 @@ class WatchedNode:
         begin = time.thread_time()
         counts = Counter()
         self._objects = []
-        for each in gc.get_objects():
-            if self.is_own_object(each):
-                counts[type(each)] += 1
-                is_wanted = counts[type(each)] <= MAX_OBJECTS_OF_A_CLASS
+        for thing in gc.get_objects():
+            if self.is_own_object(thing):
+                counts[type(thing)] += 1
+                is_wanted = counts[type(thing)] <= MAX_OBJECTS_OF_A_CLASS
                 if is_wanted and len(self._objects) < MAX_OBJECTS:
                     with suppress(TypeError):   # a class with __slots__ has no weak references
-                        self._objects.append(weakref.ref(each))
+                        self._objects.append(weakref.ref(thing))
         self._next_search += (time.thread_time() - begin) / MAX_SEARCH_SHARE
 
-    def _add(self, shown, variables, owner, shown_ids):
+    def _show(self, shown, variables, owner, shown_ids):
         """Add variables to `shown`. A name that is already there begins with `owner`, the name of
         the variable's class or function."""
         for name, value in variables.items():
@@ -153,23 +155,23 @@ class WatchedNode:
                     continue
                 # the private name _Class__name is shown as __name
                 name = name.replace(f"_{owner.lstrip('_')}__", '__')
-                for path, text in self._texts(name, value, shown_ids):
+                for path, text in self._leaf_texts(name, value, shown_ids):
                     if path in shown:
                         path = f'{owner}.{path}'
                     if len(shown) < MAX_SHOWN_VARIABLES:
                         shown.setdefault(sendable(path), text)
 
-    def _texts(self, name, value, shown_ids, depth=0):
+    def _leaf_texts(self, name, value, shown_ids, depth=0):
         """Yields (name, text) of a simple value, or of each part of a message or an object."""
         text = simple_text(value)
         if text is not None:
             yield name, text
             return
         if depth < MAX_DEPTH_OF_PARTS:
-            for part, each in self._parts(value, shown_ids).items():
-                yield from self._texts(f'{name}.{part}', each, shown_ids, depth + 1)
+            for part, part_value in self._parts_of(value, shown_ids).items():
+                yield from self._leaf_texts(f'{name}.{part}', part_value, shown_ids, depth + 1)
 
-    def _parts(self, value, shown_ids):
+    def _parts_of(self, value, shown_ids):
         cls = type(value)
         if module_of(cls).startswith('geometry_msgs.msg'):
             return {part: getattr(value, part, None) for part in cls.__slots__}
@@ -239,7 +241,7 @@ def publish_variables():
         if node is None and stack:
             node = WatchedNode(stack[0].f_globals)
         if node and publisher.get_num_connections():
-            status.values = [KeyValue(*each) for each in node.variables(stack).items()]
+            status.values = [KeyValue(name, text) for name, text in node.variables(stack).items()]
             message.header.stamp = rospy.Time.now()
             publisher.publish(message)
 
