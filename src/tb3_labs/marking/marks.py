@@ -147,12 +147,12 @@ class Marks:
     @property
     def graded_verdicts(self) -> List[Verdict]:
         """The verdicts on the handout's criteria."""
-        return [verdict for verdict in self.verdicts if not verdict.criterion.extra]
+        return [verdict for verdict in self.verdicts if not verdict.criterion.is_extra]
 
     @property
     def extra_verdicts(self) -> List[Verdict]:
         """The verdicts on criteria beyond the handout."""
-        return [verdict for verdict in self.verdicts if verdict.criterion.extra]
+        return [verdict for verdict in self.verdicts if verdict.criterion.is_extra]
 
 
 def marks_after_trial(marks_before: Marks, observation: Optional[Observation], lab: str,
@@ -225,8 +225,8 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     if not isinstance(extra, dict):
         raise ValueError(f'{lab}: "{EXTRA_SECTION}" is a section of its own')
     criteria = LABS[lab].criteria
-    _refuse_invalid_points(lab, graded, [each.name for each in criteria if not each.extra])
-    _refuse_invalid_points(lab, extra, [each.name for each in criteria if each.extra])
+    _refuse_invalid_points(lab, graded, [each.name for each in criteria if not each.is_extra])
+    _refuse_invalid_points(lab, extra, [each.name for each in criteria if each.is_extra])
     return {**graded, **extra}
 
 

@@ -105,7 +105,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
         text = f'{verdict.points:g}'
         if marks.unjudged:
             text = ''
-        elif verdict.criterion.extra and not verdict.full_points:
+        elif verdict.criterion.is_extra and not verdict.full_points:
             text = 'yes' if verdict.outcome is Outcome.MET else 'no'
         cells[verdict.criterion.label] = text
     cells['node'] = safe_cell(marks.node)

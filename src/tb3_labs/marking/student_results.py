@@ -117,7 +117,7 @@ def _verdict_table(verdicts, has_timeline):
 def symbol(verdict: Verdict) -> Markup:
     """Returns a coloured sign for the outcome of a verdict."""
     outcome = verdict.outcome
-    if verdict.criterion.extra and outcome is Outcome.MISSED:
+    if verdict.criterion.is_extra and outcome is Outcome.MISSED:
         outcome = Outcome.NOT_OFFERED       # the handout does not require this criterion
     return Markup(f'<span class="verdict" style="background: {COLOURS[outcome]}" '
                   f'title="{verdict.outcome.value}">{SYMBOLS[outcome]}</span>')
@@ -160,7 +160,7 @@ def results(marks: Marks) -> Dict[str, Any]:
 def _test(number, verdict):
     name = verdict.criterion.meaning
     max_score = verdict.full_points
-    if verdict.criterion.extra:
+    if verdict.criterion.is_extra:
         name = 'Beyond the handout: ' + name
         max_score = 0.0
     return {
