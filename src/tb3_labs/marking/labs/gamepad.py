@@ -91,9 +91,9 @@ def _why_not_silent(observation: Observation) -> Reason:
 def _why_not_regained(observation: Observation) -> Reason:
     _require_hand_over(observation)
     reason = _why_not_published(observation, stimuli.TAKE_BACK, expected=False)
-    if not reason and not len(observation.scene(stimuli.STICK_UP_AFTER_B).moving_commands):
-        reason = 'after B the stick did not move the robot'
-    return reason
+    if reason or len(observation.scene(stimuli.STICK_UP_AFTER_B).moving_commands):
+        return reason
+    return 'after B the stick did not move the robot'
 
 
 def _why_not_reset(observation: Observation) -> Reason:

@@ -166,10 +166,9 @@ def _why_control_kept(observation: Observation) -> Reason:
 
 
 def _why_not_exact(observation: Observation) -> Reason:
-    names = [stimuli.FIRST_DRIVE, stimuli.SECOND_DRIVE]
-    if stimuli.DRIVE not in dict(observation.parts):
-        names.remove(stimuli.FIRST_DRIVE)
-    for name in names:
+    has_first_drive = stimuli.DRIVE in dict(observation.parts)
+    first_drives = [stimuli.FIRST_DRIVE] if has_first_drive else []
+    for name in (*first_drives, stimuli.SECOND_DRIVE):
         reason = (_why_not_at_place(observation, name, EXACT_DISTANCE)
                   or _why_not_at_heading(observation, name, EXACT_DEG))
         if reason:

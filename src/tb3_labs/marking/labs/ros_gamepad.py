@@ -87,11 +87,10 @@ def try_buttons(trial):
                     pad.press(pad.numbers.reset_button, Y_PRESS_TIME)
                     wait_until(lambda: calls, stimuli.CALL_AFTER_Y_TIME - Y_PRESS_TIME)
                     time.sleep(DELIVERY_TIME)
-                service_names = [name for name, _ in calls]
                 requests = [request for _, request in calls]
                 stimulus.facts.update({
                     stimuli.CALL_COUNT: len(calls),
-                    stimuli.SERVICE_NAME: next(iter(service_names), ''),
+                    stimuli.SERVICE_NAME: next((name for name, _ in calls), ''),
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
             remarks = trial.source_findings()['remarks']

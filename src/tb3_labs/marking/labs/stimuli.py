@@ -92,7 +92,11 @@ MOUSE_REACTION_TIME = 4.0   # [s] until a mouse that is moved during a turn driv
 # -- the Transformation lab, move to goal
 
 #: The parts of the lab.
-DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
+DRIVE = 'drive'
+RESET = 'reset'
+CONTROL = 'control'
+DECLARED = 'declared'
+OFFSET = 'offset'
 #: The stimuli, in the order of the parts. The final stimulus belongs to the part DEVICE_LOST.
 WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at the goal'
 RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'

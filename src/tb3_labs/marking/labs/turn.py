@@ -202,15 +202,13 @@ def _why_not_driven_by_mouse(observation: Observation) -> Reason:
 
 
 def _has_printed_only_prompt(observation):
-    if not all(map(observation.has_stimulus, (LEFT_KEY, stimuli.NONSENSE))):
+    names = (LEFT_KEY, stimuli.NONSENSE)
+    if not all(map(observation.has_stimulus, names)):
         return False
-    after_turn = _lines_after_letter(observation, LEFT_KEY)
-    after_nonsense = _lines_after_letter(observation, stimuli.NONSENSE)
+    scenes = [observation.scene(name, may_die=True) for name in names]
+    # the first line shows the typed letter
+    after_turn, after_nonsense = (scene.printed.splitlines()[1:] for scene in scenes)
     return len(after_nonsense) == 1 and after_turn[-1:] == after_nonsense
-
-
-def _lines_after_letter(observation, name):
-    return observation.scene(name, may_die=True).printed.splitlines()[1:]
 
 
 def remarks_on_turns(observation: Observation) -> List[str]:

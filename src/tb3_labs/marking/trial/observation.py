@@ -141,9 +141,8 @@ class Observation:
     def clause_on_silent_topics(self) -> str:
         """A clause on the silent_topics of the node's processes; '' if there are none."""
         topics = {topic for process in self.processes for topic in process.silent_topics}
-        if not topics:
-            return ''
-        return f"it listens to {' and '.join(sorted(topics))}, which nobody publishes"
+        names = ' and '.join(sorted(topics))
+        return f'it listens to {names}, which nobody publishes' if topics else ''
 
     def part_intervals(self) -> List[Tuple[str, float, float]]:
         """Returns (name, begin [s], end [s]) of each tried part of the lab."""

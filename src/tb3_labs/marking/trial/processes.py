@@ -108,9 +108,7 @@ class NodeOutput:
 
     @property
     def _max_characters(self):
-        if self._bag.is_full:
-            return MAX_CHARACTERS_PER_SECOND // 10
-        return MAX_CHARACTERS_PER_SECOND
+        return MAX_CHARACTERS_PER_SECOND // 10 if self._bag.is_full else MAX_CHARACTERS_PER_SECOND
 
     def flush(self):
         """Record the waiting output. Call `flush` before you record an event, so that the output

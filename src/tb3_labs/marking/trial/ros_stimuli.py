@@ -94,8 +94,7 @@ class Repeater(AbstractContextManager):
     def __init__(self, topic, message_class):
         self._message = None
         self._is_closed = False
-        self._publisher = rospy.Publisher(
-            topic, message_class, queue_size=1, tcp_nodelay=True)
+        self._publisher = rospy.Publisher(topic, message_class, queue_size=1, tcp_nodelay=True)
         threading.Thread(target=self._repeat, daemon=True).start()
 
     def __exit__(self, *exception):

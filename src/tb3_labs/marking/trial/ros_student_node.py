@@ -99,7 +99,7 @@ class StudentNode:
         change_time = time.monotonic()
 
         def is_ready():
-            """Returns True if the node has its first topic, and the same roles for 0.5 s."""
+            """Returns True if the first topic is subscribed, and no role has changed for 0.5 s."""
             nonlocal own_roles, change_time
             current = {name: roles for name, roles in self.graph.roles_by_node().items()
                        if name not in earlier_nodes}

@@ -133,9 +133,8 @@ def _sent_slopes(nodes: List[Any]) -> List[float]:
     sent_fields = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
     read_names = {_dotted_name(node) for node in nodes
                   if isinstance(getattr(node, 'ctx', None), ast.Load)}
-    if sent_fields - read_names:
-        sent_fields -= read_names   # a client does not read the fields of its message
-    sent_slopes = [slopes[name] for name in sent_fields]
+    unread_fields = sent_fields - read_names    # a client does not read the fields of its message
+    sent_slopes = [slopes[name] for name in unread_fields or sent_fields]
     return [slope for slope in sent_slopes if slope != 0.0 and not math.isnan(slope)]
 
 
