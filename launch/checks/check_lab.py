@@ -61,9 +61,8 @@ def marks_of_node():
     if package == OWN_PACKAGE:
         print_line('This is the node of this package. For yours: pkg:=PACKAGE type:=FILE')
     marked_program = NodeStart.from_environment().program
-    file = marked_program or file_of(package, executable)
     print_line(f"{lab.title}, {', '.join(parts or lab.parts)}: {package}/{executable} is judged, "
-               f'{file}')
+               f'{marked_program or file_of(package, executable)}')
     with tempfile.TemporaryDirectory() as folder:
         bag_path = parameters['record'] or os.path.join(folder, 'trial.bag')
         record_trial(lab_name, package, executable, parts, bag_path, pad, print_line)

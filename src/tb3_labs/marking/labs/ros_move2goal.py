@@ -82,7 +82,7 @@ class ResetCaller:
         return (self._service_class is not None
                 and fill_pose(self._service_class._request_class(), Pose2()))
 
-    def call(self, pose=Pose2()):
+    def call_service(self, pose=Pose2()):
         """Call the reset service with a Pose2, and record the call. Returns why the call failed; ''
         for a success."""
         problem = self._why_call_fails(pose)[:MAX_SENTENCE_LENGTH]
@@ -97,7 +97,7 @@ class ResetCaller:
         fill_pose(request, pose)
         answers = []
 
-        def call_service():
+        def get_answer():
             problem = ''
             try:
                 response = rospy.ServiceProxy(self.name, self._service_class)(request)
@@ -106,7 +106,7 @@ class ResetCaller:
             except (rospy.ServiceException, rospy.ROSException, TypeError) as exception:
                 problem = str(exception)
             answers.append(problem[:200])
-        threading.Thread(target=call_service, daemon=True).start()
+        threading.Thread(target=get_answer, daemon=True).start()
         if not wait_until(lambda: answers, stimuli.RESET_REPLY_TIME):
             return f'{self.name} did not answer within {stimuli.RESET_REPLY_TIME:g} s'
         return answers[0]
@@ -161,7 +161,7 @@ class ControlGiver:
 def reset_to_origin(trial):
     """Reset the node's frame to the robot's place. Returns False if the reset failed."""
     caller = ResetCaller(trial)
-    return bool(caller.name) and not caller.call()
+    return bool(caller.name) and not caller.call_service()
 
 
 def try_drive(trial):
@@ -191,13 +191,13 @@ def try_reset(trial):
 
 
 def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
-                  drove_straight=True):
+                  has_driven_straight=True):
     """Call the reset service with `pose`, wait for `seconds` [s], and record both as the stimulus
     `name`. Returns False if the call failed."""
     facts = {WAS_MOVING: trial.recorder.node_moved_since(ros_time() - INTERRUPTION_TIME),
-             stimuli.DROVE_STRAIGHT: drove_straight, stimuli.WRONG_NAME: caller.wrong_name}
+             stimuli.DROVE_STRAIGHT: has_driven_straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
-        problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call(pose)
+        problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call_service(pose)
         time.sleep(seconds)
     return not problem
 
@@ -206,17 +206,17 @@ def _try_reset_in_drive(trial, control, caller):
     """Reset the frame at the goal, turn the robot toward the new goal, and give control. In the
     middle of the drive, reset the frame again."""
     control.take()
-    caller.call()
+    caller.call_service()
     x, y, _ = stimuli.GOAL
     trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
     begin = ros_time()
     control.give()
-    drove_straight = wait_until(
+    has_driven_straight = wait_until(
         lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begin)),
         stimuli.DRIVE_REACTION_TIME)
     time.sleep(INTERRUPTION_TIME)
     _record_reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
-                  drove_straight=drove_straight)
+                  has_driven_straight=has_driven_straight)
     control.take()
 
 

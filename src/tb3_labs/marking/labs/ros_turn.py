@@ -204,7 +204,7 @@ def try_mouse_with_turns(trial):
                       lambda: mouse.hold_at(0.0, 1.0))
         mouse.hold_at(0.0, 0.0)
         wait_until(trial.recorder.is_at_rest, 2.0)
-        was_moving = trial.causes_motion(
+        was_moving = trial.act_and_await_motion(
             lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION_TIME)
         time.sleep(INTERRUPTION_TIME)
         with trial.stimulus(stimuli.MOUSE_IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
@@ -232,7 +232,7 @@ def try_lost_devices(trial):
     trial.node.start()
     with suppress(NotOffered), start_mouse(trial, [stimuli.MOUSE_SILENT]) as mouse:
         mouse.hold_at(0.0, 0.0, seconds=0.3)
-        was_moving = trial.causes_motion(lambda: mouse.hold_at(0.0, 1.0), 0.5)
+        was_moving = trial.act_and_await_motion(lambda: mouse.hold_at(0.0, 1.0), 0.5)
         time.sleep(INTERRUPTION_TIME)
         trial.silence_device(stimuli.MOUSE_SILENT, was_moving, lambda: mouse.hold(None))
         mouse.hold_at(0.0, 0.0, active=False, seconds=0.3)

@@ -165,7 +165,8 @@ class Recorder:
                 x, y, yaw = map(float, line.split())
                 with self._lock:
                     if self._truth:
-                        yaw = unwrap(yaw, self._truth[-1][3])
+                        *_, last_yaw = self._truth[-1]
+                        yaw = unwrap(yaw, last_yaw)
                     self._truth.append([time, x, y, yaw])
                 self.bag.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', time), time)
         self.bag.add_event('finding', text='The robot was ended while the node ran.')

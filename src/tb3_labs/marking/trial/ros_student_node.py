@@ -68,9 +68,7 @@ class StudentNode:
         it subscribes to the first needed topic. Raises ``NotTried`` if the process is not ready in
         time, or if the first process of the trial was not ready.
         """
-        if needed_topics is None:
-            needed_topics = self._sensors
-        self._needed_topics = list(map(rospy.resolve_name, needed_topics))
+        self._needed_topics = list(map(rospy.resolve_name, needed_topics or self._sensors))
         self.stop()
         if self._first_process_was_ready is False:
             raise NotTried

@@ -104,7 +104,7 @@ class Trial:
 
     # -- patterns that several labs use
 
-    def causes_motion(self, act, seconds):
+    def act_and_await_motion(self, act, seconds):
         """Call `act()`. Returns True if the node commands a movement within `seconds` [s]."""
         begin = ros_time()
         act()
@@ -123,13 +123,13 @@ class Trial:
         def is_over():
             return not self.node.is_alive or self.recorder.is_at_rest(idle_time) or is_astray()
         with self.stimulus(name, facts) as stimulus:
-            stimulus.facts[MOVED] = self.causes_motion(act, reaction_time)
+            stimulus.facts[MOVED] = self.act_and_await_motion(act, reaction_time)
             if stimulus.facts[MOVED]:
                 wait_until(is_over, max_duration)
             stimulus.facts[RESTED] = self.recorder.is_at_rest(idle_time)
 
     def set_in_motion(self, prepare, act, reaction_time):
-        """Call `act()`. Returns whether the node moves the robot within `reaction_time` [s].
+        """Call `act()`. Returns True if the node moves the robot within `reaction_time` [s].
 
         If ``prepare()`` returns False, the node is started first. The second attempt has a new
         process, because the previous stimulus may have disturbed the node.
@@ -137,7 +137,7 @@ class Trial:
         for _ in range(2):
             if not prepare():
                 self.node.start()
-            if self.causes_motion(act, reaction_time):
+            if self.act_and_await_motion(act, reaction_time):
                 time.sleep(INTERRUPTION_TIME)
                 return self.node.is_alive
             self.node.stop()
@@ -183,10 +183,8 @@ class Trial:
             if not (has_ended or was_moving):   # in Python 3.13 input() waits for Enter
                 self.node.type('')
                 has_ended = wait_until(lambda: not self.node.is_alive, STOP_TIME)
-            stimulus.facts.update({EXIT_SECONDS: None, EXIT_SIGNAL: 0})
-            if has_ended:
-                stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin
-                stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status)
+            stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin if has_ended else None
+            stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status) if has_ended else 0
             time.sleep(DELIVERY_TIME)
         self.node.stop()
 
