@@ -20,7 +20,7 @@ from tb3_labs.watch.lab_links import IMU_SHEET, TRANSFORMATION_SHEET
 #: Why a node does not meet a criterion, a clause; '' if it meets the criterion. The functions
 #: why_... return a Reason. The expression `a or b` gives the first Reason that is not ''.
 Reason = str
-#: The Reason of an untried criterion, if an earlier verdict already names the fault.
+#: The Reason of an untried criterion, if an earlier verdict already names the true reason.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -229,18 +229,16 @@ def why_not_steered(observation: Observation, name: str, linear: Bounds = ZERO_B
         subject = ('neither linear.x nor angular.z was' if clause_on_other_fields(scene)
                    else 'nothing was')
         return f'with the {name} {subject} commanded: {why_idle(scene)}'
-    linear_speed, angular_speed = commands[-1, LINEAR:]
-    is_linear_right = linear[0] <= linear_speed <= linear[1]
-    is_angular_right = angular[0] <= angular_speed <= angular[1]
-    if is_linear_right and is_angular_right:
+    speeds = commands[-1, LINEAR:]
+    if all(low <= speed <= high for speed, (low, high) in zip(speeds, (linear, angular))):
         return ''
     demands = [f'{bounds_text(bounds)} {unit}'
                for bounds, unit in ((linear, 'm/s'), (angular, 'rad/s'))
                if bounds not in (ZERO_BOUNDS, ANY_BOUNDS)]
     if ZERO_BOUNDS in (linear, angular):
         demands.append('nothing else')
-    return (f'with the {name} it commanded {linear_speed:.2f} m/s and {angular_speed:.2f} rad/s, '
-            f"where {' and '.join(demands)} were asked for")
+    commanded = '{:.2f} m/s and {:.2f} rad/s'.format(*speeds)
+    return f"with the {name} it commanded {commanded}, where {' and '.join(demands)} were asked for"
 
 
 def bounds_text(bounds: Bounds) -> str:

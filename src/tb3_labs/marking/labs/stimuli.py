@@ -109,7 +109,7 @@ RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declare
 OFFSET_DRIVE = 'drive with an offset IMU'
 ODOMETRY_SILENT = 'odometry silent'
 #: Keys of the facts about a reset.
-RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
+RESET_PROBLEM = 'problem'       # why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
 DROVE_STRAIGHT = 'straight'     # did the robot drive forward after the marker had turned it?
 OBSERVATION_TIME = 1.5          # [s] before the node has control, and at the goal

@@ -98,7 +98,7 @@ def samples_from_rows(samples_class: Type[SamplesType], rows: Sequence[Sequence[
                       ) -> SamplesType:
     """Returns Samples of the class `samples_class`. A row contains the time of arrival, then the
     fields. The time of arrival is also the stamp."""
-    return samples_class.from_rows([(row[0], *row) for row in rows])
+    return samples_class.from_rows([(time, time, *values) for time, *values in rows])
 
 
 def _add_output(observation: Observation, text: str, line_count: int) -> None:

@@ -226,7 +226,8 @@ class Recorder:
     def pose(self):
         """The robot's true pose, a Pose2. The yaw is continuous over whole turns."""
         with self._lock:
-            return Pose2(*self._truth[-1][1:])
+            _, x, y, yaw = self._truth[-1]
+        return Pose2(x, y, yaw)
 
     @property
     def heading_deg(self):
