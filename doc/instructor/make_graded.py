@@ -25,7 +25,7 @@ def extras(lab):
     """Returns the list of the criteria beyond the handout, in Markdown."""
     lines = []
     for criterion in LABS[lab].criteria:
-        if criterion.extra:
+        if criterion.is_extra:
             limits = f' ({criterion.limits})' if criterion.limits else ''
             lines.append(f'* `{criterion.label}`: {criterion.meaning}{limits}.\n')
     return ''.join(lines)
@@ -33,13 +33,13 @@ def extras(lab):
 
 def table(lab, with_extras=True):
     """Returns the table of a lab in Markdown. The criteria of the handout come first."""
-    criteria = [c for c in LABS[lab].criteria if with_extras or not c.extra]
+    criteria = [c for c in LABS[lab].criteria if with_extras or not c.is_extra]
     criterion_points = points_of(lab, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
     rows = []
-    for c in sorted(criteria, key=lambda c: c.extra):
+    for c in sorted(criteria, key=lambda c: c.is_extra):
         limits = f' {c.limits}' if c.limits else ''
         rows.append(f'| `{c.label}` | {c.meaning} |{limits} | {criterion_points[c.name]:g} |\n')
-    total = sum(criterion_points[c.name] for c in criteria if not c.extra)
+    total = sum(criterion_points[c.name] for c in criteria if not c.is_extra)
     return HEAD + ''.join(rows) + f'| | | full marks | {total:g} |\n'
 
 

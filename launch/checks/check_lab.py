@@ -61,9 +61,8 @@ def marks_of_node():
     if package == OWN_PACKAGE:
         print_line('This is the node of this package. For yours: pkg:=PACKAGE type:=FILE')
     marked_program = NodeStart.from_environment().program
-    file = marked_program or file_of(package, executable)
     print_line(f"{lab.title}, {', '.join(parts or lab.parts)}: {package}/{executable} is judged, "
-               f'{file}')
+               f'{marked_program or file_of(package, executable)}')
     with tempfile.TemporaryDirectory() as folder:
         bag_path = parameters['record'] or os.path.join(folder, 'trial.bag')
         record_trial(lab_name, package, executable, parts, bag_path, pad, print_line)
@@ -74,7 +73,7 @@ def marks_of_node():
 
 
 def print_line(line):
-    """Print a line on standard error, which the terminal shows at once."""
+    """Print a line on standard error, which the terminal shows without a delay."""
     print(line, file=sys.stderr, flush=True)
 
 
@@ -120,11 +119,11 @@ class Check(unittest.TestCase):
 
 
 def checks_of(marks, strict):
-    """Returns a Check for each criterion, and a Check for the total."""
+    """Returns a Check for each criterion, and one for the total."""
     checks = []
     for verdict in marks.verdicts:
         is_met = verdict.outcome is Outcome.MET
-        is_optional = verdict.criterion.extra and not strict
+        is_optional = verdict.criterion.is_extra and not strict
         if is_met or not is_optional:
             failure = '' if is_met else verdict.line.strip()
             checks.append(Check('test_' + verdict.criterion.label, failure))
@@ -138,7 +137,7 @@ def report(checks):
         runner = unittest.TextTestRunner(verbosity=2)
     else:
         files = [word[len(XML_OPTION):] for word in sys.argv if word.startswith(XML_OPTION)]
-        file = files[0] if files else None
+        file = next(iter(files), None)
         runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', file)
     result = runner.run(unittest.TestSuite(checks))
     return 0 if result.wasSuccessful() else 1

@@ -9,7 +9,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Header, String
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.trial.ros_recording import Recording
+from tb3_labs.marking.trial.ros_recording import TrialBag
 from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
 
 #: The trial's time 0 [s since 1970].
@@ -26,13 +26,13 @@ def true_sensors(at, pose):
 
 def write_trial(path, seen):
     """Write the bag of an Observation. Its texts come at the end of each stimulus, and its sensors are true."""
-    recording, entries = Recording(path), []
+    bag, entries = TrialBag(path), []
 
     def event(at, kind, **facts):
-        entries.append((at, lambda: recording.event(kind, BEGIN + at, **facts)))
+        entries.append((at, lambda: bag.add_event(kind, BEGIN + at, **facts)))
 
     def message(at, topic, made):
-        entries.append((at, lambda: recording.add(topic, made, BEGIN + at)))
+        entries.append((at, lambda: bag.add(topic, made, BEGIN + at)))
     event(0.0, 'trial', lab=seen.lab, node=seen.node)
     for process in seen.processes:
         event(process.begin, 'start', needed=process.needed_topic)
@@ -60,4 +60,4 @@ def write_trial(path, seen):
         message(at, 'imu', imu)
     for _, record in sorted(entries, key=lambda entry: entry[0]):
         record()
-    recording.close()
+    bag.close()

@@ -281,6 +281,6 @@ def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame
     ([('offset', 0.0), ('drive', 900.0)], False), ([('offset', 0.0), ('drive', 1.0)], True)])
 def test_only_parts_that_lost_points_are_searched_for_the_mistake(parts, is_told):
     changes, words, _ = WRONG['never arrives']
-    verdicts = [Verdict(criterion, Outcome.MISSED, 'so', 1.0) for criterion in CRITERIA if not criterion.extra]
+    verdicts = [Verdict(criterion, Outcome.MISSED, 'so', 1.0) for criterion in CRITERIA if not criterion.is_extra]
     found = _broken_link(Observation('move2goal', 'lab7_tf/a.py', played(*changes), parts), verdicts)
     assert bool(found and re.search(words, found[1].message)) is is_told

@@ -140,7 +140,7 @@ def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, 
     trial = Trial.__new__(Trial)
     vars(trial).update(
         node=node, part='', _print_line=lambda said: None, recorder=SimpleNamespace(now=1.0),
-        recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts) or 0.0))
+        bag=SimpleNamespace(add_event=lambda kind, **facts: events.append(facts) or 0.0))
     trial.send_ctrl_c(was_moving=was_moving)
     assert (events[-1]['facts'][stimuli.EXIT_SECONDS] is not None) is took
 
@@ -254,7 +254,7 @@ def test_the_drives_of_a_mark_are_in_their_drive_states():
 def test_the_table_of_marks():
     def verdict(name, outcome, worth, extra=True):
         place = SheetStep('imu_lab.md', 'Lab')
-        return Verdict(Criterion(name, '', name, place, lambda seen: '', extra=extra), outcome, '', worth)
+        return Verdict(Criterion(name, '', name, place, lambda seen: '', is_extra=extra), outcome, '', worth)
     verdicts = [verdict('one', Outcome.MET, 1.5, False), verdict('two', Outcome.NOT_OFFERED, 2, False),
                 verdict('more', Outcome.MET, 0.5), verdict('free', Outcome.MET, 0), verdict('freer', Outcome.MISSED, 0)]
     text = MarksTable().renewed_text([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])

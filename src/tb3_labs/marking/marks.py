@@ -147,12 +147,12 @@ class Marks:
     @property
     def graded_verdicts(self) -> List[Verdict]:
         """The verdicts on the handout's criteria."""
-        return [verdict for verdict in self.verdicts if not verdict.criterion.extra]
+        return [verdict for verdict in self.verdicts if not verdict.criterion.is_extra]
 
     @property
     def extra_verdicts(self) -> List[Verdict]:
         """The verdicts on criteria beyond the handout."""
-        return [verdict for verdict in self.verdicts if verdict.criterion.extra]
+        return [verdict for verdict in self.verdicts if verdict.criterion.is_extra]
 
 
 def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], lab: str,
@@ -231,7 +231,7 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
 
 
 def _refuse_invalid_points(lab, section, is_extra):
-    names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra == is_extra]
+    names = [criterion.name for criterion in LABS[lab].criteria if criterion.is_extra == is_extra]
     for name in [*section, *names]:
         if name not in names:
             raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '

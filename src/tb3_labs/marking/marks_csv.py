@@ -104,7 +104,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
     for verdict in marks.graded_verdicts + marks.extra_verdicts:
         if marks.unjudged:
             text = ''
-        elif verdict.criterion.extra and not verdict.full_points:
+        elif verdict.criterion.is_extra and not verdict.full_points:
             text = 'yes' if verdict.outcome is Outcome.MET else 'no'
         else:
             text = f'{verdict.points:g}'

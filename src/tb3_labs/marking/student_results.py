@@ -116,7 +116,7 @@ def _verdict_table(verdicts, has_timeline):
 def outcome_symbol(verdict: Verdict) -> Markup:
     """Returns a coloured sign for the outcome of a verdict."""
     # the handout does not require an extra criterion
-    is_missed_extra = verdict.criterion.extra and verdict.outcome is Outcome.MISSED
+    is_missed_extra = verdict.criterion.is_extra and verdict.outcome is Outcome.MISSED
     shown_outcome = Outcome.NOT_OFFERED if is_missed_extra else verdict.outcome
     return Markup(f'<span class="verdict" style="background: {COLOURS[shown_outcome]}" '
                   f'title="{verdict.outcome.value}">{SYMBOLS[shown_outcome]}</span>')
@@ -157,7 +157,7 @@ def results(marks: Marks) -> Dict[str, Any]:
 
 
 def _gradescope_test(number, verdict):
-    is_extra = verdict.criterion.extra
+    is_extra = verdict.criterion.is_extra
     return {
         'name': ('Beyond the handout: ' if is_extra else '') + verdict.criterion.meaning,
         'number': str(number),

@@ -11,16 +11,16 @@ import numpy as np
 
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.trial.observation import (
-    CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation)
+    CTRL_C, LINEAR, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation)
 from tb3_labs.marking.trial.remarks import (
-    CLOSED_TOPIC, exceptions_in, other_fields, reason_of, why_idle, why_missing)
+    CLOSED_TOPIC, clause_on_other_fields, exceptions_in, why_idle, why_not_judged, why_not_tried)
 from tb3_labs.watch.broken_link import SheetStep
 from tb3_labs.watch.lab_links import IMU_SHEET, TRANSFORMATION_SHEET
 
-#: Why a node does not meet a criterion, a clause; '' if the node meets the criterion. The functions
+#: Why a node does not meet a criterion, a clause; '' if it meets the criterion. The functions
 #: why_... return a Reason. The expression `a or b` gives the first Reason that is not ''.
 Reason = str
-#: The Reason of an untried criterion, if an earlier verdict already names the fault.
+#: The Reason of an untried criterion, if an earlier verdict already names the true reason.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -45,13 +45,13 @@ class Criterion:
     meaning: str             # the requirement
     sheet_step: SheetStep    # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
-    extra: bool = False      # is the criterion beyond the handout?
+    is_extra: bool = False   # is the criterion beyond the handout?
     limits: str = ''         # the limits that `meaning` does not name
 
     @property
     def label(self) -> str:
         """The name, with 'extra_' before the name of a criterion beyond the handout."""
-        return 'extra_' + self.name if self.extra else self.name
+        return 'extra_' + self.name if self.is_extra else self.name
 
 
 @dataclass(frozen=True)
@@ -78,17 +78,16 @@ class Verdict:
     @property
     def line(self) -> str:
         """A line with the outcome, the points, the requirement and the property `sentence`."""
-        points = f'{self.points:g} of {self.full_points:g}'
-        if self.criterion.extra and not self.full_points:
-            points = 'extra'
+        is_unscored = self.criterion.is_extra and not self.full_points
+        points = 'extra' if is_unscored else f'{self.points:g} of {self.full_points:g}'
         text = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
         return f'  {self._printed_outcome:11}  {points:8}  {text}'
 
     @property
     def _printed_outcome(self) -> str:
-        if self.criterion.extra and self.outcome is Outcome.MISSED:
+        if self.criterion.is_extra and self.outcome is Outcome.MISSED:
             return 'not yet'
-        if self.criterion.extra or self.outcome is Outcome.MET:
+        if self.criterion.is_extra or self.outcome is Outcome.MET:
             return self.outcome.value
         return self.outcome.value.upper()    # capitals are easy to find among many lines
 
@@ -107,8 +106,9 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
             outcome = Outcome.MISSED if reason else Outcome.MET
         except NotObserved as problem:
             outcome = Outcome.NOT_OFFERED if isinstance(problem, NotOffered) else Outcome.MISSED
-            reason = reason_of(problem, observation)
-            if isinstance(problem, NotTried) and reason in {verdict.reason for verdict in verdicts}:
+            reason = why_not_judged(problem, observation)
+            is_repeated = any(verdict.reason == reason for verdict in verdicts)
+            if isinstance(problem, NotTried) and is_repeated:
                 reason = NOT_TRIED
         verdicts.append(Verdict(criterion, outcome, reason, points_by_criterion[criterion.name],
                                 observation.moment))
@@ -121,14 +121,15 @@ def within(seconds: float) -> str:
     return f'within {seconds:g} s'
 
 
-START_LIMITS, STOP_LIMITS = within(stimuli.START_TIME), within(stimuli.STOP_TIME)
+START_LIMITS = within(stimuli.START_TIME)
+STOP_LIMITS = within(stimuli.STOP_TIME)
 
 
 def why_not_started(observation: Observation) -> Reason:
     """Judges whether the node's first process subscribed to the robot's topic."""
     if observation.processes and observation.processes[0].ready is not None:
         return ''
-    return why_missing(observation)
+    return why_not_tried(observation)
 
 
 def clean_exit_criterion(part: str, sheet_step: SheetStep) -> Criterion:
@@ -159,7 +160,8 @@ def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
         soon, _ = scene.commands_before_and_after(stimuli.STOP_TIME)
-        if (soon[:, LINEAR:] == 0.0).all(axis=1).any():
+        is_zero = (soon[:, LINEAR:] == 0.0).all(axis=1)
+        if is_zero.any():
             return ''
     observation.moment = scenes[-1].begin
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
@@ -178,20 +180,20 @@ NO_ZERO_VELOCITY = 'it sent no zero velocity after {}: the robot went on until i
 
 
 def ends_in_motion(commands: np.ndarray) -> bool:
-    """Does the last command move the robot? Returns False if there is no command."""
+    """Returns True if there is a command, and the last command moves the robot."""
     return len(commands) > 0 and bool(commands[-1, LINEAR:].any())
 
 
-def why_not_stopped(observation: Observation, name: str, event: str,
+def why_not_stopped(observation: Observation, name: str, cause: str,
                     limit: float = stimuli.STOP_TIME) -> Reason:
-    """Judges whether the node stopped the robot by a zero velocity within `limit` [s]. The `event`
-    is a clause on the start of the stimulus `name`."""
+    """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
+    start of the stimulus `name`. The `cause` is a clause on this start."""
     soon, later = observation.scene(name).commands_before_and_after(limit)
     if later[:, LINEAR:].any():
-        return f'the robot was still driven {limit:g} s after {event}'
+        return f'the robot was still driven {limit:g} s after {cause}'
     if len(soon) and not ends_in_motion(soon):
         return ''
-    return NO_ZERO_VELOCITY.format(event)
+    return NO_ZERO_VELOCITY.format(cause)
 
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
@@ -203,13 +205,13 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
         return why_not_stopped(
             observation, stimulus, device + ' fell silent', stimuli.LOST_STOP_TIME)
     return Criterion(name, stimuli.DEVICE_LOST, f'{meaning} after {device} fell silent', sheet_step,
-                     why_not_stopped_when_lost, extra=True, limits=within(stimuli.LOST_STOP_TIME))
+                     why_not_stopped_when_lost, is_extra=True,
+                     limits=within(stimuli.LOST_STOP_TIME))
 
 
 # ----- criteria of several labs: driving by a stick or a mouse -----
 
 Bounds = Tuple[float, float]        # the least and the greatest value of a command
-TIME, LINEAR, ANGULAR = 0, 1, 2     # the columns of an array of commands
 ZERO_TOLERANCE = 0.05       # [m/s or rad/s] of a speed that should be zero
 ZERO_BOUNDS = (-ZERO_TOLERANCE, ZERO_TOLERANCE)
 ANY_BOUNDS = (-np.inf, np.inf)
@@ -220,24 +222,23 @@ ROUNDING = 0.005
 def why_not_steered(observation: Observation, name: str, linear: Bounds = ZERO_BOUNDS,
                     angular: Bounds = ZERO_BOUNDS, skip_zeros: bool = False) -> Reason:
     """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
-    [m/s] and `angular` [rad/s]. If `skip_zeros` is true, zero commands are left out."""
+    [m/s] and `angular` [rad/s]. If `skip_zeros` is True, zero commands are left out."""
     scene = observation.scene(name)
     commands = scene.moving_commands if skip_zeros else scene.commands
     if not ends_in_motion(commands):
-        subject = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
+        subject = ('neither linear.x nor angular.z was' if clause_on_other_fields(scene)
+                   else 'nothing was')
         return f'with the {name} {subject} commanded: {why_idle(scene)}'
-    linear_speed, angular_speed = commands[-1, LINEAR:]
-    is_linear_right = linear[0] <= linear_speed <= linear[1]
-    is_angular_right = angular[0] <= angular_speed <= angular[1]
-    if is_linear_right and is_angular_right:
+    speeds = commands[-1, LINEAR:]
+    if all(low <= speed <= high for speed, (low, high) in zip(speeds, (linear, angular))):
         return ''
     demands = [f'{bounds_text(bounds)} {unit}'
                for bounds, unit in ((linear, 'm/s'), (angular, 'rad/s'))
                if bounds not in (ZERO_BOUNDS, ANY_BOUNDS)]
     if ZERO_BOUNDS in (linear, angular):
         demands.append('nothing else')
-    return (f'with the {name} it commanded {linear_speed:.2f} m/s and {angular_speed:.2f} rad/s, '
-            f"where {' and '.join(demands)} were asked for")
+    commanded = '{:.2f} m/s and {:.2f} rad/s'.format(*speeds)
+    return f"with the {name} it commanded {commanded}, where {' and '.join(demands)} were asked for"
 
 
 def bounds_text(bounds: Bounds) -> str:

@@ -11,11 +11,11 @@ from tb3_labs.handout import (
     CTRL_RELINQ_TOPIC, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE_SERVICE)
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, ANY_BOUNDS, EXTRAS, LINEAR, ROUNDING, START_LIMITS, STOP_LIMITS, TIME, ZERO_TOLERANCE,
-    Bounds, Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
+    ANY_BOUNDS, EXTRAS, ROUNDING, START_LIMITS, STOP_LIMITS, ZERO_BOUNDS, ZERO_TOLERANCE, Bounds,
+    Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
     why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
-from tb3_labs.marking.trial.observation import NotObserved, Observation
-from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
+from tb3_labs.marking.trial.observation import ANGULAR, LINEAR, TIME, NotObserved, Observation
+from tb3_labs.marking.trial.remarks import clause_on_other_topics, exceptions_in, last_line
 from tb3_labs.watch.lab_links import GAMEPAD_SECTION
 
 FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)        # [m/s], for a full stick
@@ -45,26 +45,17 @@ def pad_text(name: str) -> str:
                 name, **pad_called(name))
 
 
-def _why_not_driven(observation: Observation) -> Reason:
-    back_bounds = scaled(FULL_LINEAR_BOUNDS, -1.0)
-    reason = (why_not_steered(observation, stimuli.LEFT_STICK_UP, linear=FULL_LINEAR_BOUNDS)
-              or why_not_steered(observation, stimuli.LEFT_STICK_DOWN, linear=back_bounds))
+def _why_stick_failed(observation, column, positive, negative, full_bounds, full_scene):
+    """Judges one stick at its two ends, the stimuli `positive` and `negative`, and at half of
+    `full_scene`, one of the two. The stick commands the `column` LINEAR or ANGULAR."""
+    def judge(name, bounds, other_bounds=ZERO_BOUNDS):
+        linear, angular = (bounds, other_bounds) if column == LINEAR else (other_bounds, bounds)
+        return why_not_steered(observation, name, linear, angular)
+    reason = judge(positive, full_bounds) or judge(negative, scaled(full_bounds, -1.0))
     if reason:
         return reason
-    full_speed = observation.scene(stimuli.LEFT_STICK_UP).commands[-1, LINEAR]
-    return why_not_steered(observation, stimuli.BOTH_STICKS, angular=ANY_BOUNDS,
-                           linear=scaled(HALF_STICK_SHARES, full_speed))
-
-
-def _why_not_turned(observation: Observation) -> Reason:
-    right_bounds = scaled(FULL_ANGULAR_BOUNDS, -1.0)
-    reason = (why_not_steered(observation, stimuli.RIGHT_STICK_LEFT, angular=FULL_ANGULAR_BOUNDS)
-              or why_not_steered(observation, stimuli.RIGHT_STICK_RIGHT, angular=right_bounds))
-    if reason:
-        return reason
-    full_speed = observation.scene(stimuli.RIGHT_STICK_RIGHT).commands[-1, ANGULAR]
-    return why_not_steered(observation, stimuli.BOTH_STICKS, linear=ANY_BOUNDS,
-                           angular=scaled(HALF_STICK_SHARES, full_speed))
+    full_speed = observation.scene(full_scene).commands[-1, column]
+    return judge(stimuli.BOTH_STICKS, scaled(HALF_STICK_SHARES, full_speed), ANY_BOUNDS)
 
 
 def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
@@ -81,7 +72,7 @@ def _why_not_published(observation: Observation, name: str, expected: bool) -> R
     if published is not None:
         return f'after {name} it published {published} on ctrl_relinq'
     reason = f'after {name} nothing was published on ctrl_relinq'
-    instead = other_topics(scene.process, CTRL_RELINQ_TOPIC)
+    instead = clause_on_other_topics(scene.process, CTRL_RELINQ_TOPIC)
     return f'{reason}: {instead}' if instead else reason
 
 
@@ -100,18 +91,17 @@ def _why_not_silent(observation: Observation) -> Reason:
 def _why_not_regained(observation: Observation) -> Reason:
     _require_hand_over(observation)
     reason = _why_not_published(observation, stimuli.TAKE_BACK, expected=False)
-    if not reason and not len(observation.scene(stimuli.STICK_UP_AFTER_B).moving_commands):
-        reason = 'after B the stick did not move the robot'
-    return reason
+    if reason or len(observation.scene(stimuli.STICK_UP_AFTER_B).moving_commands):
+        return reason
+    return 'after B the stick did not move the robot'
 
 
 def _why_not_reset(observation: Observation) -> Reason:
     scene = observation.scene(stimuli.RESET_BUTTON)
     facts = scene.facts
     if not facts[stimuli.CALL_COUNT]:
-        printed = 'nothing: does it read the button of Y?'
-        if scene.printed.strip():
-            printed = last_line(scene.printed) + ': has its client one of these names?'
+        printed = (f'{last_line(scene.printed)}: has its client one of these names?'
+                   if scene.printed.strip() else 'nothing: does it read the button of Y?')
         return ('after Y no reset service was called (reset_pose, set_pose, reset, ... were '
                 f'there), and it printed {printed}')
     if facts[stimuli.SERVICE_NAME] != SET_POSE_SERVICE:
@@ -179,10 +169,18 @@ CRITERIA = [
               limits=START_LIMITS),
     Criterion('drives', stimuli.STICKS,
               f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} m/s',
-              GAMEPAD_SECTION, _why_not_driven, limits=_stick_limits(FULL_LINEAR_BOUNDS, 'm/s')),
+              GAMEPAD_SECTION,
+              partial(_why_stick_failed, column=LINEAR, positive=stimuli.LEFT_STICK_UP,
+                      negative=stimuli.LEFT_STICK_DOWN, full_scene=stimuli.LEFT_STICK_UP,
+                      full_bounds=FULL_LINEAR_BOUNDS),
+              limits=_stick_limits(FULL_LINEAR_BOUNDS, 'm/s')),
     Criterion('turns', stimuli.STICKS,
               f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} rad/s',
-              GAMEPAD_SECTION, _why_not_turned, limits=_stick_limits(FULL_ANGULAR_BOUNDS, 'rad/s')),
+              GAMEPAD_SECTION,
+              partial(_why_stick_failed, column=ANGULAR, positive=stimuli.RIGHT_STICK_LEFT,
+                      negative=stimuli.RIGHT_STICK_RIGHT, full_scene=stimuli.RIGHT_STICK_RIGHT,
+                      full_bounds=FULL_ANGULAR_BOUNDS),
+              limits=_stick_limits(FULL_ANGULAR_BOUNDS, 'rad/s')),
     Criterion('lets_go', stimuli.STICKS, 'the robot stops when the sticks are let go',
               GAMEPAD_SECTION, _why_not_stopped_when_let_go, limits='zero velocity ' + STOP_LIMITS),
     Criterion('relinquishes', stimuli.BUTTONS, 'A publishes True on ctrl_relinq', GAMEPAD_SECTION,
@@ -204,13 +202,13 @@ CRITERIA = [
     Criterion('says_why_not', stimuli.NO_SERVICE, 'says why the reset failed without a service',
               GAMEPAD_SECTION, _why_no_error_printed, limits=within(stimuli.CALL_AFTER_Y_TIME)),
     Criterion('stops_robot', stimuli.BUTTONS, 'at Ctrl+C while driving sends zero velocity', EXTRAS,
-              why_not_stopped_at_ctrl_c, extra=True, limits=STOP_LIMITS),
+              why_not_stopped_at_ctrl_c, is_extra=True, limits=STOP_LIMITS),
     Criterion('not_blocked', stimuli.NO_SERVICE, 'Y without a service does not block the sticks',
-              EXTRAS, _why_blocked, extra=True,
+              EXTRAS, _why_blocked, is_extra=True,
               limits='the stick drives ' + within(UNBLOCKED_TIME)),
     Criterion('once', stimuli.BUTTONS, 'a long Y is one call', EXTRAS, _why_not_called_once,
-              extra=True),
+              is_extra=True),
     Criterion('latched', stimuli.BUTTONS, 'ctrl_relinq is latched', EXTRAS, _why_not_latched,
-              extra=True, limits='heard ' + within(stimuli.PUBLISH_TIME)),
+              is_extra=True, limits='heard ' + within(stimuli.PUBLISH_TIME)),
     lost_device_criterion('lost_pad', 'stops the robot', 'the pad', stimuli.PAD_SILENT, EXTRAS),
 ]

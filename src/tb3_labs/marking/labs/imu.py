@@ -33,9 +33,8 @@ def _headings_at_rest(observation):
     scenes = [observation.scene(name) for name in stimuli.STANDING_HEADINGS]
     if not any(printed_headings(scene.printed) for scene in scenes):
         early_count = len(printed_headings(scenes[0].process.printed))
-        why = f'it printed {early_count} at its start, and then none'
-        if not early_count:
-            why = why_unprinted(scenes[-1])
+        why = (f'it printed {early_count} at its start, and then none' if early_count
+               else why_unprinted(scenes[-1]))
         raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {why}')
     for name in stimuli.STANDING_HEADINGS:
         scene = observation.scene(name)     # sets observation.moment
@@ -108,7 +107,8 @@ CRITERIA = [
               CTRL_C_STEP, _why_no_goodbye, limits=f'{MAX_LATE_HEADINGS} more heading may follow'),
     clean_exit_criterion(stimuli.HEADING, CTRL_C_STEP),
     Criterion('never_360', stimuli.ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS,
-              _why_360_printed, extra=True),
+              _why_360_printed, is_extra=True),
     Criterion('survives_nonsense', stimuli.ODD_SAMPLES, 'goes on after a quaternion of zeros',
-              IMU_EXTRAS, _why_not_survived, extra=True, limits=within(stimuli.VALID_HEADING_TIME)),
+              IMU_EXTRAS, _why_not_survived, is_extra=True,
+              limits=within(stimuli.VALID_HEADING_TIME)),
 ]

@@ -13,11 +13,12 @@ from tb3_labs.handout import (
     MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE_SERVICE)
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, EXTRAS, LINEAR, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS, Criterion,
-    Reason, clean_exit_criterion, ends_in_motion, lost_device_criterion, why_not_started,
-    why_not_stopped, why_not_stopped_at_ctrl_c, within)
+    EXTRAS, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS, Criterion, Reason,
+    clean_exit_criterion, ends_in_motion, lost_device_criterion, why_not_started, why_not_stopped,
+    why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.trial.observation import (
-    GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
+    ANGULAR, GOAL_POSE, LINEAR, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation,
+    Scene)
 from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.broken_link import SheetStep
 from tb3_labs.watch.lab_links import (
@@ -26,10 +27,10 @@ from tb3_labs.watch.lab_links import (
 LAST_COMMAND_TIME = 0.5             # [s] after the arrival
 MIN_TURN_IN_DRIVE_DEG = 20.0        # of a correct node after a reset in a drive
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
-#: The robot may coast by this distance [m] and this angle after a stop command.
-COAST_DISTANCE, COAST_DEG = 0.02, 2.0
-#: The tolerances of the criterion `exact`. The distance is in [m].
-EXACT_DISTANCE, EXACT_DEG = 0.02, 1.0
+COAST_DISTANCE = 0.02               # [m] after a stop command
+COAST_DEG = 2.0                     # after a stop command
+EXACT_DISTANCE = 0.02               # [m], in the criterion `exact`
+EXACT_DEG = 1.0                     # in the criterion `exact`
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = (
     f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun '
@@ -65,9 +66,9 @@ def _why_not_at_heading(observation: Observation, name: str,
 
 def _exceeded_limit(scene: Scene) -> str:
     _, dx, dy, _ = scene.truth[-1] - scene.truth[0]
-    limit = 'the limit'
-    if math.hypot(dx, dy) > stimuli.MAX_DRIVE_DISTANCE:
-        limit = f'more than {stimuli.MAX_DRIVE_DISTANCE:g} m from its start'
+    is_astray = math.hypot(dx, dy) > stimuli.MAX_DRIVE_DISTANCE
+    limit = (f'more than {stimuli.MAX_DRIVE_DISTANCE:g} m from its start' if is_astray
+             else 'the limit')
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 
 
@@ -110,13 +111,11 @@ def _why_not_within_limits(observation: Observation) -> Reason:
     commands = np.vstack([drive.commands for drive in drives])
     if not len(commands):
         return 'it commanded nothing'
-    linear, angular = np.abs(commands[:, LINEAR:]).max(axis=0)
-    is_linear_slow = linear <= MAX_LINEAR_SPEED + ROUNDING
-    column = ANGULAR if is_linear_slow else LINEAR
-    observation.set_moment_of_fastest(commands, column)
-    if is_linear_slow and angular <= MAX_ANGULAR_SPEED + ROUNDING:
-        return ''
-    return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
+    for column, limit in ((LINEAR, MAX_LINEAR_SPEED), (ANGULAR, MAX_ANGULAR_SPEED)):
+        if observation.greatest_speed(commands, column) > limit + ROUNDING:
+            linear, angular = np.abs(commands[:, LINEAR:]).max(axis=0)
+            return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
+    return ''
 
 
 def _why_reset_failed(observation: Observation, name: str = stimuli.RESET_TO_ORIGIN) -> Reason:
@@ -151,7 +150,7 @@ def _why_not_waited(observation: Observation) -> Reason:
     """Judges whether the robot rested while the node had no control: after the start of the node,
     and during a reset."""
     has_moved = len(observation.scene(stimuli.WITHOUT_CONTROL).moving_commands) > 0
-    if not has_moved and observation.has(stimuli.RESET_TO_ORIGIN):
+    if not has_moved and observation.has_stimulus(stimuli.RESET_TO_ORIGIN):
         scene = observation.scene(stimuli.RESET_TO_ORIGIN, may_die=True)
         has_moved = len(scene.moving_commands) > 0 and not scene.facts[WAS_MOVING]
     if not has_moved:
@@ -167,10 +166,9 @@ def _why_control_kept(observation: Observation) -> Reason:
 
 
 def _why_not_exact(observation: Observation) -> Reason:
-    names = [stimuli.FIRST_DRIVE, stimuli.SECOND_DRIVE]
-    if stimuli.DRIVE not in dict(observation.parts):
-        names.remove(stimuli.FIRST_DRIVE)
-    for name in names:
+    has_first_drive = stimuli.DRIVE in dict(observation.parts)
+    first_drives = [stimuli.FIRST_DRIVE] if has_first_drive else []
+    for name in (*first_drives, stimuli.SECOND_DRIVE):
         reason = (_why_not_at_place(observation, name, EXACT_DISTANCE)
                   or _why_not_at_heading(observation, name, EXACT_DEG))
         if reason:
@@ -232,18 +230,18 @@ CRITERIA = [
               STATES_SECTION, _why_control_kept, limits='zero velocity ' + STOP_LIMITS),
     clean_exit_criterion(stimuli.CONTROL, STATES_SECTION),
     Criterion('stops_robot', stimuli.CONTROL, 'at Ctrl+C in a drive sends zero velocity', EXTRAS,
-              why_not_stopped_at_ctrl_c, extra=True, limits=STOP_LIMITS),
+              why_not_stopped_at_ctrl_c, is_extra=True, limits=STOP_LIMITS),
     Criterion('exact', stimuli.RESET,
               f'both drives are within {EXACT_DISTANCE:g} m and {EXACT_DEG:g} degree',
-              SheetStep(TRANSFORMATION_SHEET, '6. Analysis'), _why_not_exact, extra=True),
+              SheetStep(TRANSFORMATION_SHEET, '6. Analysis'), _why_not_exact, is_extra=True),
     Criterion('declared_pose', stimuli.DECLARED,
               'drives from a declared pose that is not the origin', EXTRAS,
               partial(_why_failed_after_reset, reset=stimuli.RESET_ELSEWHERE,
                       judge=_why_not_arrived, name=stimuli.DECLARED_DRIVE),
-              extra=True, limits='as goal_place and goal_heading'),
+              is_extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', stimuli.OFFSET,
               'drives although the zeros of IMU and odometry differ', LOCAL_POSE_SECTION.at_step(4),
-              partial(_why_not_arrived, name=stimuli.OFFSET_DRIVE), extra=True,
+              partial(_why_not_arrived, name=stimuli.OFFSET_DRIVE), is_extra=True,
               limits='as goal_place and goal_heading'),
     lost_device_criterion('lost_odometry', 'stops the robot', 'the odometry',
                           stimuli.ODOMETRY_SILENT, EXTRAS),

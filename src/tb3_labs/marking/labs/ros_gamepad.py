@@ -46,7 +46,7 @@ class HeldPad(Repeater):
         self._publish()
 
     def press(self, button, seconds=PRESS_TIME):
-        """Press a button for `seconds` [s], and release the button."""
+        """Press a button for `seconds` [s], and release it."""
         for is_down, duration in ((1, seconds), (0, PRESS_TIME)):
             self._buttons[button] = is_down
             self._publish()
@@ -87,11 +87,10 @@ def try_buttons(trial):
                     pad.press(pad.numbers.reset_button, Y_PRESS_TIME)
                     wait_until(lambda: calls, stimuli.CALL_AFTER_Y_TIME - Y_PRESS_TIME)
                     time.sleep(DELIVERY_TIME)
-                service_names = [name for name, _ in calls]
                 requests = [request for _, request in calls]
                 stimulus.facts.update({
                     stimuli.CALL_COUNT: len(calls),
-                    stimuli.SERVICE_NAME: [*service_names, ''][0],
+                    stimuli.SERVICE_NAME: next((name for name, _ in calls), ''),
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
             remarks = trial.source_findings()['remarks']
@@ -135,7 +134,7 @@ def _try_hand_over(trial, pad):
 
 
 def try_reset_without_service(trial):
-    """Press Y while no reset service exists, and push a stick at once."""
+    """Press Y while no reset service exists, and push a stick after the release."""
     trial.node.start()
     with HeldPad(trial.pad) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
@@ -156,20 +155,20 @@ PARTS = {stimuli.STICKS: try_sticks, stimuli.BUTTONS: try_buttons,
 # -- a reset service of any type
 
 def is_origin(request):
-    """Is the pose in a request (0, 0, 0)? Returns True if the request has no pose."""
+    """Returns True if the pose in a request is (0, 0, 0), or if the request has no pose."""
     return all(abs(value) <= 1e-6 for name, type_name, value in fields_of(request)
                if type_name in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
-    """Does each quaternion in a request have the length 1?"""
+    """Returns True if each quaternion in a request has the length 1."""
     quaternions = [value for _, type_name, value in fields_of(request)
                    if type_name == 'geometry_msgs/Quaternion']
     return all(abs(math.hypot(q.x, q.y, q.z, q.w) - 1.0) < 0.01 for q in quaternions)
 
 
 def has_covariance(request):
-    """Does each covariance in a request have a number that is not zero?"""
+    """Returns True if each covariance in a request has a number that is not zero."""
     return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
 
 
@@ -197,10 +196,10 @@ class ResetServices(AbstractContextManager):
         self.calls = []
         self._types = trial.node.graph.types.services_by_checksum()
         self._services = {}
-        self._recording = trial.recording
+        self._bag = trial.bag
         self.offer(RESET_NAMES)
 
-    def __exit__(self, *problem):
+    def __exit__(self, *exception):
         self.offer(())
 
     def offer(self, names):
@@ -217,7 +216,7 @@ class ResetServices(AbstractContextManager):
             raise rospy.ServiceException('the type of this request is not known here')
         request = service_class._request_class().deserialize(raw._buff)
         self.calls.append((name, request))
-        self._recording.event('call', service=name, of=service_class._type, request=str(request))
+        self._bag.add_event('call', service=name, of=service_class._type, request=str(request))
         response = service_class._response_class()
         for field, value in (('success', True), ('message', 'reset')):
             if field in response.__slots__:

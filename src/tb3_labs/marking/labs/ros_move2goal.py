@@ -63,40 +63,41 @@ class ResetCaller:
     """Calls the reset service of a Trial's node."""
 
     def __init__(self, trial):
+        self._bag = trial.bag
         graph = trial.node.graph
-        self._recording = trial.recording
-        last_names = {name: name.rsplit('/', 1)[-1].lower() for name in graph.names_in_role(SERVER)}
+        services = graph.names_by_role()[SERVER]
+        last_names = {name: name.rsplit('/', 1)[-1].lower() for name in services}
         resets = sorted(name for name, last_name in last_names.items()
                         if any(word in last_name for word in RESET_WORDS))
         usual_resets = [name for usual_name in RESET_NAMES for name in resets
                         if last_names[name] == usual_name]
-        #: The name of the reset service; '' if the node offers no reset service.
-        self.name = [*usual_resets, *resets, ''][0]
+        #: The name of the reset service; '' if the node offers none.
+        self.name = next(iter(usual_resets + resets), '')
         #: A wrong name of the reset service; '' if the service is called SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
         self._service_class = graph.service_class(self.name) if self.name else None
 
     def takes_pose(self):
-        """Does a request of the service have fields for a pose?"""
+        """Returns True if a request of the service has fields for a pose."""
         return (self._service_class is not None
                 and fill_pose(self._service_class._request_class(), Pose2()))
 
-    def call(self, pose=Pose2()):
+    def call_service(self, pose=Pose2()):
         """Call the reset service with a Pose2, and record the call. Returns why the call failed; ''
         for a success."""
-        problem = self._problem_of_call(pose)[:MAX_SENTENCE_LENGTH]
-        self._recording.event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
-                              problem=problem)
+        problem = self._why_call_fails(pose)[:MAX_SENTENCE_LENGTH]
+        self._bag.add_event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
+                            problem=problem)
         return problem
 
-    def _problem_of_call(self, pose):
+    def _why_call_fails(self, pose):
         if self._service_class is None:
             return f'the type of {self.name} cannot be loaded'
         request = self._service_class._request_class()
         fill_pose(request, pose)
         answers = []
 
-        def call():
+        def get_answer():
             problem = ''
             try:
                 response = rospy.ServiceProxy(self.name, self._service_class)(request)
@@ -105,7 +106,7 @@ class ResetCaller:
             except (rospy.ServiceException, rospy.ROSException, TypeError) as exception:
                 problem = str(exception)
             answers.append(problem[:200])
-        threading.Thread(target=call, daemon=True).start()
+        threading.Thread(target=get_answer, daemon=True).start()
         if not wait_until(lambda: answers, stimuli.RESET_REPLY_TIME):
             return f'{self.name} did not answer within {stimuli.RESET_REPLY_TIME:g} s'
         return answers[0]
@@ -160,7 +161,7 @@ class ControlGiver:
 def reset_to_origin(trial):
     """Reset the node's frame to the robot's place. Returns False if the reset failed."""
     caller = ResetCaller(trial)
-    return bool(caller.name) and not caller.call()
+    return bool(caller.name) and not caller.call_service()
 
 
 def try_drive(trial):
@@ -190,13 +191,13 @@ def try_reset(trial):
 
 
 def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
-                  drove_straight=True):
+                  has_driven_straight=True):
     """Call the reset service with `pose`, wait for `seconds` [s], and record both as the stimulus
     `name`. Returns False if the call failed."""
     facts = {WAS_MOVING: trial.recorder.node_moved_since(ros_time() - INTERRUPTION_TIME),
-             stimuli.DROVE_STRAIGHT: drove_straight, stimuli.WRONG_NAME: caller.wrong_name}
+             stimuli.DROVE_STRAIGHT: has_driven_straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
-        problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call(pose)
+        problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call_service(pose)
         time.sleep(seconds)
     return not problem
 
@@ -205,17 +206,17 @@ def _try_reset_in_drive(trial, control, caller):
     """Reset the frame at the goal, turn the robot toward the new goal, and give control. In the
     middle of the drive, reset the frame again."""
     control.take()
-    caller.call()
+    caller.call_service()
     x, y, _ = stimuli.GOAL
     trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
     begin = ros_time()
     control.give()
-    drove_straight = wait_until(
+    has_driven_straight = wait_until(
         lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begin)),
         stimuli.DRIVE_REACTION_TIME)
     time.sleep(INTERRUPTION_TIME)
     _record_reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
-                  drove_straight=drove_straight)
+                  has_driven_straight=has_driven_straight)
     control.take()
 
 

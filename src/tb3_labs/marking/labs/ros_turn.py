@@ -49,15 +49,16 @@ def send_odd_samples(trial):
     """Play an IMU, and send samples that a real IMU seldom sends."""
     trial.node.start('imu:=' + MARKERS_IMU, needed_topics=[MARKERS_IMU])
     with Repeater(MARKERS_IMU, Imu) as sensor:
-        def send(orientation, seconds):
+        def hold_orientation(orientation, seconds):
             sensor.hold(Imu(orientation=orientation))
             time.sleep(seconds)
         with trial.stimulus(stimuli.JUST_BELOW_ZERO):
             for yaw in YAWS_BELOW_ZERO:
-                send(to_quaternion(yaw), ODD_SAMPLE_TIME)
+                hold_orientation(to_quaternion(yaw), ODD_SAMPLE_TIME)
         with trial.stimulus(stimuli.ZERO_QUATERNION):
-            send(Quaternion(), ODD_SAMPLE_TIME)
-            send(to_quaternion(math.radians(stimuli.VALID_HEADING_DEG)), stimuli.VALID_HEADING_TIME)
+            hold_orientation(Quaternion(), ODD_SAMPLE_TIME)
+            hold_orientation(to_quaternion(math.radians(stimuli.VALID_HEADING_DEG)),
+                             stimuli.VALID_HEADING_TIME)
     trial.node.stop()
 
 
@@ -66,13 +67,13 @@ def send_odd_samples(trial):
 class HeldMouse(Repeater):
     """The mouse that the marker plays."""
 
-    def __init__(self, message_class, field_names, y_sign, recording):
+    def __init__(self, message_class, field_names, y_sign, bag):
         """`field_names` are the fields for status, x and y. `y_sign` is the sign of y in the upper
         half of the screen."""
         self._message_class = message_class
         self._field_names = field_names
         self._y_sign = y_sign
-        self._recording = recording
+        self._bag = bag
         self._last_sent = None
         super().__init__(MOUSE_INFO_TOPIC, message_class)
 
@@ -87,16 +88,16 @@ class HeldMouse(Repeater):
         time.sleep(seconds)
 
     def send(self, message):
-        # each message has a new stamp, since a node may reject a repeated stamp
+        # a node may reject a repeated stamp, so each message has a new stamp
         now = rospy.Time.now()
         for name, type_name, _ in message.fields:
             if type_name == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
         super().send(message)
-        self._recording.add(MOUSE_INFO_TOPIC, MouseController(Header(stamp=now), *self._last_sent))
+        self._bag.add(MOUSE_INFO_TOPIC, MouseController(Header(stamp=now), *self._last_sent))
 
 
-STATUS, X, Y = 'status', 'xPos', 'yPos'     # the fields in the mouse lab
+USUAL_FIELDS = ('status', 'xPos', 'yPos')      # for status, x and y in the mouse lab
 FLAG_TYPES = ('bool', 'std_msgs/Bool')
 NUMBER_TYPES = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
@@ -117,10 +118,10 @@ def mouse_fields(fields):
     x_names = [name for name in numbers if name.lower().startswith('x')]
     y_names = [name for name in numbers if name.lower().startswith('y')]
     x_and_y = [x_names[0], y_names[0]] if x_names and y_names else numbers[:2]
-    status = STATUS if STATUS in flags else flags[0]
-    field_names = [status, *x_and_y]
+    usual_status = USUAL_FIELDS[0]
+    field_names = [usual_status if usual_status in flags else flags[0], *x_and_y]
     remarks = [f'Your {name} was taken for {usual}.'
-               for name, usual in zip(field_names, (STATUS, X, Y)) if name != usual]
+               for name, usual in zip(field_names, USUAL_FIELDS) if name != usual]
     return field_names, remarks
 
 
@@ -128,7 +129,7 @@ def start_mouse(trial, names):
     """Returns a HeldMouse, inactive and in the middle, with the type that the node uses on
     mouse_info. If the node uses no suitable type, end the part, and with it the stimuli `names`."""
     graph = trial.node.graph
-    if rospy.resolve_name(MOUSE_INFO_TOPIC) not in graph.names_in_role(SUBSCRIBER):
+    if rospy.resolve_name(MOUSE_INFO_TOPIC) not in graph.names_by_role()[SUBSCRIBER]:
         trial.skip_part(names, 'it does not listen to mouse_info')
     message_class = graph.message_class(MOUSE_INFO_TOPIC)
     if message_class is None:
@@ -140,9 +141,9 @@ def start_mouse(trial, names):
     trial.add_remarks(remarks)
     package = message_class._type.split('/')[0]
     client_y_sign = trial.source_findings(package)['mouse_y_sign']
-    trial.recording.event('mouse client', up=client_y_sign)
+    trial.bag.add_event('mouse client', up=client_y_sign)
     y_sign = -1 if client_y_sign < 0 else 1
-    mouse = HeldMouse(message_class, field_names, y_sign, trial.recording)
+    mouse = HeldMouse(message_class, field_names, y_sign, trial.bag)
     mouse.hold_at(0.0, 0.0, active=False)
     mouse.wait_for_subscriber()
     return mouse
@@ -203,7 +204,7 @@ def try_mouse_with_turns(trial):
                       lambda: mouse.hold_at(0.0, 1.0))
         mouse.hold_at(0.0, 0.0)
         wait_until(trial.recorder.is_at_rest, 2.0)
-        was_moving = trial.causes_motion(
+        was_moving = trial.act_and_await_motion(
             lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION_TIME)
         time.sleep(INTERRUPTION_TIME)
         with trial.stimulus(stimuli.MOUSE_IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
@@ -231,7 +232,7 @@ def try_lost_devices(trial):
     trial.node.start()
     with suppress(NotOffered), start_mouse(trial, [stimuli.MOUSE_SILENT]) as mouse:
         mouse.hold_at(0.0, 0.0, seconds=0.3)
-        was_moving = trial.causes_motion(lambda: mouse.hold_at(0.0, 1.0), 0.5)
+        was_moving = trial.act_and_await_motion(lambda: mouse.hold_at(0.0, 1.0), 0.5)
         time.sleep(INTERRUPTION_TIME)
         trial.silence_device(stimuli.MOUSE_SILENT, was_moving, lambda: mouse.hold(None))
         mouse.hold_at(0.0, 0.0, active=False, seconds=0.3)

@@ -16,8 +16,7 @@ START_TIME = 15.0           # [s] until a started node must subscribe to its top
 EXIT_TIME = 5.0             # [s] until a node must end after Ctrl+C; rospy itself needs up to 2 s
 STOP_TIME = 0.5             # [s] until the zero velocity of a stop that is "at once"
 LOST_STOP_TIME = 1.0        # [s] until a node must stop after a sensor or a device fell silent
-#: The part of a lab in which a sensor or an input device falls silent.
-DEVICE_LOST = 'lost'
+DEVICE_LOST = 'lost'        # the part of a lab in which a sensor or an input device falls silent
 
 # -- the IMU exercise
 
@@ -31,13 +30,15 @@ JUST_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
 #: After the quaternion of zeros, the marker sends samples with this heading for this time.
 VALID_HEADING_DEG = 57.0
 VALID_HEADING_TIME = 0.9    # [s]
-#: Key of a fact: the IMU's heading [deg] while the robot stands.
-HEADING_DEG = 'heading_deg'
+HEADING_DEG = 'heading_deg'     # key of a fact: the IMU's heading [deg] while the robot stands
 
 # -- the IMU lab
 
 #: The parts of the lab.
-TURNS, MOUSE, MOUSE_AND_TURNS, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
+TURNS = 'turns'
+MOUSE = 'mouse'
+MOUSE_AND_TURNS = 'both'
+SHUTDOWN = 'shutdown'
 #: In a turn the IMU falls silent. In a drive the mouse falls silent.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
@@ -92,9 +93,15 @@ MOUSE_REACTION_TIME = 4.0   # [s] until a mouse that is moved during a turn driv
 # -- the Transformation lab, move to goal
 
 #: The parts of the lab.
-DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
+DRIVE = 'drive'
+RESET = 'reset'
+CONTROL = 'control'
+DECLARED = 'declared'
+OFFSET = 'offset'
 #: The stimuli, in the order of the parts. The final stimulus belongs to the part DEVICE_LOST.
-WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at the goal'
+WITHOUT_CONTROL = 'without control'
+FIRST_DRIVE = 'first drive'
+AT_GOAL = 'at the goal'
 RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'
 RESET_IN_DRIVE = 'reset in a drive'
 CONTROL_TAKEN = 'control taken'
@@ -102,7 +109,7 @@ RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declare
 OFFSET_DRIVE = 'drive with an offset IMU'
 ODOMETRY_SILENT = 'odometry silent'
 #: Keys of the facts about a reset.
-RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
+RESET_PROBLEM = 'problem'       # why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
 DROVE_STRAIGHT = 'straight'     # did the robot drive forward after the marker had turned it?
 OBSERVATION_TIME = 1.5          # [s] before the node has control, and at the goal
@@ -118,7 +125,9 @@ MAX_DRIVE_DISTANCE = 3.0        # [m] from the start
 # -- the Transformation lab, gamepad
 
 #: The parts of the lab.
-STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
+STICKS = 'sticks'
+BUTTONS = 'buttons'
+NO_SERVICE = 'no service'
 LEFT_STICK_UP, LEFT_STICK_DOWN = 'left stick up', 'left stick down'
 BOTH_STICKS = 'left stick half up, right stick half right'
 RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = 'right stick left', 'right stick right'

@@ -11,11 +11,12 @@ from tb3_labs.handout import (
     TURN_DEG)
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, IMU_EXTRAS, LINEAR, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS,
-    ZERO_TOLERANCE, Criterion, Reason, bounds_text, clean_exit_criterion, ends_in_motion,
-    lost_device_criterion, scaled, why_not_printed, why_not_started, why_not_steered,
-    why_not_stopped, why_not_stopped_at_ctrl_c, within)
-from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
+    IMU_EXTRAS, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS, ZERO_TOLERANCE, Criterion,
+    Reason, bounds_text, clean_exit_criterion, ends_in_motion, lost_device_criterion, scaled,
+    why_not_printed, why_not_started, why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c,
+    within)
+from tb3_labs.marking.trial.observation import (
+    ANGULAR, LINEAR, MOVED, RESTED, WAS_MOVING, NotObserved, Observation)
 from tb3_labs.marking.trial.remarks import MAX_IDLE_TURN_DEG, why_idle
 from tb3_labs.watch.lab_links import TURN_SECTION
 
@@ -24,7 +25,7 @@ LAW_STEP = TURN_SECTION.at_step(5)
 RIGHT_TURN_STEP = TURN_SECTION.at_step(6)
 CTRL_C_STEP = TURN_SECTION.at_step(7)
 POSITION_NEAR_MIDDLE = stimuli.MOUSE_POSITIONS[stimuli.MOUSE_NEAR_MIDDLE]
-TURNS_ACROSS_JUMP = [name for name, turn in stimuli.TURN_STIMULI.items() if turn.crossing]
+STIMULI_ACROSS_JUMP = [name for name, turn in stimuli.TURN_STIMULI.items() if turn.crossing]
 COAST_DEG = 1.0             # after a stop command
 MAX_LEGIBLE_LINES = 1000    # of an answer
 MAX_EXACT_ERROR_DEG = 1.0   # in the criterion `within_1_deg`
@@ -33,7 +34,7 @@ NO_MOUSE_CLIENT = (
     'y down; none was found.')
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
 #: The bounds of the speed [m/s or rad/s] for a mouse at the edge of the screen, and at 0.6 of the
-#: way to the edge. The mouse lab does not say how the speed grows outside the dead zone.
+#: distance to the edge. The mouse lab does not say how the speed grows outside the dead zone.
 MIN_EDGE_SPEED = MOUSE_FULL - ZERO_TOLERANCE
 EDGE_BOUNDS = (MIN_EDGE_SPEED, MOUSE_FULL + ZERO_TOLERANCE)
 HALF_WAY_BOUNDS = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
@@ -56,7 +57,7 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
     occasion = f'after {turn.typed}'
     if turn.crossing:
         occasion += f' ({turn.crossing})'
-    turned_text = f'it turned {_degrees(scene.turned_deg)}'
+    turned_text = f'it turned {_turn_text(scene.turned_deg)}'
     if not scene.facts[MOVED]:
         is_idle = abs(scene.turned_deg) < MAX_IDLE_TURN_DEG
         effect = 'the robot did not turn' if is_idle else turned_text
@@ -78,7 +79,7 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
     return f'{reason}: {error:.1f} degrees {side} the goal, where {allowed_deg:g} are allowed'
 
 
-def _degrees(turned_deg):
+def _turn_text(turned_deg):
     text = f'{abs(turned_deg):.1f} degrees'
     if text == '0.0 degrees':
         return text
@@ -103,20 +104,18 @@ def _commands_of_turns(observation):
 
 def _why_turned_too_fast(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
-    observation.set_moment_of_fastest(commands, ANGULAR)
-    angular = commands[:, ANGULAR]
-    excesses = [f'{speed:.1f} rad/s to the {side}'
-                for speed, side in ((angular.max(), 'left'), (-angular.min(), 'right'))
-                if speed > MAX_ANG_Z + ROUNDING]
-    if not excesses:
+    limit = MAX_ANG_Z + ROUNDING
+    if observation.greatest_speed(commands, ANGULAR) <= limit:
         return ''
+    angular = commands[:, ANGULAR]
+    speeds = {'left': angular.max(), 'right': -angular.min()}
+    excesses = [f'{speed:.1f} rad/s to the {side}'
+                for side, speed in speeds.items() if speed > limit]
     return f"while turning it commanded up to {' and '.join(excesses)}"
 
 
 def _why_not_on_the_spot(observation: Observation) -> Reason:
-    commands = _commands_of_turns(observation)
-    observation.set_moment_of_fastest(commands, LINEAR)
-    fastest = np.abs(commands[:, LINEAR]).max()
+    fastest = observation.greatest_speed(_commands_of_turns(observation), LINEAR)
     if fastest < ROUNDING:
         return ''
     return f'it commanded up to {fastest:.2f} m/s forward while turning'
@@ -170,7 +169,7 @@ def _why_not_driven_in_turn(observation: Observation) -> Reason:
 
 
 def _has_driven_forward(observation, name):
-    """Did the node drive as fast as a mouse at the upper edge requires?"""
+    """Returns True if the node drove as fast as a mouse at the upper edge requires."""
     forward_sign = forward_sign_of(observation)
     forward_speeds = forward_sign * observation.scene(name).commands[:, LINEAR]
     return (forward_speeds > MIN_EDGE_SPEED).any()
@@ -180,13 +179,13 @@ def forward_sign_of(observation: Observation) -> float:
     """Returns the sign of the speed that a correct node commands for a mouse at the upper edge.
 
     The marker has applied the sign of the submission's mouse client to y, so a correct node drives
-    forward: 1.0. Without a known mouse client, the sign is the sign of the node's first speed at
-    this edge.
+    forward: 1.0. Without a known mouse client, it is the sign of the node's first speed at this
+    edge.
     """
     if observation.mouse_y_sign:
         return 1.0
     names = (stimuli.MOUSE_UP, stimuli.MOUSE_AFTER_TURN, stimuli.MOUSE_IN_TURN)
-    for name in filter(observation.has, names):
+    for name in filter(observation.has_stimulus, names):
         for speed in observation.scene(name, may_die=True).commands[:, LINEAR]:
             if speed != 0.0:
                 return math.copysign(1.0, speed)
@@ -203,15 +202,13 @@ def _why_not_driven_by_mouse(observation: Observation) -> Reason:
 
 
 def _has_printed_only_prompt(observation):
-    if not (observation.has(LEFT_KEY) and observation.has(stimuli.NONSENSE)):
+    names = (LEFT_KEY, stimuli.NONSENSE)
+    if not all(map(observation.has_stimulus, names)):
         return False
-    after_turn = _lines_after_letter(observation, LEFT_KEY)
-    after_nonsense = _lines_after_letter(observation, stimuli.NONSENSE)
+    scenes = [observation.scene(name, may_die=True) for name in names]
+    # the first line shows the typed letter
+    after_turn, after_nonsense = (scene.printed.splitlines()[1:] for scene in scenes)
     return len(after_nonsense) == 1 and after_turn[-1:] == after_nonsense
-
-
-def _lines_after_letter(observation, name):
-    return observation.scene(name, may_die=True).printed.splitlines()[1:]
 
 
 def remarks_on_turns(observation: Observation) -> List[str]:
@@ -235,7 +232,7 @@ CRITERIA = [
     Criterion('right', stimuli.TURNS, f'r turns {TURN_DEG:g} degrees right', RIGHT_TURN_STEP,
               partial(why_not_turned, name=RIGHT_KEY), limits=CARPET_LIMITS),
     Criterion('short_way', stimuli.TURNS, 'turns the same across 180 and 0 degrees', LAW_STEP,
-              partial(_why_turns_failed, names=TURNS_ACROSS_JUMP), limits=CARPET_LIMITS),
+              partial(_why_turns_failed, names=STIMULI_ACROSS_JUMP), limits=CARPET_LIMITS),
     Criterion('clamped', stimuli.TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW_STEP,
               _why_turned_too_fast, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', stimuli.TURNS, 'does not drive forward while it turns', LAW_STEP,
@@ -272,7 +269,7 @@ CRITERIA = [
     Criterion('within_1_deg', stimuli.TURNS,
               f'all turns are within {MAX_EXACT_ERROR_DEG:g} degree', IMU_EXTRAS,
               partial(_why_turns_failed, names=stimuli.TURN_STIMULI, tolerance=MAX_EXACT_ERROR_DEG),
-              extra=True),
+              is_extra=True),
     lost_device_criterion('lost_imu', 'stops a turn', 'the IMU', stimuli.IMU_SILENT, IMU_EXTRAS),
     lost_device_criterion('lost_mouse', 'stops the robot', 'the mouse', stimuli.MOUSE_SILENT,
                           IMU_EXTRAS),

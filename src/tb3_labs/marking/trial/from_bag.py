@@ -18,13 +18,11 @@ SAME_RESET_TIME = 1.0       # [s] between a call of the reset and the node's lin
 #: the end.
 MAX_OUTPUT_LENGTH = 20000
 COLOUR_CODE = re.compile(r'\x1b\[[\d;]*m')      # of a terminal
-#: {kind of event: an attribute of Observation}
-SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
-#: {key of a fact: field of NodeProcess} for the keys that are not the field's name. The keys cannot
-#: change, because old bags contain them.
-PROCESS_FIELDS = {
+#: {key of a fact: field of NodeProcess or Observation} for the keys that are not the field's name.
+#: The keys cannot change, because old bags contain them.
+FIELD_OF_KEY = {
     'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens': 'subscribed_topics',
-    'publishes': 'published_topics', 'unconnected': 'unconnected_topics'}
+    'publishes': 'published_topics', 'unconnected': 'unconnected_topics', 'up': 'mouse_y_sign'}
 
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
@@ -77,8 +75,8 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     for time, pose, problem in observation.reset_calls:
         if problem:
             next_start = min([start for start in starts if start > time], default=math.inf)
-            has_known_frame &= (variable_time < time) | (variable_time > next_start)
-        elif not (np.abs(printed.arrival - time) < SAME_RESET_TIME).any():
+            has_known_frame[(variable_time >= time) & (variable_time <= next_start)] = False
+        elif np.abs(printed.arrival - time).min(initial=math.inf) >= SAME_RESET_TIME:
             resets.append([time, *pose])
     goals = []
     letters = []
@@ -105,13 +103,13 @@ def _add_output(observation: Observation, text: str, line_count: int) -> None:
         stimulus.line_count += line_count
 
 
-def _process_fields(facts):
-    return {PROCESS_FIELDS.get(key, key): fact for key, fact in facts.items()}
+def _fields_of(facts):
+    return {FIELD_OF_KEY.get(key, key): fact for key, fact in facts.items()}
 
 
 def _add_event(observation: Observation, kind: str, time: float, facts: Dict[str, Any]) -> None:
-    if kind in ('trial', 'program'):
-        vars(observation).update(facts)
+    if kind in ('trial', 'program', 'mouse client'):
+        vars(observation).update(_fields_of(facts))
     elif kind == 'begin':
         observation.stimuli.append(Stimulus(begin=time, **facts))
     elif kind == 'end':
@@ -119,11 +117,11 @@ def _add_event(observation: Observation, kind: str, time: float, facts: Dict[str
     elif kind == 'part':
         observation.parts.append((facts['name'], time))
     elif kind == 'start':
-        observation.processes.append(NodeProcess(time, **_process_fields(facts)))
+        observation.processes.append(NodeProcess(time, **_fields_of(facts)))
     elif kind == 'ready':
         observation.processes[-1].ready = time
     elif kind == 'run':
-        vars(observation.processes[-1]).update(_process_fields(facts))
+        vars(observation.processes[-1]).update(_fields_of(facts))
     elif kind == 'stop':
         observation.processes[-1].end = time
     elif kind == 'output':
@@ -142,11 +140,9 @@ def _add_event(observation: Observation, kind: str, time: float, facts: Dict[str
         observation.not_offered.update(dict.fromkeys(facts['names'], facts['reason']))
     elif kind == 'call' and 'pose' in facts:
         observation.reset_calls.append([time, facts['pose'], facts['problem']])
-    elif kind == 'mouse client':
-        observation.mouse_y_sign = facts['up']
     elif kind == 'broken':
         observation.marker_error = facts['text']
-    elif kind in SENTENCE_LISTS:
-        sentences = getattr(observation, SENTENCE_LISTS[kind])
+    elif kind in ('remark', 'finding'):
+        sentences = observation.remarks if kind == 'remark' else observation.findings
         if facts['text'] not in sentences and len(sentences) < MAX_FINDINGS:
             sentences.append(facts['text'])

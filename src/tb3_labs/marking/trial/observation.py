@@ -16,6 +16,7 @@ from tb3_labs.recording.run_data import ImuSamples, OdometrySamples, RunData
 
 #: A trial sends Ctrl+C up to three times, because rospy may lose the final message of a node.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
+TIME, LINEAR, ANGULAR = range(3)    # the columns of an array of commands
 #: Keys of a stimulus's `facts`. A pose or a transform is [x [m], y [m], yaw [rad]].
 MOVED = 'moved'                     # did the node command a movement during the stimulus?
 RESTED = 'rested'                   # did the robot come to rest?
@@ -105,15 +106,14 @@ class Observation:
     not_finite: List[List[Any]] = field(default_factory=list)
     #: [begin, end] of each movement that the marker commanded.
     marker_moves: List[List[float]] = field(default_factory=list)
-    #: The sign of y in the upper half of the screen, by the submission's mouse client; 0 if this
-    #: sign is unknown.
+    #: The sign of y in the upper half of the screen, by the student's mouse client; 0 if unknown.
     mouse_y_sign: int = 0
     #: {variable: the lines of the node's file that assign the variable}
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
     reset_calls: List[List[Any]] = field(default_factory=list)
     #: The moment [s] in the timeline to which the current verdict belongs. The method `scene` sets
-    #: the moment to the start of the stimulus, or to None if the stimulus was not tried.
+    #: it to the start of the stimulus; None if the stimulus was not tried.
     moment: Optional[float] = None
 
     @property
@@ -139,19 +139,18 @@ class Observation:
 
     @property
     def clause_on_silent_topics(self) -> str:
-        """A clause on the silent_topics of the node's processes; '' if there are no such topics."""
+        """A clause on the silent_topics of the node's processes; '' if there are none."""
         topics = {topic for process in self.processes for topic in process.silent_topics}
-        if not topics:
-            return ''
-        return f"it listens to {' and '.join(sorted(topics))}, which nobody publishes"
+        names = ' and '.join(sorted(topics))
+        return f'it listens to {names}, which nobody publishes' if topics else ''
 
     def part_intervals(self) -> List[Tuple[str, float, float]]:
         """Returns (name, begin [s], end [s]) of each tried part of the lab."""
         ends = [begin for _, begin in self.parts[1:]] + [math.inf]
         return [(name, begin, end) for (name, begin), end in zip(self.parts, ends)]
 
-    def has(self, name: str) -> bool:
-        """Did the node get the stimulus `name`?"""
+    def has_stimulus(self, name: str) -> bool:
+        """Returns True if the node got the stimulus `name`."""
         return any(stimulus.name == name for stimulus in self.stimuli)
 
     def scene(self, name: str, may_die: bool = False) -> 'Scene':
@@ -175,16 +174,19 @@ class Observation:
     def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
         """Returns the Scenes of the tried stimuli in `names`. Raises the exceptions of `scene` if
         no stimulus was tried."""
-        tried = [name for name in names if self.has(name)]
+        tried = [name for name in names if self.has_stimulus(name)]
         if not tried:
             self.scene(names[0])
         return (self.scene(name, may_die) for name in tried)
 
-    def set_moment_of_fastest(self, commands: np.ndarray, column: int) -> None:
-        """Sets `moment` to the start of the stimulus with the fastest of the `commands`."""
-        fastest_row = np.abs(commands[:, column]).argmax()
+    def greatest_speed(self, commands: np.ndarray, column: int) -> float:
+        """Returns the greatest absolute value in a `column`, LINEAR or ANGULAR, of the commands.
+        Sets `moment` to the start of the stimulus with this value."""
+        speeds = np.abs(commands[:, column])
+        fastest_time = commands[speeds.argmax(), TIME]
         begins = [stimulus.begin for stimulus in self.stimuli]
-        self.moment = max(begin for begin in begins if begin <= commands[fastest_row, 0])
+        self.moment = max(begin for begin in begins if begin <= fastest_time)
+        return float(speeds.max())
 
 
 class Scene(Stimulus):
@@ -208,7 +210,8 @@ class Scene(Stimulus):
         return self._rows_during(self.observation.truth)
 
     def _rows_during(self, rows: np.ndarray) -> np.ndarray:
-        return rows[(rows[:, 0] >= self.begin) & (rows[:, 0] <= self.end)]
+        time = rows[:, TIME]
+        return rows[(time >= self.begin) & (time <= self.end)]
 
     @property
     def process(self) -> NodeProcess:
@@ -220,11 +223,12 @@ class Scene(Stimulus):
     @property
     def moving_commands(self) -> np.ndarray:
         """The rows of `commands` that are not zero."""
-        return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
+        is_moving = np.any(self.commands[:, LINEAR:] != 0.0, axis=1)
+        return self.commands[is_moving]
 
     def commands_before_and_after(self, seconds: float) -> Tuple[np.ndarray, np.ndarray]:
         """Returns the commands in the first `seconds` [s], and the commands after this time."""
-        is_later = self.commands[:, 0] > self.begin + seconds
+        is_later = self.commands[:, TIME] > self.begin + seconds
         return self.commands[~is_later], self.commands[is_later]
 
     @property
@@ -232,4 +236,5 @@ class Scene(Stimulus):
         """The robot's true turn [deg] during the stimulus, left positive; 0 without a pose."""
         if not len(self.truth):
             return 0.0
-        return math.degrees(self.truth[-1, 3] - self.truth[0, 3])
+        _, _, _, turn = self.truth[-1] - self.truth[0]
+        return math.degrees(turn)

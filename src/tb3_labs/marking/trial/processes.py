@@ -73,7 +73,7 @@ class RunningProgram:
             os.killpg(self._process.pid, signal_number)
 
     def kill(self):
-        """End the process group at once (SIGKILL)."""
+        """End the process group by SIGKILL."""
         self.send(signal.SIGKILL)
         self._process.wait()
 
@@ -81,8 +81,8 @@ class RunningProgram:
 class NodeOutput:
     """Records the output of one process of the node, at most MAX_CHARACTERS_PER_SECOND."""
 
-    def __init__(self, recording):
-        self._recording = recording
+    def __init__(self, bag):
+        self._bag = bag
         self._lock = threading.Lock()
         self._unrecorded = ''
         #: The numbers of characters and lines that were left out before `_unrecorded`.
@@ -103,14 +103,12 @@ class NodeOutput:
                 self._omitted_characters += excess
                 self._omitted_lines += self._unrecorded.count('\n', 0, excess)
                 self._unrecorded = self._unrecorded[excess:]
-            if self._recording.now >= self._collects_until:
+            if self._bag.now >= self._collects_until:
                 self._record()
 
     @property
     def _max_characters(self):
-        if self._recording.is_full:
-            return MAX_CHARACTERS_PER_SECOND // 10
-        return MAX_CHARACTERS_PER_SECOND
+        return MAX_CHARACTERS_PER_SECOND // 10 if self._bag.is_full else MAX_CHARACTERS_PER_SECOND
 
     def flush(self):
         """Record the waiting output. Call `flush` before you record an event, so that the output
@@ -123,9 +121,9 @@ class NodeOutput:
         if not self._unrecorded:
             return
         if self._omitted_characters:
-            self._recording.event('unprinted', characters=self._omitted_characters,
-                                  lines=self._omitted_lines)
-        output_time = self._recording.output(self._unrecorded)
+            self._bag.add_event('unprinted', characters=self._omitted_characters,
+                                lines=self._omitted_lines)
+        output_time = self._bag.add_output(self._unrecorded)
         self._collects_until = output_time + len(self._unrecorded) / self._max_characters
         self._unrecorded = ''
         self._omitted_characters = self._omitted_lines = 0

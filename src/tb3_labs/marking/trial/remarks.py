@@ -20,7 +20,7 @@ SYNTAX_ERROR = re.compile(
     r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentation|Tab)Error:)', re.MULTILINE)
 #: If a callback publishes while the node ends, rospy raises an exception with one of these texts.
 CLOSED_TOPIC = 'publish() to a closed topic'
-CLOSED_TOPIC_TEXTS = CLOSED_TOPIC, 'topic was closed during publish()'
+CLOSED_TOPIC_TEXTS = (CLOSED_TOPIC, 'topic was closed during publish()')
 #: Errors that may come from the version of Python, or of a module, on this machine.
 VERSION_ERROR = re.compile(
     "^(?:AttributeError: module '|AttributeError: 'Thread' object .* 'isAlive'|ImportError: |"
@@ -29,8 +29,8 @@ MAX_QUOTE_LENGTH = 160      # characters of a quoted exception or line
 
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
-    """Returns the sentences for the student that belong to no criterion. `verdict_text` is the text
-    of the verdicts. Exceptions that `verdict_text` quotes are left out."""
+    """Returns the sentences for the student that belong to no criterion. Leaves out exceptions that
+    `verdict_text`, the text of the verdicts, quotes."""
     remarks = list(observation.remarks)
     if observation.clause_on_silent_topics:
         remarks.append(f'Note that {observation.clause_on_silent_topics}.')
@@ -78,17 +78,18 @@ def why_idle(scene: Scene) -> str:
                 f'{scene.not_finite[0]}')
     if len(scene.moving_commands):
         return f'its last command on {CMD_VEL_TOPIC} was zero'
-    if other_fields(scene):
-        return f'{other_fields(scene)} in its commands on {CMD_VEL_TOPIC}'
+    other_fields = clause_on_other_fields(scene)
+    if other_fields:
+        return f'{other_fields} in its commands on {CMD_VEL_TOPIC}'
     if len(scene.commands):
         return f'only zeros came on {CMD_VEL_TOPIC}'
     printed = re.sub(r'^\w\r?\n', '', scene.printed)   # without the letter that the marker typed
-    return f'{_why_no_command(scene.process)}, and {_printed_clause(printed)}'
+    return f'{_why_no_command(scene.process)}, and {_clause_on_output(printed)}'
 
 
-def other_fields(scene: Scene) -> str:
-    """Returns a clause on the commands' fields that move no wheel, such as linear.y; '' if these
-    fields are zero."""
+def clause_on_other_fields(scene: Scene) -> str:
+    """Returns a clause on the commands' fields that move no wheel, such as linear.y; '' if they
+    are zero."""
     commands = scene.observation.recording.commands
     is_inside = (commands.arrival >= scene.begin) & (commands.arrival <= scene.end)
     return used_field_text(commands.take(is_inside))
@@ -98,18 +99,18 @@ def _why_no_command(process):
     type_name = process.published_topics.get('/' + CMD_VEL_TOPIC)
     if type_name not in (None, TWIST):
         return f'it publishes {CMD_VEL_TOPIC} as {type_name}, and the robot takes {TWIST} alone'
-    return other_topics(process, CMD_VEL_TOPIC) or f'nothing came on {CMD_VEL_TOPIC}'
+    return clause_on_other_topics(process, CMD_VEL_TOPIC) or f'nothing came on {CMD_VEL_TOPIC}'
 
 
-def other_topics(process: NodeProcess, topic: str) -> str:
-    """Returns a clause on the topics that a node publishes in place of `topic`. Returns '' if the
-    node publishes `topic`, or if the node's topics are unknown."""
+def clause_on_other_topics(process: NodeProcess, topic: str) -> str:
+    """Returns a clause on the topics that a node publishes in place of `topic`; '' if it publishes
+    `topic`, or if its topics are unknown."""
     if not process.published_topics or '/' + topic in process.published_topics:
         return ''
     return f"it does not publish {topic}, but {' and '.join(sorted(process.published_topics))}"
 
 
-def _printed_clause(printed):
+def _clause_on_output(printed):
     return f'it printed {last_line(printed)}' if printed.strip() else 'it printed nothing'
 
 
@@ -119,32 +120,32 @@ def why_unprinted(scene: Scene) -> str:
     if errors:
         return f'its callback failed: {errors[0]!r}'
     if not scene.process.unconnected_topics:
-        return _printed_clause(scene.printed)
+        return _clause_on_output(scene.printed)
     topics = ' and '.join(scene.process.unconnected_topics)
     return f'no message of {topics} reached it: does its type agree with that of the topic?'
 
 
 # -- a criterion that could not be judged
 
-def reason_of(problem: NotObserved, observation: Observation) -> str:
+def why_not_judged(problem: NotObserved, observation: Observation) -> str:
     """Returns a clause on the reason why a criterion raised `problem`."""
     if isinstance(problem, Ended):
         return 'it ended in the middle of this: ' + last_error(str(problem), observation.file)
     if isinstance(problem, NotTried):
-        return why_missing(observation)
+        return why_not_tried(observation)
     return str(problem)
 
 
-def why_missing(observation: Observation) -> str:
+def why_not_tried(observation: Observation) -> str:
     """Returns a clause on the reason why a stimulus was not tried, such as the end of the node."""
     if not observation.processes:
         return 'it was never started'
     process = observation.processes[-1]
     was_ready = process.ready is not None
     if process.ended_by_itself:
-        ending = last_error(process.printed, observation.file)
-        if process.status == 0 and not exceptions(process.printed):
-            ending = 'its main program was over, and nothing kept the node running'
+        is_without_error = process.status == 0 and not exceptions(process.printed)
+        ending = ('its main program was over, and nothing kept the node running'
+                  if is_without_error else last_error(process.printed, observation.file))
         return f'it had ended: {ending}' if was_ready else f'it ended at once: {ending}'
     if not was_ready:
         clauses = [_why_never_ready(process), observation.clause_on_silent_topics]

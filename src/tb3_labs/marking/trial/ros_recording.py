@@ -39,7 +39,10 @@ from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, record_connections
 
-TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
+TRUTH = 'ground_truth'
+EVENTS = 'trial'
+PRINTED = 'printed'
+VARIABLES = 'variables'
 ROBOT_NODE = 'turtlebot3'
 #: A bag contains at most this many messages of each kind.
 MAX_COMMANDS = 40000
@@ -61,17 +64,17 @@ ROBOT_REST_TIME = 0.4           # [s]
 MIN_REST_POSES = 5              # in this time
 
 
-class Recording:
+class TrialBag:
     """A bag, and the thread that writes it."""
 
     def __init__(self, path):
-        self._bag = rosbag.Bag(
+        self._rosbag = rosbag.Bag(
             str(path), 'w', compression=rosbag.Compression.BZ2, chunk_threshold=CHUNK_BYTES)
         self._path = str(path)
         self._last_time = 0.0
         self._event_count = 0
         self.is_full = self.is_closed = False
-        self.problem = None     # the error that ended the recording
+        self.problem = None     # the error that prevented further writing
         self._waiting = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._writer = threading.Thread(target=self._write, daemon=True)
@@ -88,7 +91,7 @@ class Recording:
                 self._waiting.put(('/' + topic.lstrip('/'), message, time))
         return time
 
-    def event(self, kind, time=None, **facts):
+    def add_event(self, kind, time=None, **facts):
         """Record an event of the trial, and return its time [s]. A text in `facts` is cut after
         MAX_SENTENCE_LENGTH characters."""
         self._event_count += 1
@@ -99,7 +102,7 @@ class Recording:
                 facts[name] = fact[:MAX_SENTENCE_LENGTH]
         return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), time)
 
-    def output(self, text):
+    def add_output(self, text):
         """Record a piece of the node's output, and return its time [s]."""
         return self.add(PRINTED, String(text))
 
@@ -108,8 +111,8 @@ class Recording:
         return ros_time()
 
     def close(self):
-        """Write the waiting messages, and close the bag. If the bag cannot be written, `problem` is
-        the error, and the bag is removed, since an incomplete bag would cost the node points."""
+        """Write the waiting messages, and close the bag. If this fails, `problem` is the error, and
+        the bag is removed, because an incomplete bag would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -118,10 +121,10 @@ class Recording:
         try:
             for topic, message, time in iter(self._waiting.get, None):
                 if not self.is_full or topic in JUDGED_TOPICS:
-                    self._bag.write(topic, message, rospy.Time.from_sec(time),
-                                    raw=isinstance(message, tuple))
+                    self._rosbag.write(topic, message, rospy.Time.from_sec(time),
+                                       raw=isinstance(message, tuple))
                     self.is_full = os.path.getsize(self._path) > FULL_BAG_BYTES
-            self._bag.close()
+            self._rosbag.close()
         except OSError as problem:      # for example a full disk
             self.problem = problem
             os.remove(self._path)
@@ -131,8 +134,8 @@ class Recorder:
     """Records the topics of the robot and of the node. All times are ROS times [s]. Raises
     ``RuntimeError`` if the robot does not run."""
 
-    def __init__(self, recording):
-        self.recording = recording
+    def __init__(self, bag):
+        self.bag = bag
         self._lock = threading.Lock()
         self._truth = []        # [time, x, y, yaw]; the yaw is continuous over whole turns
         self._commands = []     # [time, linear, angular]
@@ -162,10 +165,11 @@ class Recorder:
                 x, y, yaw = map(float, line.split())
                 with self._lock:
                     if self._truth:
-                        yaw = unwrap(yaw, self._truth[-1][3])
+                        *_, last_yaw = self._truth[-1]
+                        yaw = unwrap(yaw, last_yaw)
                     self._truth.append([time, x, y, yaw])
-                self.recording.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', time), time)
-        self.recording.event('finding', text='The robot was ended while the node ran.')
+                self.bag.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', time), time)
+        self.bag.add_event('finding', text='The robot was ended while the node ran.')
 
     def _count(self, kind):
         """Count a message, and return the number of messages of this kind so far."""
@@ -179,17 +183,18 @@ class Recorder:
         linear, angular = message.linear.x, message.angular.z
         if not (math.isfinite(linear) and math.isfinite(angular)):
             if self._count(NOT_FINITE) <= MAX_NOT_FINITE:
-                self.recording.event('odd', text=f'{linear:g} m/s and {angular:g} rad/s')
+                self.bag.add_event('odd', text=f'{linear:g} m/s and {angular:g} rad/s')
             return
         with self._lock:
             if self._commands:
                 last_time, *last_speeds = self._commands[-1]
-                if last_speeds == [linear, angular] and time - last_time < SAME_COMMAND_TIME:
+                is_repeated = last_speeds == [linear, angular]
+                if is_repeated and time - last_time < SAME_COMMAND_TIME:
                     return
             if self._count('commands') > MAX_COMMANDS:
                 return
             self._commands.append([time, linear, angular])
-        self.recording.add(CMD_VEL_TOPIC, message, time)
+        self.bag.add(CMD_VEL_TOPIC, message, time)
 
     def _on_message(self, message, topic_and_class):
         time = ros_time()
@@ -199,13 +204,13 @@ class Recorder:
         message.serialize(buffer)
         data = buffer.getvalue()
         if connection_of(message)['md5sum'] == checksum and len(data) <= MAX_MESSAGE_BYTES:
-            self.recording.add(topic, (message_class._type, data, checksum, message_class), time)
+            self.bag.add(topic, (message_class._type, data, checksum, message_class), time)
 
     def _on_log(self, line):
         if line.name in (rospy.get_name(), '/' + ROBOT_NODE):
             return
         if self._count('log lines') <= MAX_LOG_LINES:
-            self.recording.add('/rosout', Log(
+            self.bag.add('/rosout', Log(
                 header=Header(stamp=line.header.stamp), level=line.level,
                 name=line.name[:MAX_LOG_LINE_LENGTH], msg=line.msg[:MAX_LOG_LINE_LENGTH]),
                 ros_time())
@@ -214,14 +219,15 @@ class Recorder:
         """Record how many messages were not recorded."""
         for kind, max_count in (('commands', MAX_COMMANDS), (NOT_FINITE, MAX_NOT_FINITE)):
             if self._counts[kind] > max_count:
-                self.recording.event('left out', what=f'{kind} after the first {max_count}',
-                                     number=self._counts[kind] - max_count)
+                self.bag.add_event('left out', what=f'{kind} after the first {max_count}',
+                                   number=self._counts[kind] - max_count)
 
     @property
     def pose(self):
         """The robot's true pose, a Pose2. The yaw is continuous over whole turns."""
         with self._lock:
-            return Pose2(*self._truth[-1][1:])
+            _, x, y, yaw = self._truth[-1]
+        return Pose2(x, y, yaw)
 
     @property
     def heading_deg(self):
@@ -234,12 +240,12 @@ class Recorder:
             return self._commands[bisect_left(self._commands, [begin]):]
 
     def node_moved_since(self, begin):
-        """Has the node commanded a movement since `begin` [s]?"""
+        """Returns True if the node has commanded a movement since `begin` [s]."""
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
     def is_at_rest(self, idle_time=0.0):
-        """Has the robot rested for ROBOT_REST_TIME, and has the node sent no command to move for
-        `idle_time` [s]?"""
+        """Returns True if the robot has rested for ROBOT_REST_TIME, and the node has commanded no
+        movement for `idle_time` [s]."""
         if idle_time and self.node_moved_since(ros_time() - idle_time):
             return False
         with self._lock:

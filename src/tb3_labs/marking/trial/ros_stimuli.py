@@ -51,11 +51,11 @@ class Robot:
                 time.sleep(0.03)    # a control period of the robot
         finally:
             self._command_publisher.publish(to_twist(0.0, 0.0))
-            self._recorder.recording.event('own move', seconds=time.monotonic() - begin)
+            self._recorder.bag.add_event('own move', seconds=time.monotonic() - begin)
 
     def turn_to(self, heading_deg):
-        """Turn the robot the short way to a heading [deg], in at most 8 s. Returns False if the
-        robot does not come to rest."""
+        """Turn the robot by at most 180 degrees to a heading [deg], within 8 s. Returns False if it
+        does not come to rest."""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
             if abs(error) <= 0.01:      # [rad]
@@ -81,7 +81,7 @@ class Robot:
         changed = {name for name, _ in self._settings.items() ^ current.items()}
         if changed:
             names = ', '.join(sorted(changed))
-            self._recorder.recording.event(
+            self._recorder.bag.add_event(
                 'finding', text=f'Settings of the robot were changed, and set back: {names}.')
             with suppress(rospy.ServiceException):      # the robot has ended
                 self._set_parameters(encode_config(self._settings))
@@ -94,24 +94,23 @@ class Repeater(AbstractContextManager):
     def __init__(self, topic, message_class):
         self._message = None
         self._is_closed = False
-        self._publisher = rospy.Publisher(
-            topic, message_class, queue_size=1, tcp_nodelay=True)
+        self._publisher = rospy.Publisher(topic, message_class, queue_size=1, tcp_nodelay=True)
         threading.Thread(target=self._repeat, daemon=True).start()
 
-    def __exit__(self, *problem):
+    def __exit__(self, *exception):
         self._message = None
         self._is_closed = True
 
     def hold(self, message):
-        """Send the message now, and repeat the message. ``hold(None)`` ends the messages, as if the
-        device were unplugged."""
+        """Send the message now, and repeat it. ``hold(None)`` ends this, as if the device were
+        unplugged."""
         self._message = message
         self._send_held()
 
     def wait_for_subscriber(self):
         """Wait until a node is connected, and 0.45 s longer.
 
-        A node may ignore a new gamepad until the gamepad has been at rest for a moment. This
+        A node may ignore a new gamepad until it has been at rest for a moment. This
         package's gamepad node waits for 0.3 s.
         """
         wait_until(self._publisher.get_num_connections, 1.0)

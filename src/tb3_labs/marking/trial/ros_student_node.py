@@ -26,7 +26,7 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import with_probe
 
 #: The roles of a node. The master's system state contains a list for each role, in this order.
-PUBLISHER, SUBSCRIBER, SERVER = 0, 1, 2
+PUBLISHER, SUBSCRIBER, SERVER = range(3)
 #: These topics are left out, because every node may have them.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
 #: If signal N ends a program in a sandbox, the sandbox's exit status is SIGNAL_STATUS_BASE + N.
@@ -36,16 +36,16 @@ SIGNAL_STATUS_BASE = 128
 class StudentNode:
     """Starts, ends and records the processes of a node. One process runs at a time."""
 
-    def __init__(self, node, sensors, recording):
+    def __init__(self, node, sensors, bag):
         """`node` is package/file. `sensors` are the topics that the node usually needs."""
         self._sensors = sensors
-        self._recording = recording
+        self._bag = bag
         self._needed_topics = []    # of the current process; resolved names
         self._node_start = NodeStart.from_environment()
         program = self._node_start.program
         self._command = [program] if program else ['rosrun', *node.split('/', 1)]
         self._process = self._resource_watch = self._output = None
-        self._was_first_ready = None    # was the first process ready? None before its end
+        self._first_process_was_ready = None    # None until the first process is ready or given up
         self._got_ctrl_c = False
         self.graph = Graph(Types(self._node_start.types))
 
@@ -68,16 +68,14 @@ class StudentNode:
         it subscribes to the first needed topic. Raises ``NotTried`` if the process is not ready in
         time, or if the first process of the trial was not ready.
         """
-        if needed_topics is None:
-            needed_topics = self._sensors
-        self._needed_topics = list(map(rospy.resolve_name, needed_topics))
+        self._needed_topics = list(map(rospy.resolve_name, needed_topics or self._sensors))
         self.stop()
-        if self._was_first_ready is False:
+        if self._first_process_was_ready is False:
             raise NotTried
         earlier_nodes = set(self.graph.roles_by_node())
         self._got_ctrl_c = False
-        self._recording.event('start', needed=self._needed_topics[0].strip('/'))
-        self._output = NodeOutput(self._recording)
+        self._bag.add_event('start', needed=self._needed_topics[0].strip('/'))
+        self._output = NodeOutput(self._bag)
         environment = dict(self._node_start.environment or with_probe(os.environ))
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # the master of this trial
         command = [*self._node_start.prefix, *self._command, *arguments]
@@ -86,20 +84,20 @@ class StudentNode:
             own_folders = WRITABLE_FOLDERS if self._node_start.is_sandboxed else ()
             self._resource_watch = ResourceWatch(self._process.pid, own_folders, os.getppid())
         is_ready = self._wait_until_ready(earlier_nodes)
-        if self._was_first_ready is None:
-            self._was_first_ready = is_ready
+        if self._first_process_was_ready is None:
+            self._first_process_was_ready = is_ready
         if not is_ready:
             self.stop()
             raise NotTried
-        self._recording.event('ready')
+        self._bag.add_event('ready')
 
     def _wait_until_ready(self, earlier_nodes):
-        """Returns True when the node is ready, False if the node is not ready in time."""
+        """Returns True when the node is ready, False if it is not ready in time."""
         own_roles = {}
         change_time = time.monotonic()
 
         def is_ready():
-            """Has the node subscribed to its first topic, and registered nothing new for 0.5 s?"""
+            """Returns True if the first topic is subscribed, and no role has changed for 0.5 s."""
             nonlocal own_roles, change_time
             current = {name: roles for name, roles in self.graph.roles_by_node().items()
                        if name not in earlier_nodes}
@@ -114,7 +112,7 @@ class StudentNode:
         is_in_time = wait_until(lambda: not self.is_alive or is_ready(), START_TIME * slowness, 0.1)
         self.graph.node_names = set(own_roles)
         silent = self.graph.silent_topics(self._needed_topics) if self.is_alive else []
-        self._recording.event('run', nodes=sorted(own_roles), unheard=silent)
+        self._bag.add_event('run', nodes=sorted(own_roles), unheard=silent)
         return is_in_time and self.is_alive
 
     def stop(self):
@@ -129,7 +127,7 @@ class StudentNode:
             if limit:
                 self._output.add(f'\nThe marker ended it, since it used {limit}.\n')
         self._output.flush()
-        self._recording.event('stop')
+        self._bag.add_event('stop')
         self._process = None
         self.graph.unregister()
 
@@ -163,10 +161,10 @@ class StudentNode:
             with suppress(OSError, rosgraph.MasterException):   # the master does not answer
                 subscribed, published = self.graph.topics()
                 unconnected = self.graph.unconnected_topics(self._needed_topics)
-                self._recording.event('run', listens=subscribed, publishes=published,
-                                      unconnected=unconnected)
+                self._bag.add_event('run', listens=subscribed, publishes=published,
+                                    unconnected=unconnected)
         elif not self._got_ctrl_c:
-            self._recording.event('run', ended_by_itself=True, status=self.status)
+            self._bag.add_event('run', ended_by_itself=True, status=self.status)
 
 
 class Graph:
@@ -180,26 +178,26 @@ class Graph:
     def roles_by_node(self):
         """Returns {name of a node: {(role, topic or service)}} for all nodes except the marker.
         Returns {} if the master does not answer."""
-        nodes = {}
+        roles_by_node = {}
         with suppress(OSError, rosgraph.MasterException):
             for role, groups in enumerate(self._master.getSystemState()):
                 for topic, names in groups:
                     for name in names:
-                        nodes.setdefault(name, set()).add((role, topic))
-        nodes.pop(rospy.get_name(), None)
-        return nodes
+                        roles_by_node.setdefault(name, set()).add((role, topic))
+        roles_by_node.pop(rospy.get_name(), None)
+        return roles_by_node
 
-    def names_in_role(self, role):
-        """Returns the topics that the student's node publishes (PUBLISHER) or subscribes to
-        (SUBSCRIBER), or the services that the node offers (SERVER). If the master does not answer,
-        an error ends the trial, so that the silence of the master costs the node no points."""
-        groups = self._master.getSystemState()[role]
-        return {topic for topic, names in groups if self.node_names.intersection(names)}
+    def names_by_role(self):
+        """Returns the topics that the student's node publishes (PUBLISHER), the topics to which it
+        subscribes (SUBSCRIBER), and the services that it offers (SERVER). If the master does not
+        answer, an error ends the trial, so that the silence of the master costs no points."""
+        return [{topic for topic, names in groups if self.node_names.intersection(names)}
+                for groups in self._master.getSystemState()]
 
     def silent_topics(self, needed_topics):
         """Returns the topics that the student's node subscribes to although nobody publishes them.
         Returns [] if the node subscribes to all `needed_topics`."""
-        subscribed = self.names_in_role(SUBSCRIBER)
+        subscribed = self.names_by_role()[SUBSCRIBER]
         if subscribed.issuperset(needed_topics):
             return []
         roles = set().union(*self.roles_by_node().values())
@@ -212,8 +210,7 @@ class Graph:
         """Returns the subscribed topics of the student's node, and {published topic: type}.
         IGNORED_TOPICS are left out."""
         types = dict(self._master.getTopicTypes())
-        subscribed = self.names_in_role(SUBSCRIBER) - IGNORED_TOPICS
-        published = self.names_in_role(PUBLISHER) - IGNORED_TOPICS
+        published, subscribed, _ = (names - IGNORED_TOPICS for names in self.names_by_role())
         return sorted(subscribed), {topic: types.get(topic, '') for topic in sorted(published)}
 
     def unconnected_topics(self, needed_topics):
@@ -223,7 +220,7 @@ class Graph:
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))
             _, _, connections = robot.getBusInfo(rospy.get_name())
-        subscribed = self.names_in_role(SUBSCRIBER)
+        subscribed = self.names_by_role()[SUBSCRIBER]
         if not connections:
             return []
         connected = {topic for _, name, _, _, topic, *_ in connections if name in self.node_names}
@@ -244,7 +241,7 @@ class Graph:
         return self.types.service_class(type_name) if type_name else None
 
     def unregister(self):
-        """Remove the node from the master, since a killed node does not unregister itself."""
+        """Remove the node from the master. A killed node does not remove itself."""
         registered = self.node_names.intersection(self.roles_by_node())
         if registered:
             rosnode.cleanup_master_blacklist(self._master, list(registered))

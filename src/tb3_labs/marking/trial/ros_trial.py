@@ -20,7 +20,7 @@ from tb3_labs.marking.student_nodes import (
     GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, OWN_PACKAGE, TURN, NodeStart)
 from tb3_labs.marking.trial.observation import (
     CTRL_C, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
-from tb3_labs.marking.trial.ros_recording import Recorder, Recording
+from tb3_labs.marking.trial.ros_recording import Recorder, TrialBag
 from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, INTERRUPTION_TIME, Robot
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.marking.trial.source_analysis import read_findings
@@ -40,13 +40,13 @@ class Trial:
         """`pad` contains the numbers of the gamepad's axes and buttons. ``print_line(line)`` is
         called to announce each step of the trial."""
         node = f'{package}/{executable}'
-        self.recording = Recording(bag_path)
-        self.recording.event('trial', lab=lab, node=node)
-        self.recorder = Recorder(self.recording)
+        self.bag = TrialBag(bag_path)
+        self.bag.add_event('trial', lab=lab, node=node)
+        self.recorder = Recorder(self.bag)
         self.robot = Robot(self.recorder)
         self.pad = pad
         self.part = ''
-        self.node = StudentNode(node, LAB_NODES[lab].needed_topics, self.recording)
+        self.node = StudentNode(node, LAB_NODES[lab].needed_topics, self.bag)
         self._package, self._executable = package, executable
         self._print_line = print_line
         self._slip = 0.0
@@ -56,11 +56,11 @@ class Trial:
         """Record a ``with`` block as the stimulus `name`. The block may add facts to `facts`."""
         self._print_line(f'{self.part}: {name}')
         self.node.flush()
-        begin = self.recording.event('begin', name=name)
+        begin = self.bag.add_event('begin', name=name)
         stimulus = SimpleNamespace(begin=begin, facts=dict(facts))
         yield stimulus
         self.node.record_state()
-        self.recording.event('end', facts=stimulus.facts, died=not self.node.is_alive)
+        self.bag.add_event('end', facts=stimulus.facts, died=not self.node.is_alive)
 
     def observe(self, name, seconds, act=lambda: None, facts=()):
         """Call `act()`, wait for `seconds` [s], and record both as the stimulus `name`."""
@@ -87,26 +87,24 @@ class Trial:
             files = {program}
         else:
             folder = Path(rospkg.RosPack().get_path(self._package))
-            files = set()
-            for depth in range(MAX_PACKAGE_DEPTH + 1):
-                pattern = '*/' * depth + self._executable
-                files.update(str(path.resolve()) for path in folder.glob(pattern))
+            files = {str(path.resolve()) for depth in range(MAX_PACKAGE_DEPTH + 1)
+                     for path in folder.glob('*/' * depth + self._executable)}
         assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
-        self.recording.event('program', assigned=assigned)
+        self.bag.add_event('program', assigned=assigned)
 
     def skip_part(self, names, reason):
         """Record that the node cannot get the stimuli `names`. `reason` is a clause. Then end the
         part by ``NotOffered``."""
-        self.recording.event('not offered', names=list(names), reason=reason)
+        self.bag.add_event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
     def add_remarks(self, sentences):
         for sentence in sentences:
-            self.recording.event('remark', text=sentence)
+            self.bag.add_event('remark', text=sentence)
 
     # -- patterns that several labs use
 
-    def causes_motion(self, act, seconds):
+    def act_and_await_motion(self, act, seconds):
         """Call `act()`. Returns True if the node commands a movement within `seconds` [s]."""
         begin = ros_time()
         act()
@@ -125,13 +123,13 @@ class Trial:
         def is_over():
             return not self.node.is_alive or self.recorder.is_at_rest(idle_time) or is_astray()
         with self.stimulus(name, facts) as stimulus:
-            stimulus.facts[MOVED] = self.causes_motion(act, reaction_time)
+            stimulus.facts[MOVED] = self.act_and_await_motion(act, reaction_time)
             if stimulus.facts[MOVED]:
                 wait_until(is_over, max_duration)
             stimulus.facts[RESTED] = self.recorder.is_at_rest(idle_time)
 
     def set_in_motion(self, prepare, act, reaction_time):
-        """Call `act()`. Returns whether the node moves the robot within `reaction_time` [s].
+        """Call `act()`. Returns True if the node moves the robot within `reaction_time` [s].
 
         If ``prepare()`` returns False, the node is started first. The second attempt has a new
         process, because the previous stimulus may have disturbed the node.
@@ -139,7 +137,7 @@ class Trial:
         for _ in range(2):
             if not prepare():
                 self.node.start()
-            if self.causes_motion(act, reaction_time):
+            if self.act_and_await_motion(act, reaction_time):
                 time.sleep(INTERRUPTION_TIME)
                 return self.node.is_alive
             self.node.stop()
@@ -157,8 +155,8 @@ class Trial:
         self.robot.change_settings(**{switch: False})
 
     def set_slip(self, share):
-        """Make the wheels slip by a share of their travel. First end the node, since a running node
-        may report the change as a fault of a sensor."""
+        """Make the wheels slip by a share of their travel. First end the node, because a running
+        node may report the change as a problem of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change_settings(slip=share)
@@ -174,10 +172,8 @@ class Trial:
             was_moving = set_in_motion()
             begin = ros_time()
             self.send_ctrl_c(name, was_moving)
-            zero_times = [command_time
-                          for command_time, linear, angular in self.recorder.commands_since(begin)
-                          if linear == angular == 0.0]
-            if any(zero_time <= begin + STOP_TIME for zero_time in zero_times):
+            if any(linear == angular == 0.0 and command_time <= begin + STOP_TIME
+                   for command_time, linear, angular in self.recorder.commands_since(begin)):
                 return
 
     def send_ctrl_c(self, name=CTRL_C[0], was_moving=False):
@@ -187,21 +183,19 @@ class Trial:
             if not (has_ended or was_moving):   # in Python 3.13 input() waits for Enter
                 self.node.type('')
                 has_ended = wait_until(lambda: not self.node.is_alive, STOP_TIME)
-            stimulus.facts.update({EXIT_SECONDS: None, EXIT_SIGNAL: 0})
-            if has_ended:
-                stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin
-                stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status)
+            stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin if has_ended else None
+            stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status) if has_ended else 0
             time.sleep(DELIVERY_TIME)
         self.node.stop()
 
 
-def exit_at_shutdown(recording):
-    """End this process at once when ROS shuts it down. Otherwise the process would go on without
-    messages, and would record a wrong behaviour of the node."""
+def exit_at_shutdown(bag):
+    """End this process when ROS shuts it down. Otherwise it would go on without messages, and would
+    record a wrong behaviour of the node."""
     def on_shutdown():
-        if not recording.is_closed:
-            recording.event('finding', text='The marker was ended while the node ran.')
-            recording.close()
+        if not bag.is_closed:
+            bag.add_event('finding', text='The marker was ended while the node ran.')
+            bag.close()
             os._exit(1)
     rospy.on_shutdown(on_shutdown)
 
@@ -210,24 +204,24 @@ def record_trial(lab, package, executable, parts, bag_path, pad, print_line):
     """Test a node in the `parts` of a lab, or in all parts if `parts` is empty, and write the bag
     of the trial. The class Trial explains all other arguments."""
     trial = Trial(lab, package, executable, bag_path, pad, print_line)
-    exit_at_shutdown(trial.recording)
+    exit_at_shutdown(trial.bag)
     try:
         trial.record_assigned_lines()
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
                 trial.part = name
-                trial.recording.event('part', name=name)
+                trial.bag.add_event('part', name=name)
                 trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
                 with suppress(NotOffered, NotTried):    # an untried part does not end the trial
                     act(trial)
     except Exception as problem:
         # the node must not lose points because of an error of the marker
-        trial.recording.event('broken', text=f'{type(problem).__name__}: {problem}')
+        trial.bag.add_event('broken', text=f'{type(problem).__name__}: {problem}')
         raise
     finally:
         trial.node.stop()
         trial.recorder.finish()
-        trial.recording.close()
-        if trial.recording.problem:
-            raise trial.recording.problem
+        trial.bag.close()
+        if trial.bag.problem:
+            raise trial.bag.problem

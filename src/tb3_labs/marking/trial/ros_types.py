@@ -15,7 +15,7 @@ from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
 from tb3_labs.marking.student_nodes import is_valid_name
 
 #: The packages of the services that handout, skeletons and sheets use. If a student's service has
-#: the checksum of a service in these packages, the two services have the same fields.
+#: the checksum of a service in these packages, the two have the same fields.
 SERVICE_PACKAGES = 'tb3_labs', 'std_srvs'
 
 
@@ -69,7 +69,7 @@ class Example(genpy.Message):
         self._data = bytearray(self._example)
 
     def put(self, name: str, *value: Any) -> None:
-        """Replace the value of a field, or the stamp of a header. The type of the field must be in
+        """Replace the value of a field, or the stamp of a header. The field's type must be in
         FIELD_FORMATS."""
         for field, type_name, first_byte in self.fields:
             if field == name:

@@ -25,8 +25,8 @@ from tb3_labs.marking.trial import source_analysis
 print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1:]))))
 '''
 MAX_TEXT_BYTES = 200000     # a larger file is not read
-#: The result contains at most MAX_NAMES variables, each with at most MAX_LISTED_LINES lines.
-MAX_NAMES, MAX_LISTED_LINES = 200, 6
+MAX_NAMES = 200             # in the result
+MAX_LISTED_LINES = 6        # of each name
 #: The call by which a mouse client's program publishes its messages.
 PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # of a variable whose value is y
@@ -34,21 +34,21 @@ Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # of a variable 
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
 #: The results of these functions grow with their arguments.
 GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
-ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
+SYNTAX_THAT_GIVES_VALUES = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
 ANGLE_AS_ORIENTATION = (
     'In {} the angle itself is given to the orientation: a yaw becomes a quaternion by sine and '
     'cosine of its half. Y sends 0, so it costs no points.')
 
 #: {variable: slope}. The slope is positive if the variable grows with the pixel's y, negative if
-#: the variable falls, 0 if the variable does not depend on y, and NaN if the dependence is unknown.
+#: it falls, 0 if it does not depend on y, and NaN if this is unknown.
 Slopes = Dict[str, float]
 
 
 def read_findings(paths: Iterable[str]) -> Dict[str, Any]:
     """Returns the findings in programs. Each of the `paths` is a program or a folder of programs.
 
-    `mouse_y_sign` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction
-    is unknown. `remarks` are sentences for the student. `assigned` contains the lines that assign
+    `mouse_y_sign` is 1 if y points up in the mouse client, -1 if it points down, 0 if this is
+    unknown. `remarks` are sentences for the student. `assigned` contains the lines that assign
     each variable.
     """
     done = subprocess.run(
@@ -80,19 +80,17 @@ def assigned_lines(nodes: Iterable[Any]) -> Dict[str, List[int]]:
     lines: Dict[str, List[int]] = {}
     for node in nodes:
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MAX_NAMES:
-            names = [node.id] if isinstance(node, ast.Name) else []
-            if isinstance(node, ast.Attribute):
-                names = [node.attr]
-                if isinstance(node.value, ast.Attribute):
-                    names.append(f'{node.value.attr}.{node.attr}')
-            for name in names:
+            names = [getattr(node, 'id', ''), getattr(node, 'attr', '')]
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Attribute):
+                names.append(f'{node.value.attr}.{node.attr}')
+            for name in filter(None, names):
                 lines.setdefault(name, []).append(node.lineno)
     return {name: sorted(set(numbers))[:MAX_LISTED_LINES] for name, numbers in lines.items()}
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
-    """Does a function assign its last argument, an angle, to a field of an orientation? An argument
-    with the name of a quaternion's component, such as z or q_w, is not an angle."""
+    """Returns True if a function assigns its last argument, an angle, to a field of an orientation.
+    An argument with the name of a quaternion's component, such as z or q_w, is not an angle."""
     if not function.args.args:
         return False
     angle = function.args.args[-1].arg
@@ -121,22 +119,23 @@ def _last_name(node: Any) -> str:
 
 def _sent_slopes(nodes: List[Any]) -> List[float]:
     """Returns the known slopes of the values that a mouse client assigns to y in a message."""
-    assignments: List[Any] = [node for node in nodes if isinstance(node, ASSIGNMENTS)]
+    assignments: List[Any] = [
+        node for node in nodes if isinstance(node, SYNTAX_THAT_GIVES_VALUES)]
     # in Python 3.8 a keyword has no line number
     assignments.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
     for assignment in assignments * 2:      # the callback may come last, so two passes are needed
         for name, slope in _assigned_slopes(assignment, slopes):
-            # a later constant, such as a reset to 0, does not change a known slope
-            if slope or not slopes.get(name):
+            # a later constant, such as a reset to 0, does not change a slope; NaN is a slope
+            is_later_constant = slope == 0.0 and slopes.get(name, 0.0) != 0.0
+            if not is_later_constant:
                 slopes[name] = slope
     sent_fields = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
     read_names = {_dotted_name(node) for node in nodes
                   if isinstance(getattr(node, 'ctx', None), ast.Load)}
-    if sent_fields - read_names:
-        sent_fields -= read_names   # a client does not read the fields of its message
-    sent_slopes = [slopes[name] for name in sent_fields]
-    return [slope for slope in sent_slopes if slope > 0.0 or slope < 0.0]       # neither 0 nor NaN
+    unread_fields = sent_fields - read_names    # a client does not read the fields of its message
+    sent_slopes = [slopes[name] for name in unread_fields or sent_fields]
+    return [slope for slope in sent_slopes if slope != 0.0 and not math.isnan(slope)]
 
 
 def _assigned_slopes(node: Any, slopes: Slopes) -> Iterator[Tuple[str, float]]:
@@ -179,13 +178,14 @@ def _slope(node: Any, slopes: Slopes) -> float:
             return left - right
         # in a product or quotient one factor has a slope; the other factor gives the sign
         return left * _sign(node.right) + right * _sign(node.left)
-    called = getattr(node, 'func', getattr(node, 'value', None))
+    called = node.func if isinstance(node, ast.Call) else getattr(node, 'value', None)
     if PIXEL_NAME.search(_last_name(called)) and _dotted_name(called) not in slopes:
         return 1.0      # get_position() or position[1]
     inner_slopes = [_slope(child, slopes) for child in ast.iter_child_nodes(node)]
     if isinstance(node, ast.Subscript) or _last_name(called) in GROWING_FUNCTIONS:
         return sum(inner_slopes)
-    return math.nan if any(inner_slopes) else 0.0
+    is_constant = all(slope == 0.0 for slope in inner_slopes)   # False for a NaN
+    return 0.0 if is_constant else math.nan
 
 
 def _sign(factor: Any) -> float:
