@@ -61,13 +61,13 @@ def test_finished_states_are_passed_through_within_one_step():
 def test_a_canceled_drive_does_not_begin_again():
     machine = GoalMachine(GivenDriveLaw())
     machine.cancel()
-    machine.restart()       # without a goal
+    machine.begin_drive()       # without a goal
     assert (machine.failure, machine.has_begun, machine.step(STANDING, 0.1)) == ('', False, None)
     for reason, after in (('it slipped', ''), ('canceled', 'canceled')):
         machine.set_goal(GOAL)
         machine.cancel() if after else machine.give_up(reason)
         assert machine.failure == reason
-        machine.restart()
+        machine.begin_drive()
         assert machine.failure == after
         machine.set_goal(GOAL)
         assert machine.failure == ''
@@ -118,7 +118,7 @@ def test_an_interrupted_drive_begins_at_its_present_pose():
         assert machine.state is GoalState.ROTATE_TO_GOAL
         assert (law.starts, machine.attempt) == (2, 1)
     machine.restart_law()
-    machine.restart()       # a new drive
+    machine.begin_drive()       # a new drive
     machine.step(STANDING, 0.1)
     assert (law.starts, machine.attempt) == (3, 2)
 

@@ -255,12 +255,12 @@ def test_a_motion_waits_one_second_for_wheels_that_cannot_be_compared(sends):
         if sends == 'no stamps' and k % 3 == 0 or sends == 'rarely' and k % 50 == 0:
             watch.on_wheels(WheelSample(stamp, 0.0, 0.0))
         if sends == 'nothing' or k > 105:
-            assert not watch.awaits_comparison
+            assert not watch.needs_comparison
         elif k < 90:
-            assert watch.awaits_comparison
+            assert watch.needs_comparison
     assert not watch.has_compared and watch.problem_text() == ''
     watch.on_imu(ImuSample(stamp + 2.1, 0.0, 0.0), now + 2.1)     # the board may be new
-    assert watch.awaits_comparison is (sends != 'nothing')
+    assert watch.needs_comparison is (sends != 'nothing')
 
 
 def contradicts(rate, shown):

@@ -1,4 +1,4 @@
-"""An approach moves the robot to a goal, and stops it there in spite of delays.
+"""An approach moves the robot to a goal and stops it there in spite of delays.
 
 A controller that looks only at the measured position brakes too late, and overshoots. An approach
 is a Smith predictor, which controls the *predicted remaining travel*: the distance to the goal at
@@ -133,7 +133,7 @@ class Approach:
         self.predicted_remaining.shift(change)
 
     def obeyed_only_stops(self, age: float) -> bool:
-        """In the last `age` [s], did the robot obey only commands to stop?"""
+        """Returns True if the robot obeyed only commands to stop in the last `age` [s]."""
         history = self._history
         return history.sent_only_stops_since(
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)

@@ -1,4 +1,4 @@
-"""Finds when a control law must give a command, and remembers the commands.
+"""Finds when a control law must give a command and remembers the commands.
 
 In one step, a control law reads the latest samples and gives one command. A law has one step in
 each control period (turtlebot3.CONTROL_RATE), because the robot obeys one new command in each.
@@ -36,7 +36,7 @@ class Pace:
 
     @property
     def is_running(self) -> bool:
-        """Was a step taken since the last restart?"""
+        """Returns True if a step was taken since the last restart."""
         return self._last_step_at is not None
 
     def is_due(self, now: float) -> bool:

@@ -43,7 +43,7 @@ def sum_of_turns(start: float, line: float, end: float) -> float:
 
 
 class DriveLaw:
-    """Drives as fast as the limits allow, and stops at the goal.
+    """Drives as fast as the limits allow and stops at the goal.
 
     Each turn is a PreciseTurn. An Approach drives along the line from start to goal. Meanwhile the
     robot steers towards a point on the line, a little ahead. Each driving state has one method of
@@ -55,6 +55,7 @@ class DriveLaw:
     ARRIVAL_DISTANCE = 0.0005    # [m]; a robot has arrived if it would stop this near to the goal
     #: A larger distance [m] calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD_DISTANCE = 0.20
+    AT_GOAL_SHARE = 0.5    # a drive that starts within this share of the tolerance only turns
     #: A robot that still moves may stop beyond the goal by at most this share of the tolerance.
     OVERSHOOT_SHARE = 0.3
     #: The robot backs up if it would stop farther beyond the goal than this share of the tolerance.
@@ -80,7 +81,7 @@ class DriveLaw:
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Choose the line to the goal, and the direction of the drive along this line."""
         self._line = pose.bearing_to(goal)
-        self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
+        self._is_at_goal = pose.distance_to(goal) <= self.AT_GOAL_SHARE * self.distance_tolerance
         reversed_line = wrap(self._line + math.pi)
         turns = sum_of_turns(pose.yaw, self._line, goal.yaw)
         reverse_turns = sum_of_turns(pose.yaw, reversed_line, goal.yaw)
@@ -123,7 +124,7 @@ class DriveLaw:
         return self._limited_step(0.0, turn_step, turn_step.remaining, turn_step.is_finished)
 
     def shortfall_text(self, pose: Pose2, goal: Pose2) -> str:
-        """Returns a text with the distance to the goal; '' if it is inside the tolerance."""
+        """Returns a text with the distance to the goal; '' inside the tolerance."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''

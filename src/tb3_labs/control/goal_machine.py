@@ -1,6 +1,6 @@
 """Drives to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
 
-The law, :mod:`tb3_labs.control.drive_law`, gives the command in each driving state, and decides
+The law, :mod:`tb3_labs.control.drive_law`, gives the command in each driving state and decides
 when a state is finished. This module chooses the next state. A drive is given up if the robot gets
 no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows it
 there. After GOAL_REACHED or a failure the command is None.
@@ -19,7 +19,7 @@ from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.sensor_faults_and_stalls import StallMonitor
 
-MAX_RETRIES = 2    # of a drive that ends outside its tolerance, as after a stall of the network
+MAX_RETRIES = 2    # a drive that ends outside its tolerance is repeated at most this often
 
 
 class GoalMachine:
@@ -44,19 +44,19 @@ class GoalMachine:
     def set_goal(self, goal: Pose2) -> None:
         self.goal = goal
         self.is_canceled = False
-        self.restart()
+        self.begin_drive()
 
-    def restart(self) -> None:
+    def begin_drive(self) -> None:
         """Begin the drive to the goal again, unless the drive was canceled."""
         if self.goal is not None and not self.is_canceled:
             self.failure = ''
             self.has_begun = False
             self.attempt += 1
             self._retries_left = MAX_RETRIES
-            self._restart_states()
+            self._reset_states()
 
     def restart_law(self) -> None:
-        """The robot was stopped: let the next step drive to the goal from a new pose."""
+        """Let the next step drive to the goal from a new pose, because the robot was stopped."""
         self._law_is_started = False
 
     def give_up(self, failure: str) -> None:
@@ -108,7 +108,7 @@ class GoalMachine:
         return self.law.rotate_to_final(motion, goal, dt)
 
     def _has_settled(self, motion: Motion) -> bool:
-        """Do IMU and odometry show that the robot has settled? The law uses only the IMU."""
+        """Returns True if IMU and odometry show a settled robot. The law uses only the IMU."""
         rest_began_at = self._settling.rest_began_at
         if rest_began_at is None or not self._settling.has_settled:
             return False
@@ -125,11 +125,11 @@ class GoalMachine:
                 self.state = GoalState.GOAL_REACHED
             elif self._retries_left:
                 self._retries_left -= 1
-                self._restart_states()
+                self._reset_states()
             else:
                 self.failure = shortfall
 
-    def _restart_states(self) -> None:
+    def _reset_states(self) -> None:
         self._stalls.clear()
         self._settling = Settling()
         self._law_is_started = False

@@ -24,10 +24,10 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
 def is_stopped(goal_state: str) -> bool:
-    """Does this text on `goal_state` show a drive that is interrupted for a moment?"""
+    """Returns True if a text on `goal_state` shows a drive that is interrupted for a moment."""
     return goal_state.startswith(STOPPED)
 
 
 def is_over(goal_state: str) -> bool:
-    """Does this text on `goal_state` show a drive that has ended?"""
+    """Returns True if a text on `goal_state` shows a drive that has ended."""
     return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)

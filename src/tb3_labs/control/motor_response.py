@@ -130,7 +130,7 @@ class Identification:
     """Identifies delay, lag and gain during one approach."""
 
     def __init__(self, response: MotorResponse, measures_instant_speed: bool) -> None:
-        """`response` has the values of earlier approaches, and learns from this approach. For
+        """`response` has the values of earlier approaches and learns from this approach. For
         `measures_instant_speed`, see ApproachConfig."""
         self.estimate = copy(response)          # the estimate of this approach
         self._shared_response = response        # the response that all approaches share

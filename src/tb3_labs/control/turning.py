@@ -1,4 +1,4 @@
-"""Turns the robot precisely on the spot, and finds when a turn has settled.
+"""Turns the robot precisely on the spot and finds when a turn has settled.
 
 A turn has settled when the samples show a robot at rest inside the tolerance. If the IMU is noisy,
 more samples at rest are needed to know the remaining angle well.
@@ -19,8 +19,8 @@ SETTLING_TIME = 0.03    # [s], nearly one control period
 
 
 class Settling:
-    """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? Only
-    times of measurements are compared, because one sample may be read several times."""
+    """Finds that a robot has been at rest for `SETTLING_TIME`. Only times of measurements are
+    compared, because one sample may be read several times."""
 
     def __init__(self) -> None:
         self.rest_began_at: Optional[float] = None    # [s]; None while the robot moves

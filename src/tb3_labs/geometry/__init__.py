@@ -1,2 +1,2 @@
 """What do the numbers mean? This folder computes with angles, quaternions, poses in the plane and
-sorted times, and does not know robots."""
+sorted times. It does not know robots."""

@@ -1,6 +1,6 @@
 """Wraps angles, clips numbers, and computes the headings of quaternions.
 
-The library squaternion expects the order w, x, y, z, and checks nothing. In another order, or with
+The library squaternion expects the order w, x, y, z and checks nothing. In another order, or with
 a norm that is not 1, the numbers give a plausible but wrong yaw. So the four numbers of a
 quaternion must be given by keyword.
 

@@ -1,20 +1,20 @@
 """Does the gyro contradict the wheels?
 
-If a board calibrates its gyro while the robot turns, the rate of this turn becomes the zero of the
-gyro. A gyro with a wrong zero shows a wrong rate even at rest. Each rate of the gyro is compared
-with the rates that the wheels had a little earlier, at the same time, and a little later. Delay,
-slip and uneven wheels explain a part of the difference between gyro and wheels. Unexplained
-differences are added up. If a person carries the robot, the gyro also contradicts the wheels.
+A board may calibrate its gyro while the robot turns. Then the gyro takes the rate of this turn for
+zero, and shows a wrong rate even at rest. Each rate of the gyro is compared with the rates that the
+wheels had a little earlier, at the same time, and a little later. Delay, slip and uneven wheels
+explain a part of the difference between gyro and wheels. The rest of each difference is added up.
+If the sum is large, as when a person carries the robot, the gyro contradicts the wheels.
 
 Only stamps are compared, so delays of the network do not matter. Cases:
 
-1. Without stamps, or without samples of the wheels, a contradiction is not found.
-2. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`, and again after
-   each silence of more than timeouts.RESUME_TIME, in which the board may have calibrated its gyro.
-   If the samples of the wheels cannot be compared, a motion waits only for `AGREEMENT_TIME`.
-3. While the robot moves, an error that makes a turn look slower looks like slip, and is found only
-   when the wheels rest. The gyro of a real robot does not become wrong during a motion, because
-   the board is silent for 2.6 s during a calibration.
+1. Without stamps, or without samples of the wheels, no contradiction is found.
+2. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. It waits again
+   after a silence of more than timeouts.RESUME_TIME: the board may have calibrated its gyro. If
+   samples of the wheels arrive but cannot be compared, a motion waits only for `AGREEMENT_TIME`.
+3. If a wrong gyro shows a slower turn than the wheels, the error looks like slip. This error is
+   found only when the wheels rest. The gyro of a real robot does not become wrong during a motion,
+   because the board is silent for 2.6 s during a calibration.
 
 Units: seconds, radians. Sources: the firmware, whose gyro is late by 13 to 105 ms; a recorded
 drive of a Burger, with at most 0.5 deg of unexplained turns.
@@ -30,10 +30,10 @@ from tb3_labs.supervision.timeouts import (
     MAX_GYRO_GAP, MAX_INTERPOLATED_GAP, MAX_WHEEL_GAP, RESUME_TIME)
 
 MAX_GYRO_DELAY = 0.13     # [s]; the gyro may show a turn this much later than the wheels
-MAX_GYRO_LEAD = 0.04    # [s]; the gyro may show a turn this much earlier
-MAX_SLIP_SHARE = 0.45   # share of the wheels' turn, as on a carpet
-MAX_UNEVEN_SHARE = 0.1  # wheels may be uneven by this share of _WheelTurn.rate_of_one_wheel
-MAX_GYRO_DRIFT = 0.02   # [rad/s], of a healthy gyro
+MAX_GYRO_LEAD = 0.04      # [s]; the gyro may show a turn this much earlier than the wheels
+MAX_SLIP_SHARE = 0.45     # slip may hide this share of the wheels' turn, as on a carpet
+MAX_UNEVEN_SHARE = 0.1    # wheels may be uneven by this share of _WheelTurn.rate_of_one_wheel
+MAX_GYRO_DRIFT = 0.02     # [rad/s]; a healthy gyro is wrong by at most this rate
 MAX_UNEXPLAINED_TURN = 0.015    # [rad]; after a larger turn, the gyro contradicts the wheels
 #: A contradiction is over when the wheels have rested, and the gyro has agreed, for this time [s].
 AGREEMENT_TIME = 1.0
@@ -138,8 +138,8 @@ class GyroMonitor:
         return self._contradiction_text if self._has_contradiction else ''
 
     @property
-    def awaits_comparison(self) -> bool:
-        """Must a motion still wait for the comparison of gyro and wheels at rest?"""
+    def needs_comparison(self) -> bool:
+        """Returns True if a motion must wait until gyro and wheels were compared at rest."""
         waited_for = max(self._rested_for, self._uncompared_for)
         return self._sends_wheels and waited_for < AGREEMENT_TIME
 

@@ -2,7 +2,7 @@
 
 Samples of IMU and odometry arrive in any order, at different rates. A `StampedPose` consists of the
 place and the stamp of an odometry message, and of the IMU's yaw interpolated to this stamp. A
-*reset* waits for samples after the request, and interpolates the samples of both sensors to the
+*reset* waits for samples after the request and interpolates the samples of both sensors to the
 moment of the request. A reset corrects any error of the old frame.
 
 After a jump of the odometry, either ``local`` is shifted in ``odom``, or the pose is lost until the
@@ -59,7 +59,7 @@ class Reset:
 
     @property
     def is_over(self) -> bool:
-        """Returns True if the reset was carried out, refused or given up."""
+        """Returns True if the reset no longer waits: it was carried out, refused or given up."""
         return self.is_done or bool(self.reason)
 
     @property
@@ -86,14 +86,14 @@ class Localizer:
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in order; pop_ended_resets() removes some
         self._odometry: Optional[TimedSample] = None    # the latest message that was used
-        self._awaits_imu = True    # has the IMU sent nothing since a silence of both sensors?
+        self._waits_for_imu = True    # has the IMU sent nothing since a silence of both sensors?
 
     def on_imu(self, timed: TimedSample) -> None:
         jump_text = heading_jump_text(timed.previous_sample, timed.sample)
         if jump_text:
             self.jumps.append(Jump(jump_text))
         self._buffer.add_imu(timed)
-        self._awaits_imu = False
+        self._waits_for_imu = False
         self._yaw_noise.learn(timed)
         self._carry_out_resets()
 
@@ -103,8 +103,8 @@ class Localizer:
 
     def on_odometry(self, timed: TimedSample) -> None:
         if timed.silence_of_robot > RESET_SILENCE:
-            self._awaits_imu = True
-        if self._timing.imu is None or self._awaits_imu:
+            self._waits_for_imu = True
+        if self._timing.imu is None or self._waits_for_imu:
             return
         jump = self._jump_finder.find(timed, self._timing.imu.sample, self._commanded_at)
         if jump is not None:
@@ -115,13 +115,13 @@ class Localizer:
 
     def pop_pose(self) -> Optional[StampedPose]:
         """Returns the latest new StampedPose; None if no pose is new, or if the pose is lost. While
-        a reset waits, a sample after the request gives no pose, because its frame is not decided.
+        a reset waits, a sample after the request gives no pose: the frame of that pose is open.
         If no reset has declared a frame before, the first pose declares the frame."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None
         odometry, imu_yaw = pair
-        if self._is_in_undecided_frame(odometry.stamp):
+        if self._is_frame_undecided_at(odometry.stamp):
             return None
         if self.frame is None:
             self.frame = LocalFrame.declare(Pose2(), odometry.pose, imu_yaw)
@@ -172,8 +172,9 @@ class Localizer:
                       odometry_age=odometry_age, yaw_noise=self._yaw_noise.deviation,
                       extrapolated_turn=turn)
 
-    def _is_in_undecided_frame(self, stamp: float) -> bool:
-        """Is `stamp` after the request of a waiting reset, but before its samples?"""
+    def _is_frame_undecided_at(self, stamp: float) -> bool:
+        """Returns True if `stamp` is after the request of a waiting reset, and the samples that
+        this reset waits for are not older than `stamp`."""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self.waiting_resets)
 

@@ -29,8 +29,8 @@ from tb3_labs.robot.samples import (
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.timeouts import LONGEST_COUNTED_SILENCE, RESET_SILENCE
 
-MAX_POSSIBLE_SPEED = 0.5    # of any TurtleBot3 [m/s]
-MAX_TURN_RATE = 4.0         # of any TurtleBot3 [rad/s]
+MAX_POSSIBLE_SPEED = 0.5    # [m/s]; no TurtleBot3 drives faster
+MAX_TURN_RATE = 4.0         # [rad/s]; no TurtleBot3 turns faster
 #: Messages arrive unevenly, so these are added to the longest possible step [m, rad].
 DISTANCE_SLACK = 0.05
 TURN_SLACK = 0.3
@@ -43,7 +43,7 @@ NEAR_ZERO_YAW = 0.1
 MAX_RESTING_TURN = 0.1    # turn [rad] of the IMU's yaw between two messages of a robot at rest
 #: If the IMU turns farther than this [rad] in a silence, the board has calibrated the IMU.
 MIN_CALIBRATION_TURN = 0.005
-STOPPING_TIME = 0.5    # [s]; if its messages stop, a turning robot comes to rest within this time
+STOPPING_TIME = 0.5    # [s]; a turning robot comes to rest within this time after its last message
 #: The odometry contradicts the wheels if it moves for this time [s] while the wheels rest.
 CONTRADICTION_TIME = 0.5
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
@@ -190,7 +190,7 @@ def _is_backwards(old_pose: Pose2, sample: OdometrySample) -> bool:
 
 
 class EncoderMonitor:
-    """Does the odometry contradict the angles of the wheels?
+    """Finds a contradiction between the odometry and the angles of the wheels.
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
     of its encoders. Then the odometry moves for ever, although the robot is at rest and the angles

@@ -1,4 +1,4 @@
-"""Remembers the recent samples of both sensors, and interpolates their values at one instant.
+"""Remembers the recent samples of both sensors and interpolates their values at one instant.
 
 A node reads every message of the odometry, but not every sample of the IMU. In a gap of the IMU
 that is longer than `MAX_INTERPOLATED_GAP`, the odometry shows how the robot turned.

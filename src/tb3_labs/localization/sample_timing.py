@@ -1,9 +1,9 @@
 """Finds the times of samples, and the noise of an IMU.
 
-SampleTiming measures the silence before each sample, and learns the sender's clock. A TimedSample
+SampleTiming measures the silence before each sample and learns the sender's clock. A TimedSample
 contains all times of a sample, so no other module measures a time.
 
-The stamps of messages show the time between two samples well. They come from the robot's clock,
+The stamps of messages show the time between two samples well. Stamps come from the robot's clock,
 which may be wrong by a second, may be set, or may always show zero. Arrivals are on the receiver's
 clock, but include the delays of the network. The order of samples is the order of their stamps. The
 *least delay* is the shortest time between stamp and arrival in the last seconds. It converts times
@@ -12,7 +12,7 @@ replace the stamps of both sensors.
 
 Units: seconds. Cases:
 
-1. A stamp that is merely old is used: it shows that its message was delayed.
+1. An old stamp is used, because it shows that its message was delayed.
 2. A stamp that goes back by less than `MAX_CORRECTION` shows a clock that is being corrected. The
    highest stamp so far is then the time of the source's samples, until a stamp is higher.
 3. A new *epoch* begins with a stamp that goes back by `MAX_CORRECTION` or more, is in the future,
@@ -101,7 +101,7 @@ class _Stamp(NamedTuple):
     stamp: float = math.nan
     time: float = -math.inf        # time of the source's latest sample
     repeats: int = 0               # number of messages that repeated the stamp
-    wrong_since: float = math.inf  # from this arrival on, all stamps are wrong by MIN_CLOCK_STEP
+    wrong_since: float = math.inf  # arrival [s] of the first of the latest wrong stamps
 
 
 class SenderClock:
@@ -136,7 +136,7 @@ class SenderClock:
         return time
 
     def stamp_of(self, now: float) -> Optional[float]:
-        """Converts `now` to the sender's clock; None before the first sample."""
+        """Returns `now` on the sender's clock; None before the first sample."""
         return None if self._least_delay.value is None else now - self._least_delay.value
 
     def measured_at(self, time: float, arrival: float) -> float:
@@ -151,8 +151,8 @@ class SenderClock:
 
     def _is_new_clock(self, interval: float, arrival: float, silence: float,
                       silence_of_robot: float) -> bool:
-        """Does a stamp come from a new clock? `interval` is the time [s] since the source's
-        previous stamp; NaN for the source's first stamp."""
+        """Returns True if a stamp is from a new clock. `interval` is the time [s] since the
+        previous stamp of the source; NaN for the first stamp."""
         if self._least_delay.value is None:
             return False
         if silence_of_robot > LONG_SILENCE:

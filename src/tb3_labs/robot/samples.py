@@ -7,15 +7,15 @@ from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
-#: Greatest turn [rad] between two samples of the IMU. In a longer gap it could turn farther, but a
-#: node stops it first.
+#: Greatest turn [rad] between two samples of the IMU. In a longer gap the robot could turn farther,
+#: but a node stops the robot first.
 MAX_TURN_PER_SAMPLE = 1.0
 MAX_ODOMETRY_DISTANCE = 2e4     # [m], from the zero of the odometry, after a day's drive
 MAX_ODOMETRY_SPEED = 3.0        # [m/s], if a person spins the wheels
 MAX_ODOMETRY_TURN_RATE = 7e3    # [rad/s]; a spike is 2 pi in at least 1 ms
-MAX_GYRO_RATE = 35.0           # [rad/s]; the board's gyro measures up to 2000 deg/s
-MAX_WHEEL_ANGLE = 3.5e6        # [rad]; the encoder counts to 2^31
-MAX_STAMP = 2.0 ** 32 - 2.0    # [s], the latest that ROS can send, in the year 2106
+MAX_GYRO_RATE = 35.0            # [rad/s]; the board's gyro measures up to 2000 deg/s
+MAX_WHEEL_ANGLE = 3.5e6         # [rad]; the encoder counts to 2^31
+MAX_STAMP = 2.0 ** 32 - 2.0     # [s], the latest that ROS can send, in the year 2106
 #: The samples of a robot at rest have at most this speed [m/s], and this rate of turn [rad/s].
 MAX_REST_SPEED = 0.005
 MAX_REST_TURN_RATE = 0.03
@@ -69,7 +69,7 @@ def checked_number(name: str, value: float, bound: float, unit: str) -> float:
 
 
 def is_at_rest(linear: float, angular: float) -> bool:
-    """Is a robot with these speeds [m/s, rad/s] at rest?"""
+    """Returns True if a robot with these speeds [m/s, rad/s] is at rest."""
     return abs(linear) <= MAX_REST_SPEED and abs(angular) <= MAX_REST_TURN_RATE
 
 

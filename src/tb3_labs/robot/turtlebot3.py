@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Dict, Mapping, NamedTuple
 
-CONTROL_RATE = 30.0    # [1/s]; the firmware applies the latest command, and sends odometry
+CONTROL_RATE = 30.0    # [1/s]; the firmware applies the latest command and sends odometry
 COMMAND_TIMEOUT = 0.5    # [s]; without a command, the firmware then stops the wheels
 WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'    # as in turtlebot3_description
 

@@ -1,4 +1,4 @@
-"""Decides whether a pad or move_to_goal drives, by a table of the robot's holder after an event.
+"""Decides whether a pad or move_to_goal drives, by a table of the next holder after each event.
 
 A node that loses the robot sends one zero command, and then none. Source: the gamepad lab.
 """
@@ -52,9 +52,9 @@ class ControlMessages:
     def __init__(self) -> None:
         self.must_renew = False    # must this pad renew a permission that it gave?
         self.waiting: Queue[bool] = Queue()    # messages to publish
-        self.granted_at = -math.inf    # [s], of the latest True that move_to_goal has not obeyed
-        self._sent_at = -math.inf      # [s], of the latest message or renewal
-        self.stopped_at = -math.inf    # [s]; then a person or node took control from move_to_goal
+        self.granted_at = -math.inf    # time [s] of a True that move_to_goal has not obeyed yet
+        self._sent_at = -math.inf      # time [s] of the latest message or renewal
+        self.stopped_at = -math.inf    # time [s] of the latest stop by this pad or another node
 
     def pop_renewal(self, now: float) -> bool:
         """Returns True if the caller must send a renewal now."""
@@ -73,11 +73,11 @@ class ControlMessages:
         self.waiting.extend([True] * (1 + missed_renewals))
 
     def confirm_grant(self) -> None:
-        """move_to_goal has obeyed the latest True."""
+        """Store that move_to_goal has obeyed the latest True."""
         self.granted_at = -math.inf
 
     def stop(self, caused_at: float) -> None:
-        """Control was taken, or the pad was lost, at `caused_at` [s]: queue a False."""
+        """Queue a False, because control was taken or the pad was lost at `caused_at` [s]."""
         self.must_renew = False
         self.stopped_at = max(self.stopped_at, caused_at)    # a button press may be delayed
         self.waiting.append(False)

@@ -40,10 +40,10 @@ class DeadMan:
              is_first: bool) -> bool:
         """Let `page` drive. Raises ``ValueError`` if the page must not drive.
 
-        `lateness` is the delay [s] of the message. A message with a delay of more than
-        `INPUT_TIMEOUT` counts as silence, and False is returned. `is_first`: is this the first
-        message since the person took hold? If the first message of a hold was lost, the hold is
-        refused, because the drive would begin too late.
+        `lateness` is the delay [s] of the message. Returns False if the delay is more than
+        `INPUT_TIMEOUT`: such a message counts as silence. `is_first`: is this the first message
+        since the person took hold? If the first message of a hold was lost, the hold is refused,
+        because the drive would begin too late.
         """
         if lateness > INPUT_TIMEOUT:
             return False
@@ -57,7 +57,7 @@ class DeadMan:
         return True
 
     def let_go(self, page: object) -> bool:
-        """The person lets go of the controls on `page`. Returns True if this page drove."""
+        """Let `page` drive no longer. Returns True if this page drove."""
         if self.driving_page is not page:
             return False
         self.driving_page = None

@@ -32,7 +32,7 @@ class Novelty(Enum):
 
     @property
     def is_doubtful(self) -> bool:
-        """Could the message show an old act of a person?"""
+        """Returns True if the message may show an old act of a person."""
         return self in (Novelty.REPEATED, Novelty.LATCHED, Novelty.OLD, Novelty.SAME_STAMP)
 
 
@@ -87,7 +87,7 @@ class NoveltyFinder:
         if previous is None and connection.sender not in self._earlier_senders:
             return Novelty.NEW
         is_restarted = previous is not None and previous.process != connection.process
-        if is_restarted and connection.has_renewals:    # it renews after a new grant
+        if is_restarted and connection.has_renewals:    # it renews only after a new grant
             return Novelty.RESTARTED
         came_early = previous is None and now - self._began_at < MAX_TRANSIT_TIME
         if connection.is_latched and came_early:
@@ -118,7 +118,7 @@ class SenderRequests:
         self._requests: Dict[str, SenderRequest] = {}    # by sender
 
     def on_request(self, sender: str, content: object, now: float) -> SenderRequest:
-        """Store a request as the latest of its sender. Call this even for a refused request."""
+        """Store the latest request of `sender`. Call this even for a refused request."""
         if now - self._sleep.woke_at > MAX_REPEAT_GAP:    # a sleep of this process is no pause
             self._requests = {name: request for name, request in self._requests.items()
                               if now - request.latest_at <= MAX_REPEAT_GAP}

@@ -69,7 +69,7 @@ class GoalRequest(NamedTuple):
     client: Any = None    # receives the GoalAnswers
 
     def is_canceled_by(self, name: str, stamp: int) -> bool:
-        """Does a cancel with this `name` and `stamp` [ns] end this goal?"""
+        """Returns True if a cancel with this `name` and `stamp` [ns] ends this goal."""
         if 0 < self.stamp <= stamp:
             return True
         if name:
@@ -105,7 +105,7 @@ class GoalRequests:
         self._sender_goals = SenderRequests(sleep)
 
     def on_goal(self, request: GoalRequest, now: float) -> SenderRequest:
-        """Store a goal as the latest of its sender. Call this even for a refused goal."""
+        """Store the latest goal of a sender. Call this even for a refused goal."""
         sender_goal = self._sender_goals.on_request(request.sender, request.goal, now)
         sender_goal.message = request
         return sender_goal

@@ -1,26 +1,25 @@
 """Is move_to_goal allowed to drive? A person gives the permission, and renewals only prolong it.
 
-Each sender can give the permission by a True, and end it by a False. The rules follow ISO 13850, by
+Each sender can give the permission by a True and end it by a False. The rules follow ISO 13850, by
 which a stop holds until a person releases the machine again.
 
 1. A *grant* is the first True of a sender, or its first True after its False. While a grant is
    valid, move_to_goal may drive the robot.
-2. If a sender renews its grants, its repeated True only renews its grant. The robot may move only
-   after the first renewal, so a sender that has died does not move it.
+2. A sender can announce that it repeats True to renew its grant. Such a grant is not valid before
+   the first renewal, so a sender that has died cannot move the robot.
 3. A False of any sender ends the grants of all senders.
-4. A grant is suspended if the renewals stop for `RENEWAL_TIMEOUT`. A later renewal restores it.
-   After `RESUME_TIME` without a renewal, it has expired.
-5. A grant ends if the sensors are not fresh within `RESUME_TIME` after it. If they were never fresh
-   before, it ends after `ROBOT_START_TIMEOUT`.
-6. If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that arrives
-   while the process wakes is ignored, because it may be older than a stop.
-7. A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed.
-   Exception: A False that was latched before this node began to listen does not end the grant of
-   the parameter `has_control`.
-8. A True that was sent more than `RESUME_TIME` ago is ignored. It is also ignored if it was sent
-   before another sender's False, before this node started, or before this node woke. If renewals
-   arrive faster than one in each `RENEWAL_PERIOD`, they waited in the network together with the
-   True, so the True was delayed.
+4. If the renewals stop for `RENEWAL_TIMEOUT`, the grant is suspended. The next renewal restores the
+   grant. After `RESUME_TIME` without a renewal, the grant ends.
+5. A grant ends if the sensors are not fresh within `RESUME_TIME` after it was given. If the sensors
+   were never fresh before, the grant waits for `ROBOT_START_TIMEOUT`.
+6. If this process sleeps for longer than `RESUME_TIME`, all grants end. A True that arrives just
+   after a sleep gives no grant, because a stop may have been sent after the True.
+7. A doubtful True (:mod:`tb3_labs.supervision.events`) gives no grant. A doubtful False is obeyed,
+   with one exception: If no sender has a grant, a False that was latched before this node began to
+   listen is ignored. So it does not end the grant of the parameter `has_control`.
+8. If renewals arrive faster than one in each `RENEWAL_PERIOD`, the network has delayed them, and
+   the True before them. The grant ends if the delay of the True is more than `RESUME_TIME`. It also
+   ends if the True was sent before another sender's False, or before this node started or woke.
 """
 import math
 from typing import Dict, Set
@@ -75,7 +74,7 @@ class Permission:
     def __init__(self, has_control: bool, log: LogQueue) -> None:
         self._has_new_grant = False    # was a grant given since the latest pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
-        self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a grant awaits the sensors
+        self._longest_wait = ROBOT_START_TIMEOUT    # time [s] that a grant waits for sensors
         self._grants: Dict[str, _Grant] = {}      # by sender
         if has_control:
             self._grants[STARTUP_SENDER] = _Grant(math.nan, has_renewals=False)
@@ -89,7 +88,7 @@ class Permission:
 
     @property
     def has_valid_grant(self) -> bool:
-        """Was a grant valid at the latest :meth:`update`?"""
+        """Returns True if a grant was valid at the latest :meth:`update`."""
         return any(grant.is_valid(self._now) for grant in self._grants.values())
 
     @property
@@ -104,7 +103,7 @@ class Permission:
         return has_new_grant
 
     def set_sensor_problem(self, sensor_problem: str) -> None:
-        """Store the problem of the sensors, or ''. Call this after each :meth:`update`."""
+        """Store the problem of the sensors, or '', for the next :meth:`update`."""
         self._sensor_problem = sensor_problem
         if not sensor_problem:
             self._longest_wait = RESUME_TIME
@@ -154,7 +153,7 @@ class Permission:
             self._log.warn(f'Control from {sender} does not count: {reason}. {REMEDY}')
 
     def update(self, now: float) -> None:
-        """Suspend or end grants that were not renewed in time. Call this ten times a second."""
+        """Apply rules 4 to 6. Call this several times a second, and before a grant is used."""
         self._now = now
         if math.isnan(self._began_at):
             self._began_at = now

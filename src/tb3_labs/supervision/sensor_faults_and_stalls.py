@@ -36,10 +36,10 @@ class SensorStatus(Enum):
 class Sensor(Freshness):
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
-        self.reading: object = None    # content of the latest message, without the stamp
-        self.repeated_for = 0.0    # time [s] of a repeated reading that should have changed
-        self.longest_gap = 0.0     # longest time [s] between two messages since the last pause
-        self._changed_at = math.inf    # time [s] of the latest change; infinite before a change
+        self.reading: object = None     # content of the latest message, without the stamp
+        self.repeated_for = 0.0         # time [s] of a repeated reading that should have changed
+        self.longest_gap = 0.0          # longest time [s] between two messages of a motion
+        self._changed_at = math.inf     # time [s] of the latest change; infinite before a change
 
     def on_message(self, now: float, reading: object = None) -> float:
         silence = super().on_message(now)
@@ -56,8 +56,8 @@ class Sensor(Freshness):
             self._changed_at = now
         self.repeated_for = now - self._changed_at
 
-    def forget_silences(self) -> None:
-        """Forget the silences and repetitions of the time in which the robot stood."""
+    def forget_motion(self) -> None:
+        """Forget the silences and repetitions so far, because a new motion will begin."""
         self.longest_gap = 0.0
         self.repeated_for = 0.0
         self._changed_at = math.inf
@@ -74,62 +74,59 @@ class SensorMonitor:
     def __init__(self, *sensors: Sensor) -> None:
         self._sensors = sensors
         self.status = SensorStatus.SILENT    # RECOVERED lasts for one update
-        self.reason_to_stand = ''    # '' if the robot may move
-        self.silent_for = 0.0    # length [s] of the latest silence since the motion was requested
-        self._longest_wait = ROBOT_START_TIMEOUT    # time [s] for which a motion awaits the sensors
+        self.reason_to_stand = ''            # '' if the robot may move
+        self.silent_for = 0.0                # length [s] of the latest silence of a motion
+        self._longest_wait = ROBOT_START_TIMEOUT    # time [s] that a motion waits for sensors
         self._silent_since = math.inf    # start [s] of the silence; infinite before the next update
         self._were_ready = False         # were all sensors ready at the latest update?
 
     def request_motion(self) -> None:
-        """A resting robot is asked to move: begin to wait for the sensors."""
+        """Begin to wait for the sensors, because a resting robot is asked to move."""
         self._silent_since = math.inf
-        self.forget_silences()
+        self.forget_motion()
 
-    def update(self, now: float, awaits_comparison: bool = False) -> None:
-        """Update `status`. Call this often, and at each step of a drive. `awaits_comparison`: must
+    def update(self, now: float, needs_comparison: bool = False) -> None:
+        """Update `status`. Call this often, and at each step of a drive. `needs_comparison`: must
         a motion wait until gyro and wheels were compared?"""
         for sensor in self._sensors:
             sensor.adapt_to_clock(now)
         self._silent_since = min(self._silent_since, now)    # the clock may have gone back
         silent_for = now - self._silent_since
         is_late = silent_for > self._longest_wait
-        # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
+        # after its first message a TurtleBot3 calibrates its gyro for 2.6 s: it must not move
         sent_twice = all(sensor.count > 1 for sensor in self._sensors)
         are_ready = sent_twice and self.are_fresh(now)
         became_ready = are_ready and not self._were_ready
         self._were_ready = are_ready
-        may_move = are_ready and not awaits_comparison
+        may_move = are_ready and not needs_comparison
         if may_move or became_ready:    # the next silence is counted from the latest messages
             self._silent_since = now - max(sensor.age(now) for sensor in self._sensors)
             self._longest_wait = RESUME_TIME
         if may_move:
-            self._end_silence(silent_for, is_late)
-            return
-        if are_ready:
+            self.reason_to_stand = ''
+        elif are_ready:
             self.reason_to_stand = UNCHECKED_GYRO
         elif not self.reason_to_stand:    # a second lost sensor does not change the reason
             self.reason_to_stand = self.problem_text(now)
-        self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.SILENT
-        self.silent_for = silent_for
+        self._update_status(may_move, silent_for, is_late)
 
-    def _end_silence(self, silent_for: float, is_late: bool) -> None:
-        self.reason_to_stand = ''
+    def _update_status(self, may_move: bool, silent_for: float, is_late: bool) -> None:
         longest_gap = max(sensor.longest_gap for sensor in self._sensors)
-        if is_late:
-            self.status = SensorStatus.TIMED_OUT
+        if is_late or not may_move:
+            self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.SILENT
             self.silent_for = silent_for
         elif longest_gap > SENSOR_TIMEOUT:
             self.status = SensorStatus.RECOVERED
             self.silent_for = longest_gap
         else:
             self.status = SensorStatus.FRESH
-            return
-        self.forget_silences()
+        if may_move and self.status is not SensorStatus.FRESH:
+            self.forget_motion()
 
-    def forget_silences(self) -> None:
+    def forget_motion(self) -> None:
         self.reason_to_stand = ''
         for sensor in self._sensors:
-            sensor.forget_silences()
+            sensor.forget_motion()
 
     def problem_text(self, now: float, with_age: bool = False) -> str:
         """Returns a text about the silent sensors; '' while all sensors are fresh."""
@@ -159,8 +156,8 @@ class DriveSensors(SensorMonitor):
         super().__init__(self.imu, self.odometry)
         self.last_command = (0.0, 0.0)    # forward speed [m/s], and rate of turn [rad/s]
 
-    def forget_silences(self) -> None:
-        super().forget_silences()
+    def forget_motion(self) -> None:
+        super().forget_motion()
         self.last_command = (0.0, 0.0)
 
     def update_repetitions(self, has_odometry_turned: bool, now: float) -> None:

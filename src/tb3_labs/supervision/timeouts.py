@@ -20,14 +20,14 @@ RESUME_TIME = 2.0
 SENSOR_TIMEOUT = 0.22    # a fast robot drives 5 cm in this time
 #: A sensor is frozen if it repeats a reading for longer than this while the robot must move.
 FROZEN_TIME = 0.6
-ROBOT_START_TIMEOUT = 20.0    # for the first messages of a robot; a board needs up to 14 s to start
+ROBOT_START_TIMEOUT = 20.0    # wait for a robot's first messages; a board starts in up to 14 s
 #: If a person types a turn before the robot is connected, the turn waits this long for the robot.
 ROBOT_WAIT_TIMEOUT = 5.0
 RESET_SILENCE = 1.0    # least silence of a board that is reset; the firmware needs 2.6 s
-INPUT_TIMEOUT = 0.25    # of a pad, of a page that drives, or of an active mouse
+INPUT_TIMEOUT = 0.25    # a pad, a page that drives or an active mouse is lost after this silence
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
-LONGEST_COUNTED_SILENCE = 5.0    # up to it, the allowed step of the odometry grows
+LONGEST_COUNTED_SILENCE = 5.0    # a longer silence allows no larger step of the odometry
 
 # -- two samples are too far apart to be compared
 
@@ -39,19 +39,19 @@ MAX_BRIDGED_GAP = 1.0
 
 # -- a message is late, or repeats an earlier one
 
-DELAY_WINDOW = 5.0    # the fastest message in it shows the least delay
+DELAY_WINDOW = 5.0    # the fastest message in this time shows the least delay
 #: `Lateness` counts a longer silence of a sender as a silence of this length.
 MAX_RECEIVED_STEP = 0.1
 MAX_SAMPLE_AGE = 0.1    # if a sample is older, the network stalls
 #: A message that arrives within this time after an event may have been sent before the event. An
 #: event is a button press, a sleep, a node's start, or a pad's first message.
 MAX_TRANSIT_TIME = 0.3
-HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits: move_to_goal stops it
+HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits this long until move_to_goal stops
 
 # -- a person's permission
 
 RENEWAL_PERIOD = 0.1
-RENEWAL_TIMEOUT = 0.5    # then the grant is suspended
+RENEWAL_TIMEOUT = 0.5    # after this time without a renewal, a grant is suspended
 #: A reset that was requested longer ago than this is refused: the robot may have moved.
 MAX_RESET_AGE = 1.0
 #: A sender that repeats a message sends it again within this time. If a sender was silent for
@@ -67,7 +67,7 @@ MAX_REST_TIME = 4.0    # a motion fails if its command is 0 for longer in one st
 # -- this process sleeps, or its clock stands
 
 MIN_SLEEP_TIME = 1.0    # a longer time between two looks at the clock counts as a sleep
-STANDSTILL_TIME = 0.3    # of a simulated clock that does not change
+STANDSTILL_TIME = 0.3    # a simulated clock that does not change for this time stands
 #: A node that may move its robot looks at the clock after this time without a message.
 QUIET_TIME = 0.1
 #: After QUIET_TIME, a node looks at the clock with this period until the next message.
@@ -120,7 +120,7 @@ class SleepMonitor:
         #: Has this process just woken? Messages may be old, so only stops are obeyed.
         self.is_waking = False
         self.woke_at = -math.inf    # time [s] at which the latest sleep ended
-        self._looked_at = now       # time [s] of the latest look at the clock; NaN before it
+        self._looked_at = now       # time [s] of the latest look at the clock; NaN before the first
 
     def update(self, now: float) -> None:
         """Look at the clock. Call this several times a second, and before a message is used."""
@@ -134,7 +134,7 @@ class SleepMonitor:
 
     @property
     def reason_to_refuse(self) -> str:
-        """Why a motion or a reset is refused now, or ''."""
+        """The reason why a motion or a reset is refused now, or ''."""
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def as_text(self) -> str:

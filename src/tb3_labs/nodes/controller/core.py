@@ -58,7 +58,7 @@ class ControllerCore:
         self._heading.on_imu(timed)
         if self.driver is Driver.TURN:
             return
-        self._sensors.update(now, self._gyro.awaits_comparison)
+        self._sensors.update(now, self._gyro.needs_comparison)
         if is_at_rest(0.0, self._heading.yaw_rate):
             self._log_result(now)
 
@@ -199,7 +199,7 @@ class ControllerCore:
 
     def _update_sensors(self, turn: ActiveTurn, now: float) -> None:
         sensors = self._sensors
-        sensors.update(now, self._gyro.awaits_comparison)
+        sensors.update(now, self._gyro.needs_comparison)
         if sensors.status is SensorStatus.SILENT:
             if self._pace.is_running:
                 self._log.warn('Stopped: ' + sensors.reason_to_stand)

@@ -93,7 +93,7 @@ class MoveToGoalCore:
         self._machine.law = law
         self._pace = Pace(law.period)
         if self._machine.is_active:
-            self._machine.restart()
+            self._machine.begin_drive()
 
     def set_goal(self, goal: Pose2) -> None:
         self._machine.set_goal(goal)
@@ -153,7 +153,7 @@ class MoveToGoalCore:
         if has_new_grant and (machine.failure or not was_allowed):
             # another node may have moved the robot before this grant
             if machine.failure or machine.is_active:
-                machine.restart()
+                machine.begin_drive()
             self._request_motion()
         elif self.may_drive and not was_allowed:
             machine.restart_law()
@@ -256,7 +256,7 @@ class MoveToGoalCore:
 
     def _update_sensors(self, now: float) -> None:
         sensors = self.sensors
-        sensors.update(now, self._gyro.awaits_comparison)
+        sensors.update(now, self._gyro.needs_comparison)
         self._permission.set_sensor_problem(sensors.problem_text(now))
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
@@ -280,7 +280,7 @@ class MoveToGoalCore:
     def _forget_motion(self) -> None:
         """Let the next command begin a new motion: the robot rests, or another node drives."""
         self._pace.restart()
-        self.sensors.forget_silences()
+        self.sensors.forget_motion()
 
     def _request_motion(self) -> None:
         self._pace.restart()
@@ -298,7 +298,7 @@ class MoveToGoalCore:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_ended_resets():
             if reset.is_done:
-                self._machine.restart()
+                self._machine.begin_drive()
                 self._request_motion()
                 if not self._machine.is_active:
                     reset.note = '; no goal: send one'
