@@ -64,7 +64,7 @@ class Pace:
             self._next_step_at + self._period, now + 0.5 * self._period, now + self._period)
 
     def restart(self) -> None:
-        """The robot rests, or another node drives: let the next step be the first."""
+        """Let the next step be the first, because the robot rests or another node drives."""
         self._last_step_at = None
 
 

@@ -19,7 +19,7 @@ SETTLING_TIME = 0.03    # [s], nearly one control period
 
 
 class Settling:
-    """Finds that a robot has been at rest for `SETTLING_TIME`. Only times of measurements are
+    """Finds whether a robot has been at rest for `SETTLING_TIME`. Only times of measurements are
     compared, because one sample may be read several times."""
 
     def __init__(self) -> None:

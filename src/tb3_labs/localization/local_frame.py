@@ -5,8 +5,8 @@ The place p_A in frame A is the place ``p_B = R(theta)^-1 (p_A - t)`` in frame B
 
 A reset uses the odometry's pose and the IMU's yaw at one instant.
 
-1. The odometry computes the place with its own yaw, so theta must also come from this yaw. A theta
-   from the IMU's yaw would turn every displacement by a constant angle.
+1. The odometry computes the place with its own yaw, so theta must also come from the odometry's
+   yaw. A theta from the IMU's yaw would turn every displacement by a constant angle.
 2. The heading comes from the IMU, relative to the IMU's yaw at the reset.
 
 Units: metres, radians. Source: the Transformation lab's handout. Here a reset may declare any pose,

@@ -6,7 +6,7 @@ There are three kinds of jumps:
    of turn in this message has a spike, and the displacement and the speed have opposite directions.
 2. A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
    During the silence the motors keep their speed. If the robot was moving before the silence, the
-   pose is lost. Otherwise the robot has not moved, and a turn of the IMU is due to calibration.
+   pose is lost. Otherwise the robot has not moved, and a turn of the IMU shows a calibration.
 3. The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
    The robot is assumed to be at its previous place, with the turn that the IMU shows. If the IMU
    jumps as well, the pose is lost.

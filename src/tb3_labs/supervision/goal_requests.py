@@ -99,7 +99,7 @@ class GoalRequests:
     def __init__(self, sleep: SleepMonitor) -> None:
         # a cancel with any stamp ends the first goal, which comes from the node's parameters
         self.current_request = GoalRequest(None, stamp=EARLIEST_STAMP)
-        self._open_request: Optional[GoalRequest] = None    # the client waits for an answer
+        self._open_request: Optional[GoalRequest] = None    # its client waits for an answer
         self.answers: Queue[GoalAnswer] = Queue()
         self._sleep = sleep
         self._sender_goals = SenderRequests(sleep)
@@ -134,7 +134,7 @@ class GoalRequests:
         self.answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def answer_client(self, outcome: GoalOutcome, text: str) -> None:
-        """Answer the client of the current goal, if it still waits."""
+        """Answer the client of the current goal, if this client still waits."""
         if self._open_request is not None:
             self.answers.append(GoalAnswer(self._open_request, outcome, text))
             self._open_request = None
