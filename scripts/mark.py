@@ -66,7 +66,7 @@ def parse(argv):
 
 
 def main(argv):
-    """Mark all submissions, and write the marks. Returns the exit status."""
+    """Mark all submissions and write the marks. Returns the exit status."""
     arguments = parse(argv)
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         try:
@@ -93,8 +93,8 @@ def mark_class(arguments, work):
     criterion_points = points_of(arguments.lab, read_points(arguments.points))
     pad_called(arguments.pad)       # raises ValueError for an unknown pad
     submissions = _chosen_submissions(arguments)
-    options = Options(arguments.package, arguments.type, arguments.pad,
-                      sandbox=_choose_protection(arguments, work))
+    has_sandbox = _choose_protection(arguments, work)
+    options = Options(arguments.package, arguments.type, arguments.pad, has_sandbox)
     with locked(arguments.folder):
         folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options)
         marker = ClassMarker(TrialRunner(folder, INTERRUPTED), must_retry=bool(arguments.only))
@@ -126,7 +126,7 @@ def _chosen_submissions(arguments):
 
 def _choose_protection(arguments, work):
     """Returns True if sandboxes work on this computer. If they do not, returns False with the
-    option --unprotected, and raises ``ValueError`` without it."""
+    option --unprotected, and raises ``ValueError`` without this option."""
     problem = protection_problem(Sandbox([]))
     if not problem:
         return True
@@ -198,26 +198,26 @@ class ClassMarker:
 
     def _mark_submission(self, submission, label):
         try:
-            self._try_out(submission, label)
+            self._mark_if_changed(submission, label)
         except MarkingInterrupted:
             pass
         except NotJudged as problem:
             print_line(f'{label}: {NOT_JUDGED}')
-            self._write_student(marks_before_trial(submission, str(problem)), digest='')
+            self._write_marks(marks_before_trial(submission, str(problem)), digest='')
         except Exception as problem:    # an error with one submission must not end the marking
             reason = error_sentence(problem)
             print_error(f'{label}: {NOT_JUDGED}: {reason}')
-            self._write_student(marks_before_trial(submission, reason), digest='')
+            self._write_marks(marks_before_trial(submission, reason), digest='')
 
-    def _try_out(self, submission, label, is_second=False):
-        """Try a submission if it is new or has changed. If the machine delayed the robot, try it
-        a second time."""
+    def _mark_if_changed(self, submission, label, is_second=False):
+        """Mark a submission if it is new, has changed, or must be tried again. If the machine
+        delayed the robot, try the submission a second time."""
         begin = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             parsed = self._runner.read(submission, Path(work))
             if not (self._must_retry or is_second):
                 with self._lock:
-                    old_marks = self._runner.folder.marks_if_unchanged(
+                    old_marks = self._runner.folder.write_if_unchanged(
                         submission.student, parsed.digest)
                 if old_marks is not None:
                     print_line(f'{label}: {old_marks.points_text}, tried before, and not changed')
@@ -225,14 +225,14 @@ class ClassMarker:
                 print_line(label + ' ...')
             trial_marks = self._runner.try_out(submission, parsed, Path(work))
         trial_marks.seconds = time.monotonic() - begin
-        marks = self._write_student(trial_marks, parsed.digest)
+        marks = self._write_marks(trial_marks, parsed.digest)
         if marks.delay_sentence and not is_second:
             print_line(f'{label}: {marks.delay_sentence} Tried again.')
-            self._try_out(submission, label, is_second=True)
+            self._mark_if_changed(submission, label, is_second=True)
         else:
             print_line(f'{label}: {marks.points_text}, {marks.seconds:.0f} s')
 
-    def _write_student(self, trial_marks, digest):
+    def _write_marks(self, trial_marks, digest):
         with self._lock:
             marks = self._runner.folder.write_student(trial_marks, digest)
             if not marks.has_known_points:

@@ -21,10 +21,8 @@ PACKAGES = {'imu': 'ice6', 'turn': 'lab2', 'move2goal': 'lab7_tf', 'gamepad': 'l
 
 
 def package_files(templates, package):
-    """Returns {path in the package: text} for all files of the new package `package`.
-
-    `templates` is the folder doc/skeletons/LAB. Raises ``OSError`` if a template cannot be read.
-    """
+    """Returns {path in the package: text} of all files of the new package `package`. `templates` is
+    the folder doc/skeletons/LAB. Raises ``OSError`` if a template cannot be read."""
     files = {}
     for path in sorted(templates.rglob('*')):
         name = path.relative_to(templates).as_posix()
@@ -64,7 +62,7 @@ def parse(argv):
 
 
 def main(argv):
-    """Write the package, and print the next steps. Returns the exit status."""
+    """Write the package and print the next steps. Returns the exit status."""
     options = parse(argv)
     package = PACKAGES[options.lab]
     templates = Path(rospkg.RosPack().get_path('tb3_labs')) / FOLDER / options.lab

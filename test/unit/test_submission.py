@@ -40,14 +40,14 @@ NODE = PYTHON + 'print("runs")\n'
 @pytest.fixture(scope='module')
 def built_once():
     """The modules of equal messages are made once: most tests have lab1's message."""
-    made, make = {}, workspace._run_build_program
+    made, make = {}, workspace._run_make_modules
 
     def examples_of(definitions, environment, sandbox):
         key = repr((definitions, type(sandbox)))
         if key not in made:
             made[key] = make(definitions, environment, sandbox)
         return made[key]
-    with mock.patch.object(workspace, '_run_build_program', examples_of):
+    with mock.patch.object(workspace, '_run_make_modules', examples_of):
         yield
 
 

@@ -131,7 +131,7 @@ def test_a_trial_whose_clock_jumped_is_not_judged_and_is_tried_again(tmp_path):
     marks = write(folder, 'Ann', observation(truth=[[0.0, 0.0, 0.0, 0.0], [4000.0, 0.0, 0.0, 0.0]]))
     assert marks.unjudged.endswith('clock was set, or the computer slept; type the same command again.')
     folder.write_overview()
-    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
+    assert folder_of(tmp_path).write_if_unchanged('Ann', 'digest') is None
 
 
 def test_marks_are_not_written_through_a_link(tmp_path):
@@ -168,7 +168,7 @@ def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
     for _ in range(2):      # it stays over later runs
         typed(table, 'Ann', **cells)
         folder = folder_of(tmp_path, changed)
-        marks = folder.marks_if_unchanged('Ann', 'digest')
+        marks = folder.write_if_unchanged('Ann', 'digest')
         assert (marks.decided_points, marks.decision_reason) == decision
         folder.write_overview()
         rows, cells = rows_of(table.read_text()), {}
@@ -279,7 +279,7 @@ def marked_once(path, digest='digest'):
 def test_what_has_not_changed_is_kept(tmp_path):
     marks = marked_once(tmp_path)
     folder = folder_of(tmp_path)
-    kept = folder.marks_if_unchanged('Ann', 'digest')
+    kept = folder.write_if_unchanged('Ann', 'digest')
     assert replace(kept, observation=None) == replace(marks, observation=None)
     seen = weakref.ref(kept.observation)
     del kept
@@ -290,25 +290,25 @@ def test_what_has_not_changed_is_kept(tmp_path):
     for replace_it in (bag.unlink, lambda: bag.write_bytes(whole[:9000]),
                        lambda: write_trial(bag, observation()), lambda: write_trial(bag, observation('imu'))):
         replace_it()        # nor is another student's his, or another lab's
-        assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
+        assert folder_of(tmp_path).write_if_unchanged('Ann', 'digest') is None
         folder_of(tmp_path).write_overview()
         assert rows_of((tmp_path / 'marks.csv').read_text())['Ann']['points'] == ''
     marked_once(tmp_path)
-    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'other digest') is None
-    assert folder_of(tmp_path).marks_if_unchanged('Bo', 'digest') is None
-    assert folder_of(tmp_path, pad='xbox').marks_if_unchanged('Ann', 'digest') is None
+    assert folder_of(tmp_path).write_if_unchanged('Ann', 'other digest') is None
+    assert folder_of(tmp_path).write_if_unchanged('Bo', 'digest') is None
+    assert folder_of(tmp_path, pad='xbox').write_if_unchanged('Ann', 'digest') is None
     marked_once(tmp_path, digest='')
-    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
+    assert folder_of(tmp_path).write_if_unchanged('Ann', 'digest') is None
 
 
 def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
     """A plain run afterwards keeps the choice; a new choice, or a new submission, is judged."""
     write(folder_of(tmp_path, name='lab2/src/n.py'), 'Ann', turned(90.0))
-    assert folder_of(tmp_path, name='').marks_if_unchanged('Ann', 'digest')
-    assert folder_of(tmp_path, name='').marks_if_unchanged('Ann', 'other digest') is None
-    assert folder_of(tmp_path, name='lab2/src/m.py').marks_if_unchanged('Ann', 'digest') is None
+    assert folder_of(tmp_path, name='').write_if_unchanged('Ann', 'digest')
+    assert folder_of(tmp_path, name='').write_if_unchanged('Ann', 'other digest') is None
+    assert folder_of(tmp_path, name='lab2/src/m.py').write_if_unchanged('Ann', 'digest') is None
     write(folder_of(tmp_path, name='n.py'), 'Ann', turned(90.0))     # a name is the whole class's
-    assert folder_of(tmp_path, name='').marks_if_unchanged('Ann', 'digest') is None
+    assert folder_of(tmp_path, name='').write_if_unchanged('Ann', 'digest') is None
 
 
 def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
@@ -321,11 +321,11 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
     marked_once(tmp_path / 'marks')
     for name in ('launch/checks/points.yaml', 'launch/checks/check_imu.test'):
         (tmp_path / name).write_text('2')
-        assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest')
+        assert folder_of(tmp_path / 'marks').write_if_unchanged('Ann', 'digest')
     for name in ('launch/fake_robot.launch', 'launch/checks/check_turn.test',
                  'scripts/fake_turtlebot3.py'):
         (tmp_path / name).write_text('2')
-        assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest') is None
+        assert folder_of(tmp_path / 'marks').write_if_unchanged('Ann', 'digest') is None
         marked_once(tmp_path / 'marks')
     names = {path.name for path in marks_folder.trial_files('turn')}
     assert {'simulator.py', 'ros_trial.py', 'ros_turn.py', 'stimuli.py', 'handout.py'} < names
@@ -338,7 +338,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     changed = yaml.safe_load(yaml.safe_dump(TABLE))
     changed['turn']['left'] = 13
     folder = folder_of(tmp_path, changed)
-    assert folder.marks_if_unchanged('Ann', 'digest').points == marks.points + 10
+    assert folder.write_if_unchanged('Ann', 'digest').points == marks.points + 10
     _, (note,) = folder.write_overview()
     assert note == CHANGED.format('{:g}, now {:g}'.format(marks.points, marks.points + 10))
     assert '{:g} of {:g} points'.format(marks.points + 10, marks.full_points + 10) in page.read_text()
@@ -352,7 +352,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     for module in (marks_folder, marks_module):
         monkeypatch.setattr(module, 'LABS', turns)
     folder = folder_of(tmp_path, changed)
-    assert folder.marks_if_unchanged('Ann', 'digest').points == marks.points - 3
+    assert folder.write_if_unchanged('Ann', 'digest').points == marks.points - 3
     folder.write_overview()
     assert 'turns <quite> well' in Strict(page.read_text()).words
     assert 'it is too slow' in (tmp_path / 'gradescope' / 'Ann' / 'results.json').read_text()
@@ -369,7 +369,7 @@ def test_marks_of_another_lab_are_not_mixed_in(tmp_path):
 def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
     marked_once(tmp_path)
     (tmp_path / 'logs' / 'Ann.marks.json').write_text('{"key"')
-    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
+    assert folder_of(tmp_path).write_if_unchanged('Ann', 'digest') is None
     assert folder_of(tmp_path).write_overview() == (None, [])
     for text, why in (('my own table\n', 'it lacks one of the columns student, points, of'),
                       ('student;points;of;M\xfcller', 'a spreadsheet must save it as "CSV UTF-8"')):
@@ -498,7 +498,7 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, remark):
     assert gaps == [] and ('may be unfair' in words) is remark
     _, notes = folder_of(tmp_path / 'marks').write_overview()
     assert any('Type the same command again.' in note for note in notes) is remark
-    kept = folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', digest_of(tmp_path / 'in' / 'Ann'))
+    kept = folder_of(tmp_path / 'marks').write_if_unchanged('Ann', digest_of(tmp_path / 'in' / 'Ann'))
     assert (kept is None) is remark     # it alone is repeated
 
 

@@ -71,7 +71,7 @@ class Marks:
     late: bool = False               # does the learning platform call the submission late?
     remarks: List[str] = field(default_factory=list)      # sentences for the student
     findings: List[str] = field(default_factory=list)     # sentences only for the instructor
-    unjudged: str = ''               # a sentence on why it was not judged; '' if it was judged
+    unjudged: str = ''               # why the submission was not judged; '' if it was judged
     seconds: float = 0.0             # the duration [s] of the trial
     #: Pages leave out these first parts of paths, which mean nothing on another machine.
     path_prefixes: List[str] = field(default_factory=list)
@@ -88,7 +88,7 @@ class Marks:
 
     @property
     def meets_handout(self) -> bool:
-        """Does the node meet all criteria of the handout?"""
+        """True if the node meets all criteria of the handout."""
         return not self.unjudged and all(
             verdict.outcome is Outcome.MET for verdict in self.graded_verdicts)
 
@@ -129,7 +129,7 @@ class Marks:
 
     @property
     def points_text(self) -> str:
-        """The points in words; NOT_JUDGED for a submission that was not judged."""
+        """The points in words; NOT_JUDGED if neither the marker nor a person gave points."""
         if not self.has_known_points:
             return NOT_JUDGED
         return f'{self.points:g} of {self.full_points:g} points'
@@ -163,7 +163,8 @@ def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], la
     points}. `parts` are the tried parts of the lab; [] means all parts.
     """
     marks = replace(trial_marks, observation=observation, findings=list(trial_marks.findings))
-    observation = observation or Observation(lab, marks.node)
+    if observation is None:
+        observation = Observation(lab, marks.node)
     marks.node = marks.node or observation.node
     if observation.marker_error and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
@@ -216,9 +217,8 @@ def _printable_sentences(sentences):
 
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
-    """Returns {name of a criterion: points}. `table` is the content of a file of points. Raises
-    ``ValueError`` if a section or a criterion is missing or unknown, or if points are not a number
-    from 0 to MAX_POINTS."""
+    """Returns {name of a criterion: points} from `table`, the content of a file of points. Raises
+    ``ValueError`` if a name is missing or unknown, or if points are not from 0 to MAX_POINTS."""
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     graded = dict(table[lab])

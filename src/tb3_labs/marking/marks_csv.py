@@ -6,9 +6,8 @@ The table has the columns `student`, `points`, `of` (full marks), a column for e
 
 The column of a criterion beyond the handout has a name that begins with 'extra_'. If such a
 criterion is worth no points, its cells contain 'yes' or 'no'. If a submission was not judged, the
-criteria's cells are empty. A text from a submission is never written as a formula.
-
-A person may write points into the column `decided`, and a sentence into `reason`.
+criteria's cells are empty. A text from a submission is never written as a formula. A person may
+write points into the column `decided`, and a sentence into `reason`.
 """
 import csv
 import io

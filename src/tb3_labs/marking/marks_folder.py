@@ -63,7 +63,7 @@ class MarksFolder:
             'version': hashlib.sha256(files).hexdigest()}
         #: {student: the content of STUDENT.marks.json}
         self._records: Dict[str, Dict[str, Any]] = {}
-        #: {student: Marks without the observation}, if this run has written the student's page
+        #: {student: Marks without the observation} for the pages that this run has written
         self._new_marks: Dict[str, Marks] = {}
         for file in sorted(self.logs.glob('*' + RECORD_SUFFIX)):
             self._read_record(file)
@@ -77,9 +77,9 @@ class MarksFolder:
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
-    def marks_if_unchanged(self, student: str, digest: str) -> Optional[Marks]:
-        """Returns a student's Marks if the trial can be kept. Returns None if the submission's
-        `digest`, a setting, or a file of the trial has changed since the trial."""
+    def write_if_unchanged(self, student: str, digest: str) -> Optional[Marks]:
+        """Write a student's page and results if the trial can be kept. Returns the Marks; None if
+        the submission's `digest`, a setting, or a file of the trial has changed."""
         record = self._records.get(student)
         if record is None:
             return None
@@ -89,23 +89,23 @@ class MarksFolder:
             options['name'] = recorded_name
         if record['key'] != dict(self._trial_settings, submission=digest, options=options):
             return None
-        marks = self._marks_of(student)
+        marks = self._written_marks(student)
         return None if marks.unjudged else marks    # the bag is gone, or cannot be read
 
-    def _marks_of(self, student):
+    def _written_marks(self, student):
+        """Returns a student's Marks. Writes page and results if this run has not written them."""
         if student in self._new_marks:
             return self._new_marks[student]
-        return self._judge_student(self._records[student])
+        return self._judge_and_write(self._records[student])
 
     def write_student(self, trial_marks: Marks, digest: str) -> Marks:
-        """Write a student's record, page and results after the trial. Returns the Marks with
-        points. `digest` is the submission's digest."""
+        """Write a student's record, page and results. Returns the Marks with points."""
         record: Dict[str, Any] = {
             'key': dict(self._trial_settings, submission=digest),
             'handed_in': {name: getattr(trial_marks, name) for name in RECORDED_FIELDS},
             'bag': self._bag_digest(trial_marks.student)}
         self._records[trial_marks.student] = record
-        marks = self._judge_student(record)
+        marks = self._judge_and_write(record)
         if marks.delay_sentence:
             record['key']['submission'] = ''    # the next run tries the submission again
         write_output(self.logs / (marks.student + RECORD_SUFFIX), json.dumps(record))
@@ -116,7 +116,7 @@ class MarksFolder:
         instructor), or (None, []) if there are no marks."""
         if not self._records:
             return None, []
-        all_marks = [self._marks_of(student) for student in sorted(self._records)]
+        all_marks = [self._written_marks(student) for student in sorted(self._records)]
         notes = [] if self.options.sandbox else [NO_SANDBOX_WARNING]
         notes += self._table.change_sentences(all_marks)
         write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
@@ -154,7 +154,7 @@ class MarksFolder:
             reason = str(problem)
         raise ValueError(f'{path} cannot be read, and may hold what a person wrote: {reason}')
 
-    def _judge_student(self, record):
+    def _judge_and_write(self, record):
         """Write a student's page and results. Returns the Marks with points."""
         trial_marks = Marks(**record['handed_in'])
         bag = self.bag(trial_marks.student)
@@ -205,8 +205,8 @@ def locked(path: Path) -> Iterator[None]:
 
 
 def trial_files(lab: str) -> List[Path]:
-    """Returns the files that influence the node in a trial of a lab. Criteria, points and sentences
-    do not, because each run makes verdicts from the bag."""
+    """Returns the files that influence the node in a trial of a lab. The files of criteria, points
+    and sentences are left out, because each run makes these from the bag."""
     marking = Path(__file__).resolve().parent
     installed_robot = PACKAGE_FOLDER.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT
     paths = {*marking.glob('trial/*.py'), *marking.glob('labs/ros_*.py'),

@@ -51,20 +51,19 @@ def syntax_nodes_of(text: bytes) -> List[Any]:
 
 
 OWN_PACKAGE = 'tb3_labs'
-# Environment variables: the identity of one trial, and the path of a file with a NodeStart.
+# These environment variables contain the identity of a trial, and the path of a NodeStart's file.
 IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'
 NODE_START_VARIABLE = 'TB3_LABS_NODE_START'
 #: A program in a sandbox can write only into these folders.
 SANDBOX_HOME = '/home/student'
 WRITABLE_FOLDERS = '/tmp', SANDBOX_HOME, '/dev/shm'
-#: This command starts a node, which dies with the process that starts it. On a busy processor, the
+#: This command starts a node, which dies when its parent process dies. On a busy processor, the
 #: robot has priority over the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 
 
 class NodeStart(NamedTuple):
-    """The data for the start of a node. mark.py writes them into a file, and the check, which is
-    another process, reads it."""
+    """The data for the start of a node. mark.py writes them into a file, which the check reads."""
 
     prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the command's first words
     environment: Optional[Dict[str, str]] = None        # None means the environment of this process

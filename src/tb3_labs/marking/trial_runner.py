@@ -65,7 +65,7 @@ class TrialRunner:
         self.interrupted = interrupted
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
-        """Copy a submission into the existing folder `work`, and read the copy."""
+        """Copy a submission into the existing folder `work` and read the copy."""
         options = self.folder.options
         return read_submission(submission, work / 'ws' / COPY_FOLDER, LAB_NODES[self.folder.lab],
                                options.package, options.name)
@@ -92,16 +92,18 @@ class TrialRunner:
         marks.path_prefixes = [f'{copy}{parsed.package_folder}/', copy, f'{workspace}/']
         if self.folder.options.sandbox:
             protection = Sandbox([workspace, work / 'etc'])
+        elif os.geteuid() == 0:
+            protection = OtherUser()
         else:
-            protection = OtherUser() if os.geteuid() == 0 else Protection()
+            protection = Protection()
         environment = make_trial_environment(work, {**os.environ, IDENTITY_VARIABLE: identity})
         node_start = prepare_workspace(parsed, workspace, environment, protection)
         marks.node = node_start.name
         if self.folder.lab == GAMEPAD:
             marks.remarks.append(pad_text(self.folder.options.pad))
         protection.hand_over(workspace)
-        # The node's environment is written into a file. In it the check itself would import modules
-        # of the submission.
+        # The node's environment is written into a file. If the check itself had this environment,
+        # the check would import modules of the submission.
         environment.update(node_start.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
         write_output(log, '')       # if the log is a link, a new file replaces it
@@ -134,7 +136,7 @@ class TrialRunner:
 
     def _run_check(self, command, environment, output):
         """Run a check until it ends, the marking is interrupted, or the time limit is reached.
-        Returns False if the check exceeded the limit."""
+        Returns True if the time limit was not reached."""
         check = subprocess.Popen(
             command, cwd=environment['ROS_HOME'], env=environment, start_new_session=True,
             stdin=subprocess.DEVNULL, stdout=output, stderr=output)
@@ -168,7 +170,7 @@ def kill_processes(identity: str) -> None:
     """Kill all processes that have `identity` in their environment.
 
     A program may start processes faster than this function finds them. Therefore all processes are
-    first stopped, and then killed. A stopped process starts nothing, and keeps its number.
+    first stopped and then killed. A stopped process starts nothing and keeps its number.
     """
     variable = f'{IDENTITY_VARIABLE}={identity}'.encode()
     empty_searches = 0
@@ -180,19 +182,19 @@ def kill_processes(identity: str) -> None:
             finds_more = _stop_more_processes(variable, stopped_pids)
         empty_searches = 0 if stopped_pids else empty_searches + 1
         for pid in stopped_pids:
-            with suppress(ProcessLookupError):      # it has ended already
+            with suppress(ProcessLookupError):      # the process has ended already
                 if _has_in_environment(pid, variable):     # the number may belong to a new process
                     os.kill(pid, signal.SIGKILL)
 
 
 def _stop_more_processes(variable, stopped_pids):
     """Stop the processes that have `variable` in their environment, and their process groups. Add
-    the processes to `stopped_pids`. Returns False if the search found no further process."""
+    the processes to `stopped_pids`. Returns True if the search found a further process."""
     old_count = len(stopped_pids)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first
         if pid not in stopped_pids and _has_in_environment(pid, variable):
-            with suppress(ProcessLookupError):      # it has ended already
+            with suppress(ProcessLookupError):      # the process has ended already
                 group = os.getpgid(pid)
                 os.kill(pid, signal.SIGSTOP)
                 if group != os.getpgrp():

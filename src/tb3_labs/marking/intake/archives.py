@@ -23,7 +23,7 @@ MAX_SUBMISSION_BYTES = 200 * 10 ** 6
 MAX_FOLDER_DEPTH = 50
 MAX_COPIED_BYTES = 20 * 10 ** 6     # a larger file is left out
 MAX_SHOWN_PATH_LENGTH = 200
-#: These folders and files are not a student's work, and are not copied.
+#: These folders and files are not a student's work. They are not copied.
 IGNORED_PATHS = re.compile(
     r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
     r'build|devel|install|logs|\.?venv|[^/]*\.bag)(/|$)', re.IGNORECASE)
@@ -36,7 +36,7 @@ class NotJudged(Exception):
 
 
 def is_zip(name: str) -> bool:
-    """Is `name` the name of a zip file?"""
+    """Returns True if `name` is the name of a zip file."""
     return name.lower().endswith(ZIP_SUFFIX)
 
 
@@ -192,7 +192,7 @@ def _safe_path(name):
 
 
 def short_list(names: Sequence[str], max_names: int = 6) -> str:
-    """Returns a text with the first `max_names` names, and the number of further names."""
+    """Returns a text with the first `max_names` names and the number of further names."""
     shown_names = ', '.join(names[:max_names])
     further_count = len(names) - max_names
     return f'{shown_names} and {further_count} more' if further_count > 0 else shown_names

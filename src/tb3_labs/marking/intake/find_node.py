@@ -1,9 +1,9 @@
 """Finds the node of a lab among the files of a submission.
 
 The repository of a whole course may contain several files with the same name. The choice depends on
-a file's package, on signs of the node in the file, and on the file's name. A file in a folder of
-old files is chosen only if no other file can be the node. If the chosen file only defines a class,
-the file that starts the class is the node.
+a file's package, on signs of the node in the file, and on the file's name. A file that is old or a
+copy is chosen only if no other file can be the node. If the chosen file only defines a class, the
+file that starts the class is the node.
 """
 import os
 import re
@@ -20,11 +20,12 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-# The values of `package_rank`: where the usual name of a package was found.
-SAME_NAME = 0           # it is the package's name
-PART_OF_NAME = 1        # the package's name contains it
-OUTER_FOLDER = 2        # the name of an outer folder contains it
+# The values of `package_rank`, which tells where the usual name of a package was found.
+SAME_NAME = 0           # the usual name is the package's name
+PART_OF_NAME = 1        # the package's name contains the usual name
+OUTER_FOLDER = 2        # the name of an outer folder contains the usual name
 NOWHERE = 3
+Rank = Tuple[bool, int, int, int]       # of a program; the best sorts first; see _Program.rank
 UNPACKING_RULES = ('Only zip files are unpacked, and none in others. Folders such as build, devel, '
                    'install, logs and venv are left out.')
 
@@ -42,7 +43,7 @@ class _Program(NamedTuple):
 
     path: str
     text: str
-    is_old: bool            # is the file in a folder of old or copied files?
+    is_old: bool            # is the file, or one of its folders, old or a copy?
     package_rank: int       # see _package_rank
     found_signs: Tuple[bool, ...]       # see _found_signs
     name_rank: int          # index of the file's name in the usual names; see _rank
@@ -51,13 +52,13 @@ class _Program(NamedTuple):
     folder_rank: int        # index of the file's folder in NODE_FOLDERS; see _rank
 
     @property
-    def rank(self) -> Tuple[bool, int, int, int]:
+    def rank(self) -> Rank:
         """Programs with equal ranks are alike: only their places differ."""
         missing_signs = self.found_signs.count(False)
         return self.is_old, self.package_rank, missing_signs, self.name_rank
 
     @property
-    def order(self) -> Tuple[Tuple[bool, int, int, int], bool, int, int, str]:
+    def order(self) -> Tuple[Rank, bool, int, int, str]:
         depth = self.path.count('/')
         return self.rank, self.is_outside_zip, self.folder_rank, depth, self.path
 
@@ -66,10 +67,10 @@ def find_node(folder: Path, node_names: NodeNames, chosen_package: str = '',
               chosen_file: str = '') -> ChosenNode:
     """Returns the ChosenNode of a lab's node among the files below `folder`.
 
-    A file can be the node if its name is usual, or if its class and its ROS node have the names of
-    the handout. A file that listens to the lab's topic can also be the node, unless the file
-    has the usual name of another lab's node. If `chosen_package` or `chosen_file` is given, the
-    file must have this package or name. `chosen_file` may also be a path in `folder`.
+    A file can be the node if its name is usual, or if two of the first three signs of
+    `_found_signs` are in the file. A file with only the first sign can be the node if no lab's node
+    usually has the file's name. If `chosen_package` or `chosen_file` is given, the file must have
+    this package or name. `chosen_file` may also be a path in `folder`.
 
     Raises ``NotJudged`` if no file can be the node.
     """
@@ -102,8 +103,8 @@ def find_node(folder: Path, node_names: NodeNames, chosen_package: str = '',
 
 
 def _starting_program(module, programs, folder):
-    """Returns the first program that imports and starts `module`, and is in the same package.
-    Returns None if there is none, or if `module` itself does more than define names."""
+    """Returns the first program of the same package that imports and starts `module`. Returns None
+    if there is no such program, or if `module` itself does more than define names."""
     path = folder / module.path
     if read_program(path).runs_code_on_import:
         return None
@@ -120,8 +121,9 @@ def _starting_program(module, programs, folder):
 def _remarks_and_findings(candidates, node_names):
     best, *others = candidates
     if not others:
-        remark = f"There is no {' or '.join(node_names.files)}; judged was {best.path}."
-        return [] if best.has_usual_name else [remark], []
+        if best.has_usual_name:
+            return [], []
+        return [f"There is no {' or '.join(node_names.files)}; judged was {best.path}."], []
     remark = (f'{len(candidates)} files can be the node; judged was {best.path}. The others: '
               f'{short_list([other.path for other in others])}.')
     doubtful_paths = [other.path for other in others if _is_doubtful(best, other)]
@@ -133,7 +135,7 @@ def _remarks_and_findings(candidates, node_names):
 
 
 def _is_doubtful(best, other):
-    """Can `other` be the node just as well as `best`, which was chosen?"""
+    """Returns True if `other` can be the node just as well as `best`, which was chosen."""
     if other.text == best.text:
         return False
     if other.rank == best.rank or other.is_outside_zip != best.is_outside_zip:

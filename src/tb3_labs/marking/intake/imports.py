@@ -47,16 +47,16 @@ class Import(NamedTuple):
 
 
 class ParsedProgram(NamedTuple):
-    """A program of the submission. Invalid Python has no imports, but runs code on import."""
+    """A program of the submission."""
 
     text: str
     imports: List[Import]
     used_names: Set[str]        # the variables, functions and modules that the program uses
-    runs_code_on_import: bool   # does the program do more than define names?
+    runs_code_on_import: bool   # True if it does more than define names, or is invalid Python
 
 
 class MissingModules(NamedTuple):
-    """The modules that a node imports, and that are not on the marking machine."""
+    """The modules that a node imports and the marking machine lacks."""
 
     placeholders: List[str]     # packages of messages and services that were not handed in
     unused_modules: List[str]   # modules that no program uses
@@ -93,7 +93,7 @@ def read_program(path: Path) -> ParsedProgram:
 def _runs_code(tree):
     for statement in tree.body:
         if isinstance(statement, EXECUTED_STATEMENTS):
-            calls = [node for node in ast.walk(statement) if isinstance(node, ast.Call)]
+            calls = [syntax for syntax in ast.walk(statement) if isinstance(syntax, ast.Call)]
             if any(getattr(call.func, 'attr', '') not in PATH_METHODS for call in calls):
                 return True
     return False
@@ -121,12 +121,12 @@ def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
 
 def find_missing_modules(node: Path, package: Path, folder: Path,
                          packages: Dict[str, Path]) -> MissingModules:
-    """Returns the MissingModules of a node, and makes the missing packages of messages.
+    """Make the missing packages of messages. Returns the MissingModules of a node.
 
     `package` is the folder of the node's package. `folder` is the folder of the submission.
-    `packages` is {name: folder} of the submission's packages. A package of messages that was not
-    handed in, or only under another name, is made in `folder` and added to `packages`. The package
-    gets copies of the types of tb3_labs and of the submission.
+    `packages` is {name: folder} of the submission's packages. An imported package of messages that
+    `packages` lacks is made in `folder` and added to `packages`. Such a package, and a package that
+    was handed in without messages, get copies of the types of tb3_labs and of the submission.
     """
     programs = programs_of(node, package).values()
     files = [path for path in files_in(folder) if path.suffix == '.py']
@@ -144,7 +144,8 @@ def find_missing_modules(node: Path, package: Path, folder: Path,
             else:
                 missing_imports.append(imported)
     for name in sorted(placeholders):
-        _copy_types(type_files, packages.setdefault(name, folder / PLACEHOLDERS / name))
+        placeholder = packages.setdefault(name, folder / PLACEHOLDERS / name)
+        _copy_types(type_files, placeholder)
     missing = [imported for imported in missing_imports if imported.package not in placeholders]
     # `from module import *` may define any name
     used_names = {'*'}.union(*(program.used_names for program in programs))
@@ -158,7 +159,7 @@ def find_missing_modules(node: Path, package: Path, folder: Path,
 
 def _is_available(imported, own_modules, packages):
     name = imported.package
-    if not name:        # its module begins with a dot
+    if not name:        # the module's name begins with a dot
         return True
     if name in packages and definition_files(packages[name]):
         return True
@@ -170,8 +171,8 @@ def _is_available(imported, own_modules, packages):
 
 
 def _can_be_placeholder(imported, program, types):
-    """Does a program import only `types` from a package? If the import names no type, the program's
-    text must contain one of them."""
+    """Returns True if a program imports only `types` from a package. If the import names no type,
+    the program's text must contain one of `types`."""
     if not (imported.imports_types and is_valid_name(imported.package)):
         return False
     names = set(imported.names) - {*DEFINITION_KINDS, '*'}
@@ -181,7 +182,7 @@ def _can_be_placeholder(imported, program, types):
 
 
 def _type_files(node, folder):
-    """Returns the message and service files of tb3_labs, then those of the submission, of which the
+    """Returns the message and service files of tb3_labs, then those of the submission. The file
     nearest to the node is last."""
     own_files = definition_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
     submission_files = [path for path in definition_files_below(folder)

@@ -1,5 +1,5 @@
 """Makes modules of messages and services, and an example of each type. This program runs in a
-sandbox: genpy pastes a submission's names into code, and Noetic's genmsg evaluates its constants.
+sandbox: genpy pastes names into code, and Noetic's genmsg evaluates constants of a submission.
 
 The program reads a JSON object. Its `search` is {package of the system: [folder of its messages]}.
 Its `definitions` is a list of [package, 'msg' or 'srv', name, text].

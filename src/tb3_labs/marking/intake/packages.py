@@ -65,7 +65,7 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     """Returns {name: folder} of the packages below `folder` whose names a program can import.
 
     A package contains a package.xml, or at least message files. Of packages with the same name, the
-    nearest to `node` is returned. A package without a name gets its folder's.
+    nearest to `node` is returned. A package without a name gets the name of its folder.
     """
     folders = {path.parent for path in files_in(folder) if path.name == MANIFEST}
     folders |= {path.parent.parent for path in definition_files_below(folder)

@@ -2,7 +2,7 @@
 
 The rostest, master, robot, check and node of a submission share a network that has only a loopback
 interface. All processes of a submission end together with mark.py. The node has its own processes,
-its own /tmp and its own home folder. It sees only the parts of the system that it needs, and cannot
+its own /tmp and its own home folder. It sees only the parts of the system that it needs and cannot
 write them. An ordinary user makes the sandbox with a user namespace. If root runs mark.py, the node
 runs as a user that owns nothing, because Linux does not limit the number of root's processes.
 """
@@ -36,8 +36,8 @@ ETC_PATHS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.co
 #: A student's program sees only these parts of tb3_labs.
 SHARED_PATHS = ('package.xml', 'cmake', 'msg', 'srv')
 READ_ONLY, READ_ONLY_IF_EXISTS, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
-#: Runs a command in a sandbox. The arguments are a user's id, or '', and the command. If rospy made
-#: the folder of log files, it would fail to change the folder's owner.
+#: This program runs a command in a sandbox. The arguments are a user's id, or '', and the command.
+#: The program makes the folder of log files, because rospy would fail to set the folder's owner.
 ENTER_PROGRAM = f'''import errno, os, signal, sys
 user_id, *command = sys.argv[1:]
 if user_id:
@@ -64,8 +64,8 @@ NO_SANDBOX_WARNING = (
 
 
 class Protection:
-    """Adds limits to the commands (lists of words) that start a submission's check and programs.
-    This class has the weakest limits, for an ordinary user who cannot make sandboxes."""
+    """Adds limits to the commands that start a submission's check and programs. A command is a list
+    of words. This class has the weakest limits, for an ordinary user without sandboxes."""
 
     is_sandbox = False
 
@@ -117,8 +117,8 @@ class Sandbox(Protection):
     is_sandbox = True
 
     def __init__(self, readable_folders: Iterable[Path]) -> None:
-        """A program may read `readable_folders`, which need not exist yet, the system, and the
-        folders of ROS."""
+        """A program may read the system, the folders of ROS, and `readable_folders`, which need
+        not exist yet."""
         self._readable_folders = [str(folder) for folder in readable_folders]
         self.user_id = random.choice(UNUSED_USER_IDS) if os.geteuid() == 0 else None
 
@@ -154,7 +154,7 @@ class Sandbox(Protection):
 
 
 def protection_problem(protection: Protection) -> str:
-    """Returns what is wrong with a protection on this machine; '' if it works."""
+    """Returns what is wrong with a protection on this machine; '' if the protection works."""
     command = protection.check_command(protection.program_command(
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
@@ -179,7 +179,7 @@ def _change_owner(folder, user_id):
 
 
 def _counts_processes_per_sandbox():
-    """Returns True since Linux 5.14, which counts each user namespace's processes separately."""
+    """Returns True for Linux 5.14 or later, which counts processes per user namespace."""
     major, minor, *_ = re.findall(r'\d+', platform.release())
     return (int(major), int(minor)) >= (5, 14)
 

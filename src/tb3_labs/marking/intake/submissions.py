@@ -84,8 +84,8 @@ def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     folder: its PlatformName}.
 
     Files belong to one student if the student's name and the number are the same. A file without a
-    number belongs to a separate student. If several students have the same name, the number or the
-    file's name is added to it. Each student's name is a valid name of a file.
+    number belongs to a separate student. If several students have the same name, each name gets the
+    number or the file's name in addition. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, platform_name in names.items():
@@ -179,10 +179,9 @@ class ParsedSubmission(NamedTuple):
 
 def read_submission(submission: Submission, folder: Path, node_names: NodeNames,
                     chosen_package: str = '', chosen_file: str = '') -> ParsedSubmission:
-    """Make `folder`, copy a submission into it, and read the copy. If `chosen_package` or
+    """Copy a submission into the new folder `folder` and read the copy. If `chosen_package` or
     `chosen_file` is given, the node must have this package or file name. Raises ``NotJudged`` if no
-    file can be the node, if the node uses a missing module, or if a limit ends the process that
-    reads the copy."""
+    copy can be made or read, if no file can be the node, or if the node uses a missing module."""
     files = {str(path): original_name for path, original_name in submission.files.items()}
     reader = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', READ_PROGRAM],

@@ -47,7 +47,7 @@ COPY_FOLDER = 'src'         # the folder in a workspace into which the submissio
 
 def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
                       protection: Protection = Protection()) -> NodeStart:
-    """Prepare the workspace of a submission in `workspace`/COPY_FOLDER. Returns the NodeStart.
+    """Make a workspace of the submission in `workspace`/COPY_FOLDER. Returns the NodeStart.
 
     The node's environment is `environment` with the folders of the workspace. Remarks and findings
     are added to `parsed`. `protection` limits the program that makes the messages.
@@ -144,7 +144,7 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
     if not definitions:
         return None
     try:
-        built = _run_build_program(definitions, environment, protection)
+        built = _run_make_modules(definitions, environment, protection)
     except (subprocess.SubprocessError, ValueError):
         remarks.append('The messages and services could not be built.')
         built = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
@@ -178,7 +178,7 @@ def _definitions(packages):
     return definitions
 
 
-def _run_build_program(definitions, environment, protection):
+def _run_make_modules(definitions, environment, protection):
     # the sandbox limits the size of a file but not of a pipe, so the answer is a file
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
