@@ -15,7 +15,7 @@ ERROR_LINE = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 TRACEBACK_FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
 #: Python prints these words between two tracebacks if the first exception led to the second.
 CAUSE_OF_NEXT = re.compile('^(During handling of|The above exception was)', re.MULTILINE)
-#: Python prints these lines, and no traceback, for a file that is not valid Python.
+#: Python prints these lines instead of a traceback for a file that is not valid Python.
 SYNTAX_ERROR = re.compile(
     r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentation|Tab)Error:)', re.MULTILINE)
 #: If a callback publishes while the node ends, rospy raises an exception with one of these texts.
