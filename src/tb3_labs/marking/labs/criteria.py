@@ -144,9 +144,9 @@ def _why_no_clean_exit(observation: Observation) -> Reason:
     for scene in observation.enter_scenes(CTRL_C, may_die=True):
         if scene.facts[stimuli.EXIT_SECONDS] is None:
             return f'it was still running {stimuli.EXIT_TIME:g} s after Ctrl+C and had to be killed'
-        errors = exceptions_in(scene)
-        if errors:
-            return f'it ended with a traceback: {errors[-1]!r}'
+        exceptions = exceptions_in(scene)
+        if exceptions:
+            return f'it ended with a traceback: {exceptions[-1]!r}'
         if scene.facts[stimuli.EXIT_SIGNAL] not in (0, 2, 15):      # no signal, SIGINT, SIGTERM
             return f'it was ended by signal {scene.facts[stimuli.EXIT_SIGNAL]}'
     return ''

@@ -195,7 +195,7 @@ def try_mouse(trial):
 def try_mouse_with_turns(trial):
     """Ask for a turn while the mouse is active. Move the mouse after the turn, and also during
     another turn."""
-    if not _is_idle(trial):
+    if not _wait_until_idle(trial):
         trial.node.start()
     with start_mouse(trial, stimuli.BESIDE_TURNS) as mouse:
         mouse.hold_at(0.0, 0.0, seconds=0.3)
@@ -216,13 +216,13 @@ def try_mouse_with_turns(trial):
         mouse.hold_at(0.0, 0.0, active=False, seconds=0.2)
 
 
-def _is_idle(trial):
+def _wait_until_idle(trial):
     return trial.node.is_alive and wait_until(
         lambda: trial.recorder.is_at_rest(TURN_IDLE_TIME), 1.0)
 
 
 def _set_turning(trial):
-    return trial.set_in_motion(lambda: _is_idle(trial), lambda: trial.node.type(LEFT_KEY),
+    return trial.set_in_motion(lambda: _wait_until_idle(trial), lambda: trial.node.type(LEFT_KEY),
                                stimuli.TURN_REACTION_TIME)
 
 

@@ -64,8 +64,8 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
         return f'{occasion} {effect}: {why_idle(scene)}'
     if not scene.facts[RESTED]:
         return f'{occasion} {turned_text}, and was still moving after {seconds:g} s'
-    error = abs(scene.turned_deg - turn.requested_deg)
-    if error <= tolerance:
+    error_deg = abs(scene.turned_deg - turn.requested_deg)
+    if error_deg <= tolerance:
         if ends_in_motion(scene.commands):
             return NO_ZERO_VELOCITY.format('its turn ' + occasion)
         return ''
@@ -76,7 +76,7 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
         return reason
     side = 'short of' if abs(scene.turned_deg) < abs(turn.requested_deg) else 'beyond'
     allowed_deg = min(tolerance, HDG_TOL)
-    return f'{reason}: {error:.1f} degrees {side} the goal, where {allowed_deg:g} are allowed'
+    return f'{reason}: {error_deg:.1f} degrees {side} the goal, where {allowed_deg:g} are allowed'
 
 
 def _turn_text(turned_deg):
@@ -204,10 +204,10 @@ def _has_printed_only_prompt(observation):
     names = (LEFT_KEY, stimuli.NONSENSE)
     if not all(map(observation.has_stimulus, names)):
         return False
-    of_turn, of_nonsense = (
+    turn_lines, nonsense_lines = (
         observation.enter_scene(name, may_die=True).printed.splitlines() for name in names)
     # the first line of each shows the typed letter
-    return len(of_nonsense) == 2 and of_turn[1:][-1:] == of_nonsense[1:]
+    return len(nonsense_lines) == 2 and turn_lines[1:][-1:] == nonsense_lines[1:]
 
 
 def remarks_on_turns(observation: Observation) -> List[str]:

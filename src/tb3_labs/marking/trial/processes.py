@@ -112,8 +112,7 @@ class NodeOutput:
         return MAX_CHARACTERS_PER_SECOND // 10 if self._bag.is_full else MAX_CHARACTERS_PER_SECOND
 
     def flush(self):
-        """Record the waiting output. Call `flush` before you record an event, so that the output
-        comes before the event."""
+        """Record the waiting output. Called before an event that must come after this output."""
         with self._lock:
             self._record()
             self.latest_text = ''

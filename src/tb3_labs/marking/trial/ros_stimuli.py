@@ -21,15 +21,14 @@ from tb3_labs.ros.node import guarded
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 STOP_REST_TIME = 2.0        # [s] from the robot's last command until the robot rests
 INTERRUPTION_TIME = 0.5     # [s] from the start of a movement to the stimulus that interrupts it
+MAX_HEADING_ERROR = 0.01    # [rad] of a turn by the marker
 DELIVERY_TIME = 0.3         # [s] until a node's output and messages reach the marker
 
 
 class Robot:
-    """Drives the simulated robot and changes its settings.
-
-    Each movement by this class is recorded as a movement of the marker. If another program changes
-    a setting of the robot, the change is recorded and undone.
-    """
+    """Drives the simulated robot and changes its settings. Each movement by this class is recorded
+    as a movement of the marker. If another program changes a setting of the robot, the change is
+    recorded and undone."""
 
     def __init__(self, recorder):
         self._recorder = recorder
@@ -58,7 +57,7 @@ class Robot:
         the robot does not come to rest."""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
-            if abs(error) <= 0.01:      # [rad]
+            if abs(error) <= MAX_HEADING_ERROR:
                 return None
             speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s]
             return 0.0, math.copysign(speed, error)

@@ -53,7 +53,7 @@ class Trial:
 
     @contextmanager
     def stimulus(self, name, facts=()):
-        """Record a ``with`` block as the stimulus `name`. The block may add facts to `facts`."""
+        """Record a ``with`` block as a stimulus. The block may add to the stimulus's `facts`."""
         self._print_line(f'{self.part}: {name}')
         self.node.flush()
         begin = self.bag.add_event('begin', name=name)
