@@ -94,7 +94,7 @@ class StudentNode:
         self._bag.add_event('ready')
 
     def _wait_until_ready(self, earlier_nodes):
-        """Returns True as soon as the node is ready, False if the time is over before."""
+        """Returns True as soon as the node is ready, False if the node ends or takes too long."""
         own_roles = {}
         change_time = time.monotonic()
 
