@@ -42,9 +42,9 @@ REMEDIES = {'not executable': 'Type: chmod +x FILE',
             'non-unique': 'Give each file its own name, or source only one workspace.'}
 
 
-def marks_of_node():
-    """Test the node. Returns the node's Marks; None if mark.py started this check, since mark.py
-    judges the bag itself."""
+def run_trial_and_judge():
+    """Test the node in a trial. Returns the node's Marks; None if mark.py started this check,
+    since mark.py judges the bag itself."""
     parameters = rospy.get_param('~')
     lab_name, package, executable = parameters['lab'], parameters['pkg'], parameters['type']
     node = parameters.get('node', FINISHED)
@@ -86,9 +86,9 @@ def file_of(package, executable):
     printed = rosrun.stdout.strip()
     if os.path.isfile(printed):
         return printed
-    words = re.sub(r'(\s|\[rosrun\]|#\?)+', ' ', printed).strip()
-    remedies = [remedy for reason, remedy in REMEDIES.items() if reason in words]
-    raise ValueError(' '.join([words, *remedies]))
+    message = re.sub(r'(\s|\[rosrun\]|#\?)+', ' ', printed).strip()
+    remedies = [remedy for words, remedy in REMEDIES.items() if words in message]
+    raise ValueError(' '.join([message, *remedies]))
 
 
 class Check(unittest.TestCase):
@@ -118,12 +118,12 @@ class Check(unittest.TestCase):
         return result
 
 
-def checks_of(marks, strict):
+def checks_of(marks, is_strict):
     """Returns a Check for each criterion, and one for the total."""
     checks = []
     for verdict in marks.verdicts:
         is_met = verdict.outcome is Outcome.MET
-        is_optional = verdict.criterion.is_extra and not strict
+        is_optional = verdict.criterion.is_extra and not is_strict
         if is_met or not is_optional:
             failure = '' if is_met else verdict.line.strip()
             checks.append(Check('test_' + verdict.criterion.label, failure))
@@ -146,7 +146,7 @@ def report(checks):
 def main():
     rospy.init_node('check')
     try:
-        marks = marks_of_node()
+        marks = run_trial_and_judge()
     except (OSError, ValueError) as problem:
         print_line(f'check_lab.py: nothing was judged: {problem}')
         return report([Check('test_runs', f'nothing was judged: {problem}')])

@@ -70,7 +70,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     bag.close()
     seen = read_trial(tmp_path / 'trial.bag')
     assert (seen.lab, seen.file) == ('turn', 'turtlebot_controller.py')
-    scene = seen.scene('l')
+    scene = seen.enter_scene('l')
     assert scene.end - scene.begin == pytest.approx(17 * step, abs=1e-3)
     assert (scene.printed, scene.line_count) == ('l\ndone\n', 2)
     assert scene.facts == {'moved': True, 'rested': False}
@@ -126,7 +126,7 @@ def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path,
     bag.add_event('end', facts={}, died=False)
     bag.close()
     seen = read_trial(tmp_path / 'trial.bag')
-    scene = seen.scene('a')
+    scene = seen.enter_scene('a')
     assert scene.printed.endswith('the last words\n') and scene.line_count == 5001
     recorded = sum(map(len, seen.recording.printed.text))
     assert recorded <= MAX_CHARACTERS_PER_SECOND * 7 and len(scene.printed) <= MAX_OUTPUT_LENGTH

@@ -14,7 +14,7 @@ from tb3_labs.marking.intake.sandbox import Protection
 from tb3_labs.marking.intake.workspace import build_types
 from tb3_labs.marking.labs.ros_gamepad import has_covariance, is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
-from tb3_labs.marking.trial.ros_types import Types
+from tb3_labs.marking.trial.ros_types import KnownTypes
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPose
 
@@ -64,9 +64,9 @@ def bytes_of(message):
 
 
 def test_a_message_of_theirs_is_made_and_filled(described, theirs):
-    kind = Types(described).message_class('lab2/Mouse')
+    kind = KnownTypes(described).message_class('lab2/Mouse')
     assert (kind._type, kind._md5sum) == ('lab2/Mouse', MouseController._md5sum)
-    for made in (kind(), Types().message_class('tb3_labs/MouseController')()):
+    for made in (kind(), KnownTypes().message_class('tb3_labs/MouseController')()):
         made.put('header', 7, 8)
         made.put('status', True)
         made.put('xPos', 0.5)
@@ -74,7 +74,7 @@ def test_a_message_of_theirs_is_made_and_filled(described, theirs):
         read = MouseController().deserialize(bytes_of(made))
         assert (read.status.data, read.xPos, read.yPos) == (True, 0.5, -1.0)
         assert read.header.stamp == genpy.Time(7, 8)
-    odd = Types(described).message_class('lab2/Odd')()    # its constant is code, which does not run
+    odd = KnownTypes(described).message_class('lab2/Odd')()    # its constant is code, which does not run
     assert bytes_of(odd) == bytes_of(theirs[0].Odd())
     for name, value in (('b', True), ('e', 1.5), ('f', -2.5)):
         odd.put(name, value)
@@ -86,7 +86,7 @@ def test_a_message_of_theirs_is_made_and_filled(described, theirs):
 
 def test_a_service_of_theirs_is_made(described, theirs):
     """The request declares the origin, and the response reports success."""
-    types = Types(described)
+    types = KnownTypes(described)
     assert types.service_class('lab2/Same') is types.service_class('tb3_labs/SetInitialPose') is SetInitialPose
     kind = types.service_class('lab2/Set')
     request = kind._request_class()
@@ -98,20 +98,20 @@ def test_a_service_of_theirs_is_made(described, theirs):
     assert response.success is True and response.message == 'reset'
     assert kind._response_class().deserialize(b'\0') and kind._md5sum == theirs[1].Set._md5sum
     assert {kind._md5sum, SetInitialPose._md5sum} <= set(types.services_by_checksum())
-    assert kind._md5sum not in Types().services_by_checksum()
+    assert kind._md5sum not in KnownTypes().services_by_checksum()
 
 
 @pytest.mark.parametrize('kind', [
     'lab2/Broken', 'lab2/Lacking', 'lab2/None', 'lab2/Itself', 'lab2/Huge', 'lab2/Large',
     'nowhere/Thing', '*', '', '/', '../x', 'os/path', 'lab2/Mouse\n', 'a\0b/c'])
 def test_what_cannot_be_made_is_none(described, kind):
-    assert not Types(described).message_class(kind) and not Types(described).service_class(kind)
+    assert not KnownTypes(described).message_class(kind) and not KnownTypes(described).service_class(kind)
 
 
 def test_an_example_that_a_box_forged_is_no_more_than_bytes():
     fields = [['__class__', 'bool', 3], ['y', 'float32', 2]]
     forged = {'msg': {'a/B': {'sum': 'x', 'data': '00' * 4, 'fields': fields}}, 'srv': {}}
-    made = Types(forged).message_class('a/B')()
+    made = KnownTypes(forged).message_class('a/B')()
     made.put('__class__', True)
     assert bytes_of(made) == b'\0\0\0\1' and type(made).__name__ == 'B'
     with pytest.raises(struct.error):

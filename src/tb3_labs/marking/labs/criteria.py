@@ -133,7 +133,7 @@ def why_not_started(observation: Observation) -> Reason:
 
 
 def clean_exit_criterion(part: str, sheet_step: SheetStep) -> Criterion:
-    """Returns the criterion that a node ends by itself at Ctrl+C, and prints no traceback."""
+    """Returns the criterion that a node ends by itself at Ctrl+C and prints no traceback."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', sheet_step,
         _why_no_clean_exit,
@@ -141,12 +141,12 @@ def clean_exit_criterion(part: str, sheet_step: SheetStep) -> Criterion:
 
 
 def _why_no_clean_exit(observation: Observation) -> Reason:
-    for scene in observation.scenes(CTRL_C, may_die=True):
+    for scene in observation.enter_scenes(CTRL_C, may_die=True):
         if scene.facts[stimuli.EXIT_SECONDS] is None:
             return f'it was still running {stimuli.EXIT_TIME:g} s after Ctrl+C and had to be killed'
-        errors = exceptions_in(scene)
-        if errors:
-            return f'it ended with a traceback: {errors[-1]!r}'
+        exceptions = exceptions_in(scene)
+        if exceptions:
+            return f'it ended with a traceback: {exceptions[-1]!r}'
         if scene.facts[stimuli.EXIT_SIGNAL] not in (0, 2, 15):      # no signal, SIGINT, SIGTERM
             return f'it was ended by signal {scene.facts[stimuli.EXIT_SIGNAL]}'
     return ''
@@ -154,7 +154,7 @@ def _why_no_clean_exit(observation: Observation) -> Reason:
 
 def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
     """Judges whether the node sent a zero velocity after at least one Ctrl+C."""
-    scenes = [scene for scene in observation.scenes(CTRL_C, may_die=True)
+    scenes = [scene for scene in observation.enter_scenes(CTRL_C, may_die=True)
               if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
@@ -169,7 +169,7 @@ def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
 
 def why_not_printed(observation: Observation, text: str) -> Reason:
     """Judges whether the node printed `text` at Ctrl+C."""
-    scene = observation.scene(CTRL_C[0], may_die=True)
+    scene = observation.enter_scene(CTRL_C[0], may_die=True)
     return '' if text in scene.printed else f'"{text}" was not printed at Ctrl+C'
 
 
@@ -188,7 +188,7 @@ def why_not_stopped(observation: Observation, name: str, cause: str,
                     limit: float = stimuli.STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
     start of the stimulus `name`. The `cause` is a clause on this start."""
-    soon, later = observation.scene(name).commands_before_and_after(limit)
+    soon, later = observation.enter_scene(name).commands_before_and_after(limit)
     if later[:, LINEAR:].any():
         return f'the robot was still driven {limit:g} s after {cause}'
     if len(soon) and not ends_in_motion(soon):
@@ -200,7 +200,7 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
                           sheet_step: SheetStep) -> Criterion:
     """Returns a criterion beyond the handout: if a `device` falls silent, the robot must stop."""
     def why_not_stopped_when_lost(observation: Observation) -> Reason:
-        if not observation.scene(stimulus).facts[WAS_MOVING]:
+        if not observation.enter_scene(stimulus).facts[WAS_MOVING]:
             return f'the robot was not moving when {device} fell silent'
         return why_not_stopped(
             observation, stimulus, device + ' fell silent', stimuli.LOST_STOP_TIME)
@@ -223,7 +223,7 @@ def why_not_steered(observation: Observation, name: str, linear: Bounds = ZERO_B
                     angular: Bounds = ZERO_BOUNDS, skip_zeros: bool = False) -> Reason:
     """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
     [m/s] and `angular` [rad/s]. If `skip_zeros` is True, zero commands are left out."""
-    scene = observation.scene(name)
+    scene = observation.enter_scene(name)
     commands = scene.moving_commands if skip_zeros else scene.commands
     if not ends_in_motion(commands):
         subject = ('neither linear.x nor angular.z was' if clause_on_other_fields(scene)

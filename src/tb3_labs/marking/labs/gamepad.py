@@ -54,18 +54,18 @@ def _why_stick_failed(observation, column, positive, negative, full_bounds, full
     reason = judge(positive, full_bounds) or judge(negative, scaled(full_bounds, -1.0))
     if reason:
         return reason
-    full_speed = observation.scene(full_scene).commands[-1, column]
+    full_speed = observation.enter_scene(full_scene).commands[-1, column]
     return judge(stimuli.BOTH_STICKS, scaled(HALF_STICK_SHARES, full_speed), ANY_BOUNDS)
 
 
 def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
-    if not len(observation.scene(stimuli.RIGHT_STICK_RIGHT).moving_commands):
+    if not len(observation.enter_scene(stimuli.RIGHT_STICK_RIGHT).moving_commands):
         raise NotObserved('the sticks did not move the robot at all')
     return why_not_stopped(observation, stimuli.STICKS_LET_GO, 'the sticks were let go')
 
 
 def _why_not_published(observation: Observation, name: str, expected: bool) -> Reason:
-    scene = observation.scene(name)
+    scene = observation.enter_scene(name)
     published = scene.facts[stimuli.RELINQ_VALUE]
     if published is expected:
         return ''
@@ -83,7 +83,7 @@ def _require_hand_over(observation):
 
 def _why_not_silent(observation: Observation) -> Reason:
     _require_hand_over(observation)
-    if not len(observation.scene(stimuli.STICK_UP_AFTER_A).commands):
+    if not len(observation.enter_scene(stimuli.STICK_UP_AFTER_A).commands):
         return ''
     return 'the stick still sent velocities while the robot was handed over'
 
@@ -91,13 +91,13 @@ def _why_not_silent(observation: Observation) -> Reason:
 def _why_not_regained(observation: Observation) -> Reason:
     _require_hand_over(observation)
     reason = _why_not_published(observation, stimuli.TAKE_BACK, expected=False)
-    if reason or len(observation.scene(stimuli.STICK_UP_AFTER_B).moving_commands):
+    if reason or len(observation.enter_scene(stimuli.STICK_UP_AFTER_B).moving_commands):
         return reason
     return 'after B the stick did not move the robot'
 
 
-def _why_not_reset(observation: Observation) -> Reason:
-    scene = observation.scene(stimuli.RESET_BUTTON)
+def _why_reset_not_called(observation: Observation) -> Reason:
+    scene = observation.enter_scene(stimuli.RESET_BUTTON)
     facts = scene.facts
     if not facts[stimuli.CALL_COUNT]:
         printed = (f'{last_line(scene.printed)}: has its client one of these names?'
@@ -116,7 +116,7 @@ def _why_not_reset(observation: Observation) -> Reason:
 
 
 def _why_blocked(observation: Observation) -> Reason:
-    scene = observation.scene(stimuli.RESET_WITHOUT_SERVICE)
+    scene = observation.enter_scene(stimuli.RESET_WITHOUT_SERVICE)
     if not len(scene.moving_commands):
         return 'after Y without a reset service the stick did not drive any more'
     delay = scene.moving_commands[0, TIME] - scene.begin
@@ -126,7 +126,7 @@ def _why_blocked(observation: Observation) -> Reason:
 
 
 def _why_no_error_printed(observation: Observation) -> Reason:
-    scene = observation.scene(stimuli.RESET_WITHOUT_SERVICE)
+    scene = observation.enter_scene(stimuli.RESET_WITHOUT_SERVICE)
     if exceptions_in(scene):
         return 'after Y without a reset service there was a traceback'
     if PRINTED_RESET.lower() in scene.printed.lower():
@@ -141,20 +141,20 @@ def _why_no_error_printed(observation: Observation) -> Reason:
 
 
 def _why_no_success_printed(observation: Observation) -> Reason:
-    printed = observation.scene(stimuli.RESET_BUTTON).printed
+    printed = observation.enter_scene(stimuli.RESET_BUTTON).printed
     if PRINTED_RESET.lower() in printed.lower():
         return ''
     return f'"{PRINTED_RESET}." was not printed after Y'
 
 
 def _why_not_latched(observation: Observation) -> Reason:
-    if observation.scene(stimuli.HAND_OVER).facts[stimuli.IS_LATCHED]:
+    if observation.enter_scene(stimuli.HAND_OVER).facts[stimuli.IS_LATCHED]:
         return ''
     return 'a subscriber that came after A heard nothing on ctrl_relinq'
 
 
 def _why_not_called_once(observation: Observation) -> Reason:
-    call_count = observation.scene(stimuli.RESET_BUTTON).facts[stimuli.CALL_COUNT]
+    call_count = observation.enter_scene(stimuli.RESET_BUTTON).facts[stimuli.CALL_COUNT]
     return '' if call_count == 1 else f'Y, held for a moment, called the reset {call_count} times'
 
 
@@ -194,7 +194,7 @@ CRITERIA = [
               _why_not_regained, limits=f'{within(stimuli.PUBLISH_TIME)}; the stick '
               f'{within(stimuli.STICK_HOLD_TIME)}'),
     Criterion('resets', stimuli.BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP,
-              _why_not_reset,
+              _why_reset_not_called,
               limits=f'{within(stimuli.CALL_AFTER_Y_TIME)}, by a quaternion of length 1'),
     Criterion('says_success', stimuli.BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
               _why_no_success_printed, limits=within(stimuli.CALL_AFTER_Y_TIME)),

@@ -30,14 +30,14 @@ def printed_headings(text: str) -> List[float]:
 def _headings_at_rest(observation):
     """Yields for each stimulus the IMU's heading [deg] and the list of the printed headings [deg].
     Raises ``NotObserved`` if the node printed no heading in any stimulus."""
-    scenes = [observation.scene(name) for name in stimuli.STANDING_HEADINGS]
+    scenes = [observation.enter_scene(name) for name in stimuli.STANDING_HEADINGS]
     if not any(printed_headings(scene.printed) for scene in scenes):
         early_count = len(printed_headings(scenes[0].process.printed))
-        why = (f'it printed {early_count} at its start, and then none' if early_count
-               else why_unprinted(scenes[-1]))
-        raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {why}')
+        reason = (f'it printed {early_count} at its start, and then none' if early_count
+                  else why_unprinted(scenes[-1]))
+        raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {reason}')
     for name in stimuli.STANDING_HEADINGS:
-        scene = observation.scene(name)     # sets observation.moment
+        scene = observation.enter_scene(name)     # sets observation.moment
         yield scene.facts[stimuli.HEADING_DEG], printed_headings(scene.printed)
 
 
@@ -68,7 +68,7 @@ def _why_no_goodbye(observation: Observation) -> Reason:
     reason = why_not_printed(observation, IMU_GOODBYE)
     if reason:
         return reason
-    printed = observation.scene(CTRL_C[0], may_die=True).printed
+    printed = observation.enter_scene(CTRL_C[0], may_die=True).printed
     late_count = len(printed_headings(printed[printed.rfind(IMU_GOODBYE):]))
     if late_count <= MAX_LATE_HEADINGS:
         return ''
@@ -76,7 +76,7 @@ def _why_no_goodbye(observation: Observation) -> Reason:
 
 
 def _why_360_printed(observation: Observation) -> Reason:
-    headings = printed_headings(observation.scene(stimuli.JUST_BELOW_ZERO).printed)
+    headings = printed_headings(observation.enter_scene(stimuli.JUST_BELOW_ZERO).printed)
     if not headings:
         return 'nothing was printed while the IMU was just below zero'
     greatest = max(headings)
@@ -84,7 +84,7 @@ def _why_360_printed(observation: Observation) -> Reason:
 
 
 def _why_not_survived(observation: Observation) -> Reason:
-    scene = observation.scene(stimuli.ZERO_QUATERNION)
+    scene = observation.enter_scene(stimuli.ZERO_QUATERNION)
     if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
     for heading in printed_headings(scene.printed):

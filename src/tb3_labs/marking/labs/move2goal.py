@@ -1,4 +1,4 @@
-"""The criteria of the Transformation lab, in which a node drives to a goal in a local frame, and
+"""The criteria of the Transformation lab, in which a node drives to a goal in a local frame and
 resets this frame."""
 import math
 import re
@@ -44,18 +44,18 @@ SECOND_DRIVE_STEP = RESET_SECTION.at_step(2)
 
 def _why_not_at_place(observation: Observation, name: str,
                       tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
-    scene = _scene_of_drive(observation, name)
+    scene = _enter_drive(observation, name)
     distance = _final_pose(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
-        return f'{_exceeded_limit(scene)}, {distance:.2f} m from the goal'
+        return f'{_clause_on_exceeded_limit(scene)}, {distance:.2f} m from the goal'
     return '' if distance <= tolerance else f'it stopped {distance:.2f} m from the goal'
 
 
 def _why_not_at_heading(observation: Observation, name: str,
                         tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
-    scene = _scene_of_drive(observation, name)
+    scene = _enter_drive(observation, name)
     if not scene.facts[RESTED]:
-        return _exceeded_limit(scene)
+        return _clause_on_exceeded_limit(scene)
     yaw = wrap(_final_pose(scene).yaw)
     goal_yaw = wrap(Pose2(*scene.facts[GOAL_POSE]).yaw)
     if abs(math.degrees(difference(yaw, goal_yaw))) <= tolerance:
@@ -64,7 +64,7 @@ def _why_not_at_heading(observation: Observation, name: str,
             f'{math.degrees(goal_yaw):.0f}')
 
 
-def _exceeded_limit(scene: Scene) -> str:
+def _clause_on_exceeded_limit(scene: Scene) -> str:
     _, dx, dy, _ = scene.truth[-1] - scene.truth[0]
     is_astray = math.hypot(dx, dy) > stimuli.MAX_DRIVE_DISTANCE
     limit = (f'more than {stimuli.MAX_DRIVE_DISTANCE:g} m from its start' if is_astray
@@ -72,16 +72,16 @@ def _exceeded_limit(scene: Scene) -> str:
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 
 
-def _scene_of_drive(observation: Observation, name: str) -> Scene:
+def _enter_drive(observation: Observation, name: str) -> Scene:
     """Returns the Scene of a drive. Raises ``NotObserved`` if the node did not move the robot."""
-    scene = observation.scene(name)
+    scene = observation.enter_scene(name)
     if scene.facts[MOVED]:
         return scene
-    why = why_idle(scene)
+    reason = why_idle(scene)
     topics = scene.process.subscribed_topics
     if topics and '/' + CTRL_RELINQ_TOPIC not in topics:
-        why = f'it does not listen to {CTRL_RELINQ_TOPIC}'
-    raise NotObserved(f'it got control, but did not move the robot: {why}')
+        reason = f'it does not listen to {CTRL_RELINQ_TOPIC}'
+    raise NotObserved(f'it got control, but did not move the robot: {reason}')
 
 
 def _final_pose(scene: Scene) -> Pose2:
@@ -90,36 +90,36 @@ def _final_pose(scene: Scene) -> Pose2:
 
 
 def _why_not_printed_once(observation: Observation) -> Reason:
-    scenes = [observation.scene(stimuli.FIRST_DRIVE), observation.scene(stimuli.AT_GOAL)]
-    printed = ''.join(scene.printed for scene in scenes)
+    names = (stimuli.FIRST_DRIVE, stimuli.AT_GOAL)
+    printed = ''.join(observation.enter_scene(name).printed for name in names)
     count = len(re.findall(PRINTED_REACHED, printed, re.IGNORECASE))
     return '' if count == 1 else f'"{PRINTED_REACHED}!" was printed {count} times'
 
 
 def _why_not_silent_at_goal(observation: Observation) -> Reason:
-    drive = _scene_of_drive(observation, stimuli.FIRST_DRIVE)
+    drive = _enter_drive(observation, stimuli.FIRST_DRIVE)
     if not drive.facts[RESTED]:
         return 'it never arrived'
     if ends_in_motion(drive.commands):
         return NO_ZERO_VELOCITY.format('its arrival')
-    _, later = observation.scene(stimuli.AT_GOAL).commands_before_and_after(LAST_COMMAND_TIME)
+    _, later = observation.enter_scene(stimuli.AT_GOAL).commands_before_and_after(LAST_COMMAND_TIME)
     return 'it went on sending commands on cmd_vel after it had arrived' if len(later) else ''
 
 
 def _why_not_within_limits(observation: Observation) -> Reason:
-    drives = observation.scenes((stimuli.FIRST_DRIVE, stimuli.SECOND_DRIVE))
+    drives = observation.enter_scenes((stimuli.FIRST_DRIVE, stimuli.SECOND_DRIVE))
     commands = np.vstack([drive.commands for drive in drives])
     if not len(commands):
         return 'it commanded nothing'
     for column, limit in ((LINEAR, MAX_LINEAR_SPEED), (ANGULAR, MAX_ANGULAR_SPEED)):
-        if observation.greatest_speed(commands, column) > limit + ROUNDING:
+        if observation.enter_fastest_scene(commands, column) > limit + ROUNDING:
             linear, angular = np.abs(commands[:, LINEAR:]).max(axis=0)
             return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
     return ''
 
 
 def _why_reset_failed(observation: Observation, name: str = stimuli.RESET_TO_ORIGIN) -> Reason:
-    problem = observation.scene(name).facts[stimuli.RESET_PROBLEM]
+    problem = observation.enter_scene(name).facts[stimuli.RESET_PROBLEM]
     if not problem:
         return ''
     advice = ' (does its callback return a response?)' if 'returned None' in problem else ''
@@ -130,10 +130,10 @@ def _why_not_reset(observation: Observation) -> Reason:
     reason = _why_reset_failed(observation)
     if reason:
         return reason
-    wrong_name = observation.scene(stimuli.RESET_TO_ORIGIN).facts[stimuli.WRONG_NAME]
+    wrong_name = observation.enter_scene(stimuli.RESET_TO_ORIGIN).facts[stimuli.WRONG_NAME]
     if wrong_name:
         return f'its reset is called {wrong_name}, not /{SET_POSE_SERVICE}'
-    scene = observation.scene(stimuli.RESET_IN_DRIVE)
+    scene = observation.enter_scene(stimuli.RESET_IN_DRIVE)
     reason = _why_reset_failed(observation, stimuli.RESET_IN_DRIVE)
     if not scene.facts[WAS_MOVING]:
         return reason
@@ -149,9 +149,9 @@ def _why_not_reset(observation: Observation) -> Reason:
 def _why_not_waited(observation: Observation) -> Reason:
     """Judges whether the robot rested while the node had no control: after the start of the node,
     and during a reset."""
-    has_moved = len(observation.scene(stimuli.WITHOUT_CONTROL).moving_commands) > 0
+    has_moved = len(observation.enter_scene(stimuli.WITHOUT_CONTROL).moving_commands) > 0
     if not has_moved and observation.has_stimulus(stimuli.RESET_TO_ORIGIN):
-        scene = observation.scene(stimuli.RESET_TO_ORIGIN, may_die=True)
+        scene = observation.enter_scene(stimuli.RESET_TO_ORIGIN, may_die=True)
         has_moved = len(scene.moving_commands) > 0 and not scene.facts[WAS_MOVING]
     if not has_moved:
         return ''
@@ -160,7 +160,7 @@ def _why_not_waited(observation: Observation) -> Reason:
 
 
 def _why_control_kept(observation: Observation) -> Reason:
-    if not observation.scene(stimuli.CONTROL_TAKEN).facts[WAS_MOVING]:
+    if not observation.enter_scene(stimuli.CONTROL_TAKEN).facts[WAS_MOVING]:
         return 'it did not move the robot, so that a stop could not be seen'
     return why_not_stopped(observation, stimuli.CONTROL_TAKEN, 'control was taken')
 
@@ -186,7 +186,7 @@ def _why_failed_after_reset(observation, reset, judge, name):
 
 
 def _why_no_reset_printed(observation: Observation) -> Reason:
-    printed = observation.scene(stimuli.RESET_TO_ORIGIN).printed
+    printed = observation.enter_scene(stimuli.RESET_TO_ORIGIN).printed
     if PRINTED_POSE_SET.lower() in printed.lower():
         return ''
     return f'no line "{PRINTED_POSE_SET} to x=..., y=..., yaw=..." was printed'

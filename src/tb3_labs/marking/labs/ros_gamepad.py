@@ -1,5 +1,5 @@
-"""Scripts for the trials of a gamepad node. The marker plays the gamepad, and offers the reset
-services.
+"""Scripts for the trials of a gamepad node. The marker imitates the gamepad and offers the
+reset services.
 
 ResetServices uses private parts of rospy 1.15.15 (Debian 12).
 """
@@ -25,10 +25,12 @@ from tb3_labs.ros.rospy_internals import connection_of
 
 PRESS_TIME = 0.15       # [s]
 Y_PRESS_TIME = 0.6      # [s], so long that a node may call the reset twice by mistake
+MAX_ROUNDING = 1e-6     # of a number in a pose that should be zero
+MAX_LENGTH_ERROR = 0.01     # of a quaternion whose numbers are rounded
 
 
 class HeldPad(Repeater):
-    """The gamepad that the marker plays. At first the sticks are in the middle."""
+    """The gamepad that the marker imitates. At first the sticks are in the middle."""
 
     def __init__(self, numbers):
         """`numbers` is {name of an axis or a button: number}."""
@@ -46,7 +48,7 @@ class HeldPad(Repeater):
         self._publish()
 
     def press(self, button, seconds=PRESS_TIME):
-        """Press a button for `seconds` [s], and release it."""
+        """Press a button for `seconds` [s] and release it."""
         for is_down, duration in ((1, seconds), (0, PRESS_TIME)):
             self._buttons[button] = is_down
             self._publish()
@@ -134,7 +136,7 @@ def _try_hand_over(trial, pad):
 
 
 def try_reset_without_service(trial):
-    """Press Y while no reset service exists, and push a stick after the release."""
+    """Press Y while no reset service exists. Push a stick after the release."""
     trial.node.start()
     with HeldPad(trial.pad) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
@@ -156,7 +158,7 @@ PARTS = {stimuli.STICKS: try_sticks, stimuli.BUTTONS: try_buttons,
 
 def is_origin(request):
     """Returns True if the pose in a request is (0, 0, 0), or if the request has no pose."""
-    return all(abs(value) <= 1e-6 for name, type_name, value in fields_of(request)
+    return all(abs(value) <= MAX_ROUNDING for name, type_name, value in fields_of(request)
                if type_name in ('float32', 'float64') and name != 'w')
 
 
@@ -164,7 +166,8 @@ def is_unit(request):
     """Returns True if each quaternion in a request has the length 1."""
     quaternions = [value for _, type_name, value in fields_of(request)
                    if type_name == 'geometry_msgs/Quaternion']
-    return all(abs(math.hypot(q.x, q.y, q.z, q.w) - 1.0) < 0.01 for q in quaternions)
+    return all(abs(math.hypot(q.x, q.y, q.z, q.w) - 1.0) < MAX_LENGTH_ERROR
+               for q in quaternions)
 
 
 def has_covariance(request):
@@ -203,7 +206,7 @@ class ResetServices(AbstractContextManager):
         self.offer(())
 
     def offer(self, names):
-        """Offer the services `names`, and end all other reset services."""
+        """Offer the services `names` and end all other reset services."""
         for name in set(self._services) - set(names):
             self._services.pop(name).shutdown()
         for name in set(names) - set(self._services):

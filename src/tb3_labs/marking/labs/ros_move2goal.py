@@ -46,8 +46,8 @@ def fields_of(message):
 
 
 def fill_pose(message, pose):
-    """Write a Pose2 into a request. Returns False if the request has no geometry_msgs/Pose, and is
-    not a ResetPoseRequest."""
+    """Write a Pose2 into a request. Returns False if the request is no ResetPoseRequest and has
+    no geometry_msgs/Pose."""
     if isinstance(message, ResetPoseRequest):
         message.x, message.y, message.yaw_deg = pose.x, pose.y, math.degrees(pose.yaw)
         return True
@@ -69,10 +69,10 @@ class ResetCaller:
         last_names = {name: name.rsplit('/', 1)[-1].lower() for name in services}
         resets = sorted(name for name, last_name in last_names.items()
                         if any(word in last_name for word in RESET_WORDS))
-        usual_resets = [name for usual_name in RESET_NAMES for name in resets
-                        if last_names[name] == usual_name]
-        #: The name of the reset service; '' if the node offers none.
-        self.name = next(iter(usual_resets + resets), '')
+        ranks = {last_name: rank for rank, last_name in enumerate(RESET_NAMES)}
+        #: The name of the reset service, the likeliest of several; '' if the node offers none.
+        self.name = min(
+            resets, key=lambda name: ranks.get(last_names[name], len(ranks)), default='')
         #: A wrong name of the reset service; '' if the service is called SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
         self._service_class = graph.service_class(self.name) if self.name else None
@@ -83,7 +83,7 @@ class ResetCaller:
                 and fill_pose(self._service_class._request_class(), Pose2()))
 
     def call_service(self, pose=Pose2()):
-        """Call the reset service with a Pose2, and record the call. Returns why the call failed; ''
+        """Call the reset service with a Pose2 and record the call. Returns why the call failed; ''
         for a success."""
         problem = self._why_call_fails(pose)[:MAX_SENTENCE_LENGTH]
         self._bag.add_event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
@@ -113,18 +113,18 @@ class ResetCaller:
 
 
 class ControlGiver:
-    """Gives control of the robot to the node, and takes control away. At first the node does not
+    """Gives control of the robot to the node and takes control away. At first the node does not
     have control."""
 
     def __init__(self, trial):
         self._trial = trial
         self._control = rospy.Publisher(CTRL_RELINQ_TOPIC, Bool, queue_size=1, latch=True)
-        self.take()     # a node may ignore a True before the first False
+        self.take_away()    # a node may ignore a True before the first False
 
     def give(self):
         self._control.publish(Bool(True))
 
-    def take(self):
+    def take_away(self):
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
@@ -146,11 +146,11 @@ class ControlGiver:
 
     def start_driving(self):
         """Make the node drive. Returns True if the robot drives. A node that runs gets a reset. A
-        node that ended, or cannot be reset, is started again."""
+        node that ended or cannot be reset is started again."""
         return self._trial.set_in_motion(self._prepare, self.give, stimuli.DRIVE_REACTION_TIME)
 
     def _prepare(self):
-        self.take()
+        self.take_away()
         node = self._trial.node
         is_idle = node.is_alive and wait_until(self._trial.recorder.is_at_rest, STOP_REST_TIME)
         if not (is_idle and reset_to_origin(self._trial)):
@@ -197,7 +197,8 @@ def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER
     facts = {WAS_MOVING: trial.recorder.node_moved_since(ros_time() - INTERRUPTION_TIME),
              stimuli.DROVE_STRAIGHT: has_driven_straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
-        problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call_service(pose)
+        problem = caller.call_service(pose)
+        stimulus.facts[stimuli.RESET_PROBLEM] = problem
         time.sleep(seconds)
     return not problem
 
@@ -205,7 +206,7 @@ def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER
 def _try_reset_in_drive(trial, control, caller):
     """Reset the frame at the goal, turn the robot toward the new goal, and give control. In the
     middle of the drive, reset the frame again."""
-    control.take()
+    control.take_away()
     caller.call_service()
     x, y, _ = stimuli.GOAL
     trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
@@ -217,20 +218,21 @@ def _try_reset_in_drive(trial, control, caller):
     time.sleep(INTERRUPTION_TIME)
     _record_reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
                   has_driven_straight=has_driven_straight)
-    control.take()
+    control.take_away()
 
 
 def try_taking_control(trial):
     """Take control away during a drive. Then send Ctrl+C during another drive."""
     control = ControlGiver(trial)
-    facts = {WAS_MOVING: control.start_driving()}
-    trial.observe(stimuli.CONTROL_TAKEN, stimuli.OBSERVATION_TIME, control.take, facts)
+    was_moving = control.start_driving()
+    trial.observe(stimuli.CONTROL_TAKEN, stimuli.OBSERVATION_TIME, control.take_away,
+                  {WAS_MOVING: was_moving})
     trial.send_ctrl_c_in_motion(control.start_driving)
-    control.take()
+    control.take_away()
 
 
 def try_declared_pose(trial):
-    """Reset the frame to a pose that is not the origin, and give control for a drive."""
+    """Reset the frame to a pose that is not the origin and give control for a drive."""
     control = ControlGiver(trial)
     trial.node.start()
     caller = ResetCaller(trial)
@@ -256,14 +258,14 @@ def try_offset_imu(trial):
     trial.node.start()
     reset_to_origin(trial)
     control.drive(stimuli.OFFSET_DRIVE)
-    control.take()
+    control.take_away()
 
 
 def try_lost_odometry(trial):
     """End the messages of the odometry during a drive."""
     control = ControlGiver(trial)
     trial.silence_sensor(stimuli.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
-    control.take()
+    control.take_away()
 
 
 PARTS = {stimuli.DRIVE: try_drive, stimuli.RESET: try_reset, stimuli.CONTROL: try_taking_control,

@@ -20,8 +20,8 @@ from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 
-#: The topic of the IMU that the marker plays. The marker remaps the node's topic imu to this topic.
-MARKERS_IMU = 'probe/imu'
+#: The marker publishes as an IMU on this topic, to which it remaps the node's topic imu.
+MARKER_IMU_TOPIC = 'probe/imu'
 ENOUGH_HEADINGS = 3             # lines of the node, after which the robot turns to its next heading
 ODD_SAMPLE_TIME = 0.6           # [s]
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))     # [rad]
@@ -46,9 +46,9 @@ def stand_at_headings(trial):
 
 
 def send_odd_samples(trial):
-    """Play an IMU, and send samples that a real IMU seldom sends."""
-    trial.node.start('imu:=' + MARKERS_IMU, needed_topics=[MARKERS_IMU])
-    with Repeater(MARKERS_IMU, Imu) as sensor:
+    """Publish as the IMU, with samples that a real IMU seldom sends."""
+    trial.node.start('imu:=' + MARKER_IMU_TOPIC, needed_topics=[MARKER_IMU_TOPIC])
+    with Repeater(MARKER_IMU_TOPIC, Imu) as sensor:
         def hold_orientation(orientation, seconds):
             sensor.hold(Imu(orientation=orientation))
             time.sleep(seconds)
@@ -65,7 +65,7 @@ def send_odd_samples(trial):
 # ----- the lab -----
 
 class HeldMouse(Repeater):
-    """The mouse that the marker plays."""
+    """The mouse that the marker imitates."""
 
     def __init__(self, message_class, field_names, y_sign, bag):
         """`field_names` are the fields for status, x and y. `y_sign` is the sign of y in the upper
@@ -78,8 +78,8 @@ class HeldMouse(Repeater):
         super().__init__(MOUSE_INFO_TOPIC, message_class)
 
     def hold_at(self, x, y, active=True, seconds=0.0):
-        """Hold the mouse at (x, y) from now on, and wait for `seconds` [s]. x is positive to the
-        right, y upward, both from -1 to 1."""
+        """From now on hold the mouse at (x, y), both from -1 to 1. x is positive to the right,
+        y upward. Wait for `seconds` [s]."""
         message = self._message_class()
         for name, value in zip(self._field_names, (active, x, self._y_sign * y)):
             message.put(name, value)
@@ -127,7 +127,7 @@ def mouse_fields(fields):
 
 def start_mouse(trial, names):
     """Returns a HeldMouse, inactive and in the middle, with the type that the node uses on
-    mouse_info. If the node uses no suitable type, end the part, and with it the stimuli `names`."""
+    mouse_info. If the node uses no suitable type, end the part and with it the stimuli `names`."""
     graph = trial.node.graph
     if rospy.resolve_name(MOUSE_INFO_TOPIC) not in graph.names_by_role()[SUBSCRIBER]:
         trial.skip_part(names, 'it does not listen to mouse_info')
@@ -195,7 +195,7 @@ def try_mouse(trial):
 def try_mouse_with_turns(trial):
     """Ask for a turn while the mouse is active. Move the mouse after the turn, and also during
     another turn."""
-    if not _is_idle(trial):
+    if not _wait_until_idle(trial):
         trial.node.start()
     with start_mouse(trial, stimuli.BESIDE_TURNS) as mouse:
         mouse.hold_at(0.0, 0.0, seconds=0.3)
@@ -216,13 +216,13 @@ def try_mouse_with_turns(trial):
         mouse.hold_at(0.0, 0.0, active=False, seconds=0.2)
 
 
-def _is_idle(trial):
+def _wait_until_idle(trial):
     return trial.node.is_alive and wait_until(
         lambda: trial.recorder.is_at_rest(TURN_IDLE_TIME), 1.0)
 
 
 def _set_turning(trial):
-    return trial.set_in_motion(lambda: _is_idle(trial), lambda: trial.node.type(LEFT_KEY),
+    return trial.set_in_motion(lambda: _wait_until_idle(trial), lambda: trial.node.type(LEFT_KEY),
                                stimuli.TURN_REACTION_TIME)
 
 

@@ -52,7 +52,7 @@ CARPET_LIMITS = f'as left, also if the wheels slip by {stimuli.CARPET_SLIP:.0%}'
 def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_TOL + COAST_DEG,
                    seconds: float = stimuli.MAX_TURN_TIME) -> Reason:
     """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
-    scene = observation.scene(name)
+    scene = observation.enter_scene(name)
     turn = stimuli.TURN_STIMULI[LEFT_KEY if name == stimuli.TURN_BESIDE_MOUSE else name]
     occasion = f'after {turn.typed}'
     if turn.crossing:
@@ -64,8 +64,8 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
         return f'{occasion} {effect}: {why_idle(scene)}'
     if not scene.facts[RESTED]:
         return f'{occasion} {turned_text}, and was still moving after {seconds:g} s'
-    error = abs(scene.turned_deg - turn.requested_deg)
-    if error <= tolerance:
+    error_deg = abs(scene.turned_deg - turn.requested_deg)
+    if error_deg <= tolerance:
         if ends_in_motion(scene.commands):
             return NO_ZERO_VELOCITY.format('its turn ' + occasion)
         return ''
@@ -76,15 +76,14 @@ def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_T
         return reason
     side = 'short of' if abs(scene.turned_deg) < abs(turn.requested_deg) else 'beyond'
     allowed_deg = min(tolerance, HDG_TOL)
-    return f'{reason}: {error:.1f} degrees {side} the goal, where {allowed_deg:g} are allowed'
+    return f'{reason}: {error_deg:.1f} degrees {side} the goal, where {allowed_deg:g} are allowed'
 
 
 def _turn_text(turned_deg):
     text = f'{abs(turned_deg):.1f} degrees'
-    if text == '0.0 degrees':
+    if round(turned_deg, 1) == 0.0:
         return text
-    side = 'left' if turned_deg > 0.0 else 'right'
-    return f'{text} to the {side}'
+    return text + (' to the left' if turned_deg > 0.0 else ' to the right')
 
 
 def _why_turns_failed(observation: Observation, names: Iterable[str],
@@ -95,7 +94,7 @@ def _why_turns_failed(observation: Observation, names: Iterable[str],
 
 def _commands_of_turns(observation):
     """Returns the commands of all turns. Raises ``NotObserved`` if no turn moved the robot."""
-    turns = observation.scenes(list(stimuli.TURN_STIMULI))
+    turns = observation.enter_scenes(list(stimuli.TURN_STIMULI))
     commands = np.vstack([turn.moving_commands for turn in turns])
     if not len(commands):
         raise NotObserved('the robot was never turned')
@@ -105,7 +104,7 @@ def _commands_of_turns(observation):
 def _why_turned_too_fast(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
     limit = MAX_ANG_Z + ROUNDING
-    if observation.greatest_speed(commands, ANGULAR) <= limit:
+    if observation.enter_fastest_scene(commands, ANGULAR) <= limit:
         return ''
     angular = commands[:, ANGULAR]
     speeds = {'left': angular.max(), 'right': -angular.min()}
@@ -114,15 +113,15 @@ def _why_turned_too_fast(observation: Observation) -> Reason:
     return f"while turning it commanded up to {' and '.join(excesses)}"
 
 
-def _why_not_on_the_spot(observation: Observation) -> Reason:
-    fastest = observation.greatest_speed(_commands_of_turns(observation), LINEAR)
+def _why_driven_while_turning(observation: Observation) -> Reason:
+    fastest = observation.enter_fastest_scene(_commands_of_turns(observation), LINEAR)
     if fastest < ROUNDING:
         return ''
     return f'it commanded up to {fastest:.2f} m/s forward while turning'
 
 
 def _why_not_answered(observation: Observation) -> Reason:
-    scene = observation.scene(stimuli.NONSENSE)
+    scene = observation.enter_scene(stimuli.NONSENSE)
     if len(scene.moving_commands):
         return f'the robot moved after "{stimuli.TYPED_NONSENSE}" was typed'
     if scene.line_count > MAX_LEGIBLE_LINES:
@@ -135,18 +134,18 @@ def _why_not_answered(observation: Observation) -> Reason:
 
 
 def _require_drive_by_mouse(observation):
-    if not len(observation.scene(stimuli.MOUSE_UP).moving_commands):
+    if not len(observation.enter_scene(stimuli.MOUSE_UP).moving_commands):
         raise NotObserved('the mouse did not move the robot at all')
 
 
-def _why_no_dead_zone(observation: Observation) -> Reason:
+def _why_driven_in_dead_zone(observation: Observation) -> Reason:
     _require_drive_by_mouse(observation)
     return why_not_stopped(observation, stimuli.MOUSE_NEAR_MIDDLE,
                            f'the mouse came to {POSITION_NEAR_MIDDLE}')
 
 
-def _why_not_deactivated(observation: Observation) -> Reason:
-    if len(observation.scene(stimuli.MOUSE_NOT_ACTIVE).moving_commands):
+def _why_driven_by_inactive_mouse(observation: Observation) -> Reason:
+    if len(observation.enter_scene(stimuli.MOUSE_NOT_ACTIVE).moving_commands):
         return 'the mouse moved the robot before it was activated'
     _require_drive_by_mouse(observation)
     return why_not_stopped(observation, stimuli.MOUSE_DEACTIVATED, 'the mouse was deactivated')
@@ -159,7 +158,7 @@ def _why_not_driven_after_turn(observation: Observation) -> Reason:
 
 
 def _why_not_driven_in_turn(observation: Observation) -> Reason:
-    scene = observation.scene(stimuli.MOUSE_IN_TURN)
+    scene = observation.enter_scene(stimuli.MOUSE_IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
     if _has_driven_forward(observation, stimuli.MOUSE_IN_TURN):
@@ -171,7 +170,7 @@ def _why_not_driven_in_turn(observation: Observation) -> Reason:
 def _has_driven_forward(observation, name):
     """Returns True if the node drove as fast as a mouse at the upper edge requires."""
     forward_sign = forward_sign_of(observation)
-    forward_speeds = forward_sign * observation.scene(name).commands[:, LINEAR]
+    forward_speeds = forward_sign * observation.enter_scene(name).commands[:, LINEAR]
     return (forward_speeds > MIN_EDGE_SPEED).any()
 
 
@@ -179,14 +178,14 @@ def forward_sign_of(observation: Observation) -> float:
     """Returns the sign of the speed that a correct node commands for a mouse at the upper edge.
 
     The marker has applied the sign of the submission's mouse client to y, so a correct node drives
-    forward: 1.0. Without a known mouse client, it is the sign of the node's first speed at this
+    forward: 1.0. Without a known mouse client, the sign is that of the node's first speed at this
     edge.
     """
     if observation.mouse_y_sign:
         return 1.0
     names = (stimuli.MOUSE_UP, stimuli.MOUSE_AFTER_TURN, stimuli.MOUSE_IN_TURN)
     for name in filter(observation.has_stimulus, names):
-        for speed in observation.scene(name, may_die=True).commands[:, LINEAR]:
+        for speed in observation.enter_scene(name, may_die=True).commands[:, LINEAR]:
             if speed != 0.0:
                 return math.copysign(1.0, speed)
     return 1.0
@@ -205,10 +204,10 @@ def _has_printed_only_prompt(observation):
     names = (LEFT_KEY, stimuli.NONSENSE)
     if not all(map(observation.has_stimulus, names)):
         return False
-    scenes = [observation.scene(name, may_die=True) for name in names]
-    # the first line shows the typed letter
-    after_turn, after_nonsense = (scene.printed.splitlines()[1:] for scene in scenes)
-    return len(after_nonsense) == 1 and after_turn[-1:] == after_nonsense
+    turn_lines, nonsense_lines = (
+        observation.enter_scene(name, may_die=True).printed.splitlines() for name in names)
+    # the first line of each shows the typed letter
+    return len(nonsense_lines) == 2 and turn_lines[1:][-1:] == nonsense_lines[1:]
 
 
 def remarks_on_turns(observation: Observation) -> List[str]:
@@ -236,7 +235,7 @@ CRITERIA = [
     Criterion('clamped', stimuli.TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW_STEP,
               _why_turned_too_fast, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', stimuli.TURNS, 'does not drive forward while it turns', LAW_STEP,
-              _why_not_on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
+              _why_driven_while_turning, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', stimuli.TURNS,
               'answers any other input by an error that names the valid ones', RIGHT_TURN_STEP,
               _why_not_answered, limits=f'{within(stimuli.ANSWER_TIME)}, in at most '
@@ -246,10 +245,10 @@ CRITERIA = [
               _why_not_driven_by_mouse, limits=MOUSE_LIMITS),
     Criterion('mouse_dead_zone', stimuli.MOUSE,
               f'a mouse within {MOUSE_DEAD_ZONE:g} of the middle moves nothing', MOUSE_STEP,
-              _why_no_dead_zone,
+              _why_driven_in_dead_zone,
               limits=f'zero velocity at {POSITION_NEAR_MIDDLE} {STOP_LIMITS}'),
     Criterion('mouse_off', stimuli.MOUSE, 'the robot stops at once when the mouse is deactivated',
-              MOUSE_STEP, _why_not_deactivated, limits='zero velocity ' + STOP_LIMITS),
+              MOUSE_STEP, _why_driven_by_inactive_mouse, limits='zero velocity ' + STOP_LIMITS),
     Criterion('turn_beside_mouse', stimuli.MOUSE_AND_TURNS,
               'turns also while the mouse is active in the middle', MOUSE_STEP,
               partial(why_not_turned, name=stimuli.TURN_BESIDE_MOUSE,

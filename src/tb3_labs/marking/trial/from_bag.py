@@ -44,7 +44,8 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
     events = [(time, json.loads(cleaned(text)))
               for time, text in zip(recording.events.arrival, recording.events.text)]
     for time, event in sorted(outputs + events, key=lambda entry: entry[0]):
-        _add_event(observation, event.pop('kind'), float(time), event)
+        kind = event.pop('kind')
+        _add_event(observation, kind, float(time), event)
     if not observation.lab:
         raise ValueError('the recording has no trial')
     observation.stimuli = [stimulus for stimulus in observation.stimuli

@@ -29,7 +29,7 @@ LOCAL_T_WORLD = 'local_T_world'     # the transform from the true frame to the l
 MAX_FAIR_GAP = 0.15
 MAX_FINDINGS = 20           # and as many remarks
 MAX_SENTENCE_LENGTH = 2000  # characters of a finding or a remark
-#: The marker counts commands that are not finite numbers, and does not record them.
+#: The marker counts commands that are not finite numbers, but does not record them.
 NOT_FINITE = 'commands that are not finite numbers'
 #: The recording of a submission that had no trial.
 NO_RECORDING = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
@@ -112,8 +112,8 @@ class Observation:
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
     reset_calls: List[List[Any]] = field(default_factory=list)
-    #: The moment [s] in the timeline to which the current verdict belongs. The method `scene` sets
-    #: it to the start of the stimulus; None if the stimulus was not tried.
+    #: The moment [s] in the timeline to which the current verdict belongs. The method
+    #: `enter_scene` sets it to the start of the stimulus; None if the stimulus was not tried.
     moment: Optional[float] = None
 
     @property
@@ -153,13 +153,11 @@ class Observation:
         """Returns True if the node got the stimulus `name`."""
         return any(stimulus.name == name for stimulus in self.stimuli)
 
-    def scene(self, name: str, may_die: bool = False) -> 'Scene':
-        """Returns the Scene of the stimulus `name`, and sets `moment`.
-
+    def enter_scene(self, name: str, may_die: bool = False) -> 'Scene':
+        """Sets `moment` to the start of the stimulus `name`. Returns the Scene of this stimulus.
         Raises ``NotOffered`` if the node does not have the topic or the service that the stimulus
         needs, and ``NotTried`` if the stimulus was not tried for another reason. Raises ``Ended``
-        if the node ended during the stimulus, and `may_die` is false.
-        """
+        if the node ended during the stimulus, and `may_die` is false."""
         self.moment = None
         stimulus = next((stimulus for stimulus in self.stimuli if stimulus.name == name), None)
         if stimulus is None:
@@ -171,17 +169,15 @@ class Observation:
             raise Ended(stimulus.printed)
         return Scene(self, stimulus)
 
-    def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
-        """Returns the Scenes of the tried stimuli in `names`. Raises the exceptions of `scene` if
-        no stimulus was tried."""
+    def enter_scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
+        """Yields the Scenes of the tried stimuli in `names`. Raises an exception of `enter_scene`
+        if no stimulus was tried."""
         tried = [name for name in names if self.has_stimulus(name)]
-        if not tried:
-            self.scene(names[0])
-        return (self.scene(name, may_die) for name in tried)
+        return (self.enter_scene(name, may_die) for name in tried or names[:1])
 
-    def greatest_speed(self, commands: np.ndarray, column: int) -> float:
-        """Returns the greatest absolute value in a `column`, LINEAR or ANGULAR, of the commands.
-        Sets `moment` to the start of the stimulus with this value."""
+    def enter_fastest_scene(self, commands: np.ndarray, column: int) -> float:
+        """Sets `moment` to the start of the stimulus with the greatest absolute value in a
+        `column`, LINEAR or ANGULAR, of the commands. Returns this value."""
         speeds = np.abs(commands[:, column])
         fastest_time = commands[speeds.argmax(), TIME]
         begins = [stimulus.begin for stimulus in self.stimuli]

@@ -1,5 +1,5 @@
-"""Runs a program, and records its output. Kills a submission's program if its processes are too
-many, or use too much memory or disk.
+"""Runs a program and records its output. Kills a submission's program if it has too many processes
+or uses too much memory or disk.
 
 Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
 size of a folder. Therefore this module adds up the memory of processes and the sizes of files.
@@ -18,6 +18,7 @@ from tb3_labs.marking.limits import (
     MAX_DISK_BYTES, MAX_NODE_MEMORY_BYTES, MAX_OTHER_MEMORY_BYTES, MAX_PROCESSES)
 
 LIMITS_POLL_PERIOD = 0.25       # [s]
+READ_RATE = 1e6                 # [bytes/s]; a long output must not load the computer
 #: If a program prints more characters in one second, only the final characters are recorded. If the
 #: bag is full, a tenth of this number is recorded.
 MAX_CHARACTERS_PER_SECOND = 20000
@@ -53,7 +54,7 @@ class RunningProgram:
             self._on_text(chunk.decode(errors='replace').replace('\r\n', '\n'))
             if not chunk:
                 return
-            time.sleep(len(chunk) / 1e6)    # a long output must not load the computer
+            time.sleep(len(chunk) / READ_RATE)
 
     @property
     def pid(self):
@@ -86,8 +87,8 @@ class NodeOutput:
         self._lock = threading.Lock()
         self._unrecorded = ''
         #: The numbers of characters and lines that were left out before `_unrecorded`.
-        self._omitted_characters = self._omitted_lines = 0
-        #: Before this time [s], the output is collected, and only `flush` records the output.
+        self._omitted_characters, self._omitted_lines = 0, 0
+        #: Before this time [s], the output is collected, and only `flush` records it.
         self._collects_until = 0.0
         #: The output since the latest call of `flush`; only the end of a long output.
         self.latest_text = ''
@@ -111,8 +112,7 @@ class NodeOutput:
         return MAX_CHARACTERS_PER_SECOND // 10 if self._bag.is_full else MAX_CHARACTERS_PER_SECOND
 
     def flush(self):
-        """Record the waiting output. Call `flush` before you record an event, so that the output
-        comes before the event."""
+        """Record the waiting output. Called before an event that must come after this output."""
         with self._lock:
             self._record()
             self.latest_text = ''
@@ -126,7 +126,7 @@ class NodeOutput:
         output_time = self._bag.add_output(self._unrecorded)
         self._collects_until = output_time + len(self._unrecorded) / self._max_characters
         self._unrecorded = ''
-        self._omitted_characters = self._omitted_lines = 0
+        self._omitted_characters, self._omitted_lines = 0, 0
 
 
 class ResourceWatch:

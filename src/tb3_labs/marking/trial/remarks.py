@@ -15,7 +15,7 @@ ERROR_LINE = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 TRACEBACK_FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
 #: Python prints these words between two tracebacks if the first exception led to the second.
 CAUSE_OF_NEXT = re.compile('^(During handling of|The above exception was)', re.MULTILINE)
-#: Python prints these lines, and no traceback, for a file that is not valid Python.
+#: Python prints these lines instead of a traceback for a file that is not valid Python.
 SYNTAX_ERROR = re.compile(
     r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentation|Tab)Error:)', re.MULTILINE)
 #: If a callback publishes while the node ends, rospy raises an exception with one of these texts.
@@ -47,8 +47,8 @@ def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') 
     first_stimulus: Dict[str, str] = {}     # {quoted exception: the name of a stimulus}
     for stimulus in observation.stimuli:
         if stimulus.name not in CTRL_C:
-            for error in exceptions(stimulus.printed, observation.file):
-                first_stimulus.setdefault(repr(error), stimulus.name)
+            for exception in printed_exceptions(stimulus.printed, observation.file):
+                first_stimulus.setdefault(repr(exception), stimulus.name)
     return [f'A traceback was printed during "{name}": {quoted}. The clean exit is about Ctrl+C '
             'alone.' for quoted, name in first_stimulus.items() if quoted not in verdict_text]
 
@@ -65,14 +65,14 @@ def _exceptions_before_ctrl_c(scene):
     for stimulus in scene.observation.stimuli:
         if stimulus.name in CTRL_C and stimulus.begin >= scene.process.begin:
             printed = printed.replace(stimulus.printed, '')
-    return exceptions(printed, scene.observation.file)
+    return printed_exceptions(printed, scene.observation.file)
 
 
 def why_idle(scene: Scene) -> str:
     """Returns a clause on the first reason why the node did not move the robot in the scene."""
-    errors = _exceptions_before_ctrl_c(scene)
-    if errors:
-        return f'an exception had stopped it, {errors[0]!r}'
+    exceptions = _exceptions_before_ctrl_c(scene)
+    if exceptions:
+        return f'an exception had stopped it, {exceptions[0]!r}'
     if scene.not_finite:
         return (f'{len(scene.not_finite)} of its commands were not finite numbers, such as '
                 f'{scene.not_finite[0]}')
@@ -116,9 +116,9 @@ def _clause_on_output(printed):
 
 def why_unprinted(scene: Scene) -> str:
     """Returns a clause on the reason why the node did not print its line in the scene."""
-    errors = _exceptions_before_ctrl_c(scene)
-    if errors:
-        return f'its callback failed: {errors[0]!r}'
+    exceptions = _exceptions_before_ctrl_c(scene)
+    if exceptions:
+        return f'its callback failed: {exceptions[0]!r}'
     if not scene.process.unconnected_topics:
         return _clause_on_output(scene.printed)
     topics = ' and '.join(scene.process.unconnected_topics)
@@ -130,7 +130,7 @@ def why_unprinted(scene: Scene) -> str:
 def why_not_judged(problem: NotObserved, observation: Observation) -> str:
     """Returns a clause on the reason why a criterion raised `problem`."""
     if isinstance(problem, Ended):
-        return 'it ended in the middle of this: ' + last_error(str(problem), observation.file)
+        return 'it ended in the middle of this: ' + last_exception(str(problem), observation.file)
     if isinstance(problem, NotTried):
         return why_not_tried(observation)
     return str(problem)
@@ -143,9 +143,9 @@ def why_not_tried(observation: Observation) -> str:
     process = observation.processes[-1]
     was_ready = process.ready is not None
     if process.ended_by_itself:
-        is_without_error = process.status == 0 and not exceptions(process.printed)
+        is_without_exception = process.status == 0 and not printed_exceptions(process.printed)
         ending = ('its main program was over, and nothing kept the node running'
-                  if is_without_error else last_error(process.printed, observation.file))
+                  if is_without_exception else last_exception(process.printed, observation.file))
         return f'it had ended: {ending}' if was_ready else f'it ended at once: {ending}'
     if not was_ready:
         clauses = [_why_never_ready(process), observation.clause_on_silent_topics]
@@ -165,24 +165,25 @@ def _why_never_ready(process):
 
 # -- the exceptions and the last line of a node's output
 
-def exceptions(printed: str, file: str = '') -> List[str]:
+def printed_exceptions(printed: str, file: str = '') -> List[str]:
     """Returns the exceptions in a node's output, for example
     ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
 
     If `file` is given, the line number belongs to the node's file with this name. The exceptions
     that rospy raises while a node ends are left out.
     """
-    errors = []
+    exceptions = []
     pieces = printed.split(TRACEBACK)
     if len(pieces) == 1:
         pieces = SYNTAX_ERROR.split(printed)
     for piece in pieces[1:]:
         if CAUSE_OF_NEXT.search(piece):
             continue
-        error = next(filter(ERROR_LINE.match, piece.splitlines()[1:]), '')
-        if not any(text in (error or piece) for text in CLOSED_TOPIC_TEXTS):
-            errors.append((error or 'an exception')[:MAX_QUOTE_LENGTH] + _line_of(piece, file))
-    return errors
+        exception = next(filter(ERROR_LINE.match, piece.splitlines()[1:]), '')
+        if not any(text in (exception or piece) for text in CLOSED_TOPIC_TEXTS):
+            quoted = (exception or 'an exception')[:MAX_QUOTE_LENGTH]
+            exceptions.append(quoted + _line_of(piece, file))
+    return exceptions
 
 
 def _line_of(piece, file):
@@ -201,7 +202,7 @@ def _line_of(piece, file):
 
 
 def exceptions_in(scene: Scene) -> List[str]:
-    return exceptions(scene.printed, scene.observation.file)
+    return printed_exceptions(scene.printed, scene.observation.file)
 
 
 def last_line(printed: str) -> str:
@@ -210,8 +211,8 @@ def last_line(printed: str) -> str:
     return repr(lines[-1].strip()[:MAX_QUOTE_LENGTH]) if lines else 'it printed nothing'
 
 
-def last_error(printed: str, file: str) -> str:
+def last_exception(printed: str, file: str) -> str:
     """Returns the last exception in a node's output, in quotes; the last line if the output has no
     exception."""
-    errors = exceptions(printed, file)
-    return repr(errors[-1]) if errors else last_line(printed)
+    exceptions = printed_exceptions(printed, file)
+    return repr(exceptions[-1]) if exceptions else last_line(printed)

@@ -51,6 +51,7 @@ MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000          # events of all kinds
 MAX_LOG_LINE_LENGTH = 300       # characters; the rest of the line is not recorded
 MAX_MESSAGE_BYTES = 10000       # a longer message is not recorded
+MIN_TIME_STEP = 1e-6        # [s] between two default times, so that no two are equal
 #: A command that equals the previous command is recorded only if this time [s] has passed.
 SAME_COMMAND_TIME = 0.04
 FULL_BAG_BYTES = 3 * 10 ** 6
@@ -73,7 +74,8 @@ class TrialBag:
         self._path = str(path)
         self._last_time = 0.0
         self._event_count = 0
-        self.is_full = self.is_closed = False
+        self.is_full = False
+        self.is_closed = False
         self.problem = None     # the error that prevented further writing
         self._waiting = queue.SimpleQueue()
         self._lock = threading.Lock()
@@ -81,18 +83,18 @@ class TrialBag:
         self._writer.start()
 
     def add(self, topic, message, time=None):
-        """Record a message at a `time` [s], and return this time. By default `time` is the current
-        time. No two default times are equal. `message` is a ROS message, or the tuple (type, bytes,
-        checksum, class)."""
+        """Record a message at a `time` [s], by default the current time. Returns this time.
+        `message` is a ROS message, or the tuple (type, bytes, checksum, class)."""
         with self._lock:
             if time is None:
-                time = self._last_time = max(ros_time(), self._last_time + 1e-6)
+                time = max(ros_time(), self._last_time + MIN_TIME_STEP)
+                self._last_time = time
             if self.problem is None:
                 self._waiting.put(('/' + topic.lstrip('/'), message, time))
         return time
 
     def add_event(self, kind, time=None, **facts):
-        """Record an event of the trial, and return its time [s]. A text in `facts` is cut after
+        """Record an event of the trial and return its time [s]. A text in `facts` is cut after
         MAX_SENTENCE_LENGTH characters."""
         self._event_count += 1
         if self._event_count > MAX_EVENTS:      # a node could cause events without end
@@ -103,7 +105,7 @@ class TrialBag:
         return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), time)
 
     def add_output(self, text):
-        """Record a piece of the node's output, and return its time [s]."""
+        """Record a piece of the node's output and return its time [s]."""
         return self.add(PRINTED, String(text))
 
     @property
@@ -111,7 +113,7 @@ class TrialBag:
         return ros_time()
 
     def close(self):
-        """Write the waiting messages, and close the bag. If this fails, `problem` is the error, and
+        """Write the waiting messages and close the bag. If this fails, `problem` is the error, and
         the bag is removed, because an incomplete bag would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
@@ -172,7 +174,7 @@ class Recorder:
         self.bag.add_event('finding', text='The robot was ended while the node ran.')
 
     def _count(self, kind):
-        """Count a message, and return the number of messages of this kind so far."""
+        """Count a message and return the number of messages of this kind so far."""
         self._counts[kind] += 1
         return self._counts[kind]
 

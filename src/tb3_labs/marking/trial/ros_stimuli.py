@@ -1,4 +1,4 @@
-"""The robot of a trial, and the devices that the marker plays, such as a mouse."""
+"""The robot of a trial, and the devices that the marker imitates, such as a mouse."""
 import math
 import threading
 import time
@@ -21,15 +21,14 @@ from tb3_labs.ros.node import guarded
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 STOP_REST_TIME = 2.0        # [s] from the robot's last command until the robot rests
 INTERRUPTION_TIME = 0.5     # [s] from the start of a movement to the stimulus that interrupts it
+MAX_HEADING_ERROR = 0.01    # [rad] of a turn by the marker
 DELIVERY_TIME = 0.3         # [s] until a node's output and messages reach the marker
 
 
 class Robot:
-    """Drives the simulated robot, and changes its settings.
-
-    Each movement by this class is recorded as a movement of the marker. If another program changes
-    a setting of the robot, the change is recorded and undone.
-    """
+    """Drives the simulated robot and changes its settings. Each movement by this class is recorded
+    as a movement of the marker. If another program changes a setting of the robot, the change is
+    recorded and undone."""
 
     def __init__(self, recorder):
         self._recorder = recorder
@@ -54,11 +53,11 @@ class Robot:
             self._recorder.bag.add_event('own move', seconds=time.monotonic() - begin)
 
     def turn_to(self, heading_deg):
-        """Turn the robot by at most 180 degrees to a heading [deg], within 8 s. Returns False if it
-        does not come to rest."""
+        """Turn the robot by at most 180 degrees to a heading [deg], within 8 s. Returns False if
+        the robot does not come to rest."""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
-            if abs(error) <= 0.01:      # [rad]
+            if abs(error) <= MAX_HEADING_ERROR:
                 return None
             speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s]
             return 0.0, math.copysign(speed, error)
@@ -88,8 +87,7 @@ class Robot:
 
 
 class Repeater(AbstractContextManager):
-    """Repeats a message until the end of a ``with`` block, as a driver of a mouse or gamepad does.
-    """
+    """Repeats a message until the end of a ``with`` block, as the driver of a mouse does."""
 
     def __init__(self, topic, message_class):
         self._message = None
@@ -102,17 +100,14 @@ class Repeater(AbstractContextManager):
         self._is_closed = True
 
     def hold(self, message):
-        """Send the message now, and repeat it. ``hold(None)`` ends this, as if the device were
-        unplugged."""
+        """Send the message now and repeat it. ``hold(None)`` ends the messages, as if the device
+        were unplugged."""
         self._message = message
         self._send_held()
 
     def wait_for_subscriber(self):
-        """Wait until a node is connected, and 0.45 s longer.
-
-        A node may ignore a new gamepad until it has been at rest for a moment. This
-        package's gamepad node waits for 0.3 s.
-        """
+        """Wait until a node is connected, and 0.45 s longer. A node may ignore a new gamepad until
+        the sticks have been at rest for a moment, for 0.3 s in this package's gamepad node."""
         wait_until(self._publisher.get_num_connections, 1.0)
         time.sleep(0.45)
 

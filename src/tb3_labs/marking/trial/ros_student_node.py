@@ -1,4 +1,4 @@
-"""Starts and ends a student's node, and asks the master for the node's topics and services.
+"""Starts and ends a student's node and asks the master for the node's topics and services.
 
 The start, the output, the topics and the end of each process are recorded. A student's node can
 block this module, so each wait has a time limit.
@@ -21,7 +21,7 @@ from tb3_labs.marking.student_nodes import WRITABLE_FOLDERS, NodeStart
 from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import NodeOutput, ResourceWatch, RunningProgram
 from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES
-from tb3_labs.marking.trial.ros_types import Types
+from tb3_labs.marking.trial.ros_types import KnownTypes
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import with_probe
 
@@ -44,10 +44,12 @@ class StudentNode:
         self._node_start = NodeStart.from_environment()
         program = self._node_start.program
         self._command = [program] if program else ['rosrun', *node.split('/', 1)]
-        self._process = self._resource_watch = self._output = None
+        self._process = None    # None while no process runs
+        self._resource_watch = None     # only for a submission
+        self._output = None     # of the latest process
         self._first_process_was_ready = None    # None until the first process is ready or given up
         self._got_ctrl_c = False
-        self.graph = Graph(Types(self._node_start.types))
+        self.graph = NodeGraph(KnownTypes(self._node_start.types))
 
     @property
     def is_alive(self):
@@ -62,7 +64,7 @@ class StudentNode:
         return status if status <= SIGNAL_STATUS_BASE else SIGNAL_STATUS_BASE - status
 
     def start(self, *arguments, needed_topics=None):
-        """End the current process of the node, and start a new process.
+        """End the current process of the node and start a new process.
 
         The node needs the `needed_topics`, by default its `sensors`. The new process is ready when
         it subscribes to the first needed topic. Raises ``NotTried`` if the process is not ready in
@@ -92,7 +94,7 @@ class StudentNode:
         self._bag.add_event('ready')
 
     def _wait_until_ready(self, earlier_nodes):
-        """Returns True when the node is ready, False if it is not ready in time."""
+        """Returns True as soon as the node is ready, False if the node ends or takes too long."""
         own_roles = {}
         change_time = time.monotonic()
 
@@ -167,8 +169,8 @@ class StudentNode:
             self._bag.add_event('run', ended_by_itself=True, status=self.status)
 
 
-class Graph:
-    """Asks the ROS master for nodes, topics and services."""
+class NodeGraph:
+    """Asks the ROS master for the student's node, its topics and its services."""
 
     def __init__(self, types):
         self.types = types

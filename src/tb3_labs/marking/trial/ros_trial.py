@@ -1,7 +1,7 @@
-"""Tests a node in the parts of its lab, and records the trial.
+"""Tests a node in the parts of its lab and records the trial.
 
 Each part of a lab has a script. Within a :meth:`Trial.stimulus` a script acts on the `node` or the
-`robot` of the Trial, and waits until the `recorder` shows the effect.
+`robot` of the Trial and waits until the `recorder` shows the effect.
 """
 import os
 import time
@@ -53,7 +53,7 @@ class Trial:
 
     @contextmanager
     def stimulus(self, name, facts=()):
-        """Record a ``with`` block as the stimulus `name`. The block may add facts to `facts`."""
+        """Record a ``with`` block as a stimulus. The block may add to the stimulus's `facts`."""
         self._print_line(f'{self.part}: {name}')
         self.node.flush()
         begin = self.bag.add_event('begin', name=name)
@@ -87,8 +87,8 @@ class Trial:
             files = {program}
         else:
             folder = Path(rospkg.RosPack().get_path(self._package))
-            files = {str(path.resolve()) for depth in range(MAX_PACKAGE_DEPTH + 1)
-                     for path in folder.glob('*/' * depth + self._executable)}
+            patterns = ['*/' * depth + self._executable for depth in range(MAX_PACKAGE_DEPTH + 1)]
+            files = {str(path.resolve()) for pattern in patterns for path in folder.glob(pattern)}
         assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
         self.bag.add_event('program', assigned=assigned)
 
@@ -163,11 +163,9 @@ class Trial:
             self._slip = share
 
     def send_ctrl_c_in_motion(self, set_in_motion):
-        """Send Ctrl+C while the node moves the robot. If the node sends no zero velocity, try
-        again, up to three times in all.
-
-        `set_in_motion()` makes the node move the robot, and returns True if the robot moves.
-        """
+        """Send Ctrl+C while the node moves the robot. `set_in_motion()` makes the node move the
+        robot and returns True if the robot moves. If the node sends no zero velocity after Ctrl+C,
+        try again, up to three times in all."""
         for name in CTRL_C:
             was_moving = set_in_motion()
             begin = ros_time()
@@ -190,8 +188,8 @@ class Trial:
 
 
 def exit_at_shutdown(bag):
-    """End this process when ROS shuts it down. Otherwise it would go on without messages, and would
-    record a wrong behaviour of the node."""
+    """End this process when ROS shuts it down. Otherwise the process would go on without messages
+    and record a wrong behaviour of the node."""
     def on_shutdown():
         if not bag.is_closed:
             bag.add_event('finding', text='The marker was ended while the node ran.')

@@ -1,8 +1,8 @@
-"""Makes classes for a student's messages and services, and runs no code of the student.
+"""Makes classes for a student's messages and services without running the student's code.
 
 An import of a student's modules, even of generated modules, would run the student's code in the
 marker. Therefore a sandbox makes an example message of each type, as bytes (message_examples.py).
-A class of this module replaces a few fields of an example message, and reads no field.
+A class of this module replaces a few fields of an example message and reads no field.
 """
 import importlib
 import struct
@@ -19,7 +19,7 @@ from tb3_labs.marking.student_nodes import is_valid_name
 SERVICE_PACKAGES = 'tb3_labs', 'std_srvs'
 
 
-class Types:
+class KnownTypes:
     """The types that this process can import, and the types for which a sandbox made examples."""
 
     def __init__(self, student_types: Optional[Dict[str, Any]] = None) -> None:

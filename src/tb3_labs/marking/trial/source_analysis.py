@@ -40,7 +40,7 @@ ANGLE_AS_ORIENTATION = (
     'cosine of its half. Y sends 0, so it costs no points.')
 
 #: {variable: slope}. The slope is positive if the variable grows with the pixel's y, negative if
-#: it falls, 0 if it does not depend on y, and NaN if this is unknown.
+#: the variable falls, 0 if the variable does not depend on y, and NaN if the slope is unknown.
 Slopes = Dict[str, float]
 
 
