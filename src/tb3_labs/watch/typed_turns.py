@@ -115,8 +115,8 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
     message. The search starts with the message that is in force at `begin`."""
     index_at_begin = max(last_before(mouse.arrival, begin), 0)
     mouse = mouse.take(slice(index_at_begin, None))
-    is_far = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) >= MOUSE_DEAD_ZONE
-    return float(min(mouse.arrival[is_far & (mouse.active > 0.0)], default=np.inf))
+    is_outside_dead_zone = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) > MOUSE_DEAD_ZONE
+    return float(min(mouse.arrival[is_outside_dead_zone & (mouse.active > 0.0)], default=np.inf))
 
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
