@@ -53,8 +53,8 @@ class RecordedClock:
         return abs(self.offset - other.offset) < MAX_CLOCK_DIFFERENCE or is_copied.mean() > 0.5
 
 
-def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
-                             robot_clock: RecordedClock) -> np.ndarray:
+def times_on_recorder_clock(arrival: np.ndarray, stamp: np.ndarray,
+                            robot_clock: RecordedClock) -> np.ndarray:
     """Returns the time [s] on the recorder's clock at which each message was sent. The times never
     decrease.
 

@@ -98,18 +98,18 @@ def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
     return value.imag if name == 'local_y' else value.real
 
 
-def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks the variables of the local pose. A wrong reference comes before its variable."""
+def find_wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each wrong variable of the local pose, after its references."""
     for frame, name in product(local_frames(node_run), REFERENCES_OF):
-        for wrong in wrong_in_frame(node_run, frame, name):
+        for wrong in find_wrong_variable(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
-                yield from wrong_reference(node_run, frame, reference)
+                yield from find_wrong_reference(node_run, frame, reference)
             yield wrong
 
 
-def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
-    """Checks the reference `name` in a frame. A wrong reference is reported if the reset did not
-    change it, or if it is another yaw."""
+def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if the reference `name` is wrong in a frame, and either the reset did not
+    change the reference, or the reference is another yaw."""
     recording = node_run.recording
     series = node_run.variable(name)
     sensor, correct = {
@@ -140,8 +140,8 @@ def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[
             f'it was {text} when this was {correct:.3g}', readings.time[0], series.name)
 
 
-def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
-    """Checks that the variable `name` follows the correct quantity in a frame."""
+def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if the variable `name` does not follow its quantity in a frame."""
     series = node_run.variable(name)
     quantities = pose_quantities(node_run, frame, name)
     if series is None or not quantities:

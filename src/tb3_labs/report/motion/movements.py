@@ -105,7 +105,7 @@ def has_control(run: RunData, time: float) -> bool:
     return bool(earlier_values[-1])
 
 
-def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
+def with_derived_fields(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
     computed, and added to `derived`. Without recorded goals, all drives have this `goal`."""
     if not len(run.local_pose) and len(run.frames):
