@@ -109,9 +109,8 @@ class SheetStep(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A link of a chain. A student can answer the `question` by looking at the node. `parts` are
-    the parts of the lab that use the link, as in marking/labs. If `is_remarked`, a mistake gets a
-    remark even if it costs no points."""
+    """A link of a chain. A student can answer the `question` by looking at the node. The `parts` of
+    the lab, as in marking/labs, use the link. If `is_remarked`, a mistake always gets a remark."""
 
     question: str
     check: Check
@@ -164,9 +163,3 @@ def nonzero_field_text(commands: Any, fields: Sequence[Tuple[str, str]] = UNUSED
         if speeds.any():
             return f'{field_text} was {speeds[np.argmax(np.abs(speeds))]:.2g}'
     return ''
-
-
-def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on linear.x or an unused field that is not 0; '' if all are 0."""
-    clause = nonzero_field_text(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
-    return f'; {clause}' if clause else ''

@@ -165,9 +165,9 @@ def find_wrong_drive_command(node_run: NodeRun, interval: StateInterval) -> Iter
     if not len(interval.commands):
         # after a reset, a node may wait for the IMU and the odometry
         recording = node_run.recording
-        imu = recording.imu.between(interval.begin, interval.end)
-        odometry = recording.odometry.between(interval.begin, interval.end)
-        first_arrivals = [min(samples.arrival, default=np.inf) for samples in (imu, odometry)]
+        received = [samples.between(interval.begin, interval.end)
+                    for samples in (recording.imu, recording.odometry)]
+        first_arrivals = [min(samples.arrival, default=np.inf) for samples in received]
         if interval.end - max(first_arrivals) >= MAX_REACTION_TIME:
             duration = interval.end - interval.begin
             yield BrokenLink(f'in {interval.state} no command came for {duration:.1f} s',

@@ -108,9 +108,7 @@ def find_wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if the reference `name` is wrong in a frame, and either the reset did not
-    change the reference, or the reference is another yaw."""
-    recording = node_run.recording
+    """Yields a BrokenLink if the reference `name` is wrong, and is unchanged or another yaw."""
     series = node_run.variable(name)
     sensor, correct = {
         'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
@@ -123,21 +121,21 @@ def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iter
     if len(set(readings.text)) != 1:
         return
     value = readings.value[0]
-    text = shortened_value(readings.text[0])
+    value_text = shortened_value(readings.text[0])
     error = wrap(value - correct) if 'yaw' in name else value - correct
     if abs(error) <= POSE_TOLERANCE:
         return
     behaviours = []
     if frame.is_reset and series.text_at(frame.begin - PROBE_DELAY) == readings.text[0]:
-        behaviours.append('stayed ' + text)
+        behaviours.append('stayed ' + value_text)
     elif 'yaw' in name:
-        angles = yaw_readings(recording.imu, recording.odometry)
+        angles = yaw_readings(node_run.recording.imu, node_run.recording.odometry)
         behaviours += [f'followed {angle.name} at the reset' for angle in angles
                        if abs(wrap(value - angle.at(frame.begin))) <= POSE_TOLERANCE]
     if behaviours:
         yield BrokenLink(
             f'{frame.clause}{series.name} {behaviours[0]}; it should be {sensor} at the reset: '
-            f'it was {text} when this was {correct:.3g}', readings.time[0], series.name)
+            f'it was {value_text} when this was {correct:.3g}', readings.time[0], series.name)
 
 
 def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:

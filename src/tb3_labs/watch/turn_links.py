@@ -7,7 +7,7 @@ import numpy as np
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
-    SPEED_TOLERANCE, BrokenLink, NodeRun, find_slow_commands, other_field_text)
+    SPEED_TOLERANCE, UNUSED_FIELDS, BrokenLink, NodeRun, find_slow_commands, nonzero_field_text)
 from tb3_labs.watch.headings import broken_heading, heading_candidates
 from tb3_labs.watch.typed_turns import (
     READING_PERIOD, TURN_OF_LETTER_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw,
@@ -119,9 +119,11 @@ def find_wrong_turn_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     for turn in letter_turns(node_run):
         has_only_zeros = len(turn.time) >= MIN_ZERO_COMMANDS and not turn.command.any()
         if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
-            yield BrokenLink(
-                f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, angular.z '
-                f'stayed 0{other_field_text(node_run)}', turn.begin, 'angular.z')
+            fields = (*UNUSED_FIELDS, ('linear', 'linear.x'))
+            clause = nonzero_field_text(node_run.commands, fields)
+            clause = f'angular.z stayed 0; {clause}' if clause else 'angular.z stayed 0'
+            yield BrokenLink(f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, '
+                             + clause, turn.begin, 'angular.z')
     yield from find_wrong_side(node_run)
     yield from find_exceeded_limits(node_run)
 

@@ -2,9 +2,7 @@
 
 probe/sitecustomize.py reads the variables. A quantity is a number that a formula gives for each
 message of a sensor. A variable follows a quantity if the formula gives each value of the variable
-for a recent message.
-
-A `recording` is a RunData (see :mod:`tb3_labs.recording.run_data`). Times are arrivals.
+for a recent message. Times are arrivals.
 """
 import math
 from dataclasses import dataclass
@@ -155,8 +153,7 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the delay [s] with which the share DELAYED_SHARE of a variable's values follows a
-    quantity. Returns inf if the delay exceeds MAX_DELAY."""
+    """Returns the delay [s] of the share DELAYED_SHARE of the values, or inf above MAX_DELAY."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
     if not len(ages):
         return math.inf

@@ -146,8 +146,7 @@ class WatchedNode:
         self._next_search += (time.thread_time() - begin) / MAX_SEARCH_SHARE
 
     def _show(self, shown, variables, owner, shown_ids):
-        """Add variables to `shown`. A name that is already there begins with `owner`, the name of
-        the variable's class or function."""
+        """Add variables to `shown`. A name that is already there is prefixed by `owner`."""
         for name, value in variables.items():
             if len(shown) >= MAX_SHOWN_VARIABLES:
                 return
