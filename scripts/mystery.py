@@ -19,7 +19,7 @@ ROUNDING_ERROR = 1e-9
 
 
 def judge(number, name, value):
-    """Returns (is the answer right?, the text for the student). The answer is the `name` and the
+    """Returns (True if the answer is right, text for the student). The answer is the `name` and the
     `value` of a fault. Whole turns in the error of an angle are ignored. If the fault is wrong, the
     text does not name the right fault. Raises ``ValueError`` for an invalid `number`."""
     fault, right_value, _ = fault_of(number)

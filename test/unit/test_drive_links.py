@@ -13,7 +13,7 @@ from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.recording.run_data import Numbers
 from tb3_labs.watch.broken_link import NodeRun, find_broken_link
-from tb3_labs.watch.drive_links import not_silent, state_not_reset
+from tb3_labs.watch.drive_links import find_late_commands, find_unreset_state
 from tb3_labs.watch.drive_pose import place_quantities
 from tb3_labs.watch.drive_states import NodeFrame, StateInterval
 from tb3_labs.watch.lab_links import LINKS
@@ -145,7 +145,7 @@ def test_a_state_that_a_reset_sets_back_for_a_moment_was_not_kept(seconds, is_ke
     reset = run.resets.arrival[-1]
     run = changed(run, 'state', lambda time: 'ROTATE_TO_GOAL', reset, reset + seconds)
     run = replace(run, resets=run.resets.take(slice(-1, None)))
-    assert any(state_not_reset(NodeRun(run))) is is_kept
+    assert any(find_unreset_state(NodeRun(run))) is is_kept
 
 
 @pytest.mark.parametrize('is_over, words', [(True, ''), (False, 'ctrl_relinq became False, and the last command was')])
@@ -181,8 +181,8 @@ def test_a_node_that_sent_nothing_did_not_send_the_commands_of_another_node():
     node = str(run.variables.node[0])
     sent = replace(run.commands, sender=np.full(len(run.commands), '/gamepad'))
     taken = replace(run, commands=sent, control=Numbers(*np.array([[0.5], [0.5], [0.0]])))
-    assert any(not_silent(NodeRun(taken)))
-    assert not any(not_silent(NodeRun(taken, node)))
+    assert any(find_late_commands(NodeRun(taken)))
+    assert not any(find_late_commands(NodeRun(taken, node)))
 
 
 @pytest.mark.parametrize('changes, robot', [((), {}), (OTHER_REFERENCES, FAR_AWAY)])
@@ -232,7 +232,7 @@ def test_a_reset_soon_after_the_goal_begins_the_next_drive(seconds, accused, mon
     node_run = NodeRun(replace(run, control=Numbers.none()))
     intervals = [StateInterval('GOAL_REACHED', at, at + seconds, '', None, None)]
     monkeypatch.setattr('tb3_labs.watch.drive_links.state_intervals', lambda node_run: intervals)
-    assert any(not_silent(node_run)) is accused
+    assert any(find_late_commands(node_run)) is accused
 
 
 def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():

@@ -10,7 +10,7 @@ from tb3_labs.report.motion.drives import drive_reports
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.motion.movements import with_derived_fields
 from tb3_labs.report.page.printed_figures import draw_path, new_figure, paths_figure, turns_figure
 
 
@@ -44,7 +44,7 @@ def test_a_path_is_blank_where_it_leaps_by_more_than_three_tenths_of_a_metre(lea
 
 def test_both_panels_of_the_paths_hold_both_frames():
     """The robot stands in odom at (3, -2), turned by 90 deg; local is declared where it stands."""
-    run = completed(made(
+    run = with_derived_fields(made(
         local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
             TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO)))
     in_odom, in_local = paths_figure(run, drive_reports(run)).axes

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from tb3_labs.recording.samples_from_messages import RecordedClock, times_on_recorders_clock
+from tb3_labs.recording.samples_from_messages import RecordedClock, times_on_recorder_clock
 from tb3_labs.watch.printed_pose import declared_pose
 
 #: The robot's clock is ahead of the recorder's by this much [s].
@@ -17,7 +17,7 @@ ROBOT, NUMBER = RecordedClock.of(SENT, SENT + AHEAD), np.arange(100)
 
 
 def on_own_clock(arrival, stamp):
-    return times_on_recorders_clock(arrival, stamp, RecordedClock.of(arrival, stamp))
+    return times_on_recorder_clock(arrival, stamp, RecordedClock.of(arrival, stamp))
 
 
 def arrived_late(begin, end, arrival):
@@ -60,7 +60,7 @@ def one_in_time_of(number):
     (one_in_time_of(5), SENT + AHEAD, ROBOT, np.maximum.accumulate(one_in_time_of(5)))])
 def test_the_time_of_a_message(arrival, stamp, robot, time):
     clock = robot or RecordedClock.of(arrival, stamp)
-    assert times_on_recorders_clock(arrival, stamp, clock) == pytest.approx(time)
+    assert times_on_recorder_clock(arrival, stamp, clock) == pytest.approx(time)
 
 
 @pytest.mark.parametrize('share, passed_on', [(52, True), (48, False)])
@@ -68,7 +68,7 @@ def test_a_sender_that_passes_on_most_stamps_has_the_robots_clock(share, passed_
     """These messages come 0.3 s late, and the others have stamps that are 0.033 s newer. A stamp of today that
     is rounded in a float is the same."""
     stamp = SENT + AHEAD + np.where(NUMBER < share, 2e-7, 0.033)
-    time = times_on_recorders_clock(SENT + 0.3, stamp, ROBOT)
+    time = times_on_recorder_clock(SENT + 0.3, stamp, ROBOT)
     assert time[:share] == pytest.approx(SENT[:share] + (0.0 if passed_on else 0.267), abs=1e-5)
 
 

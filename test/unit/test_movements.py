@@ -10,7 +10,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Commands, Poses
 from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.movements import (
-    CAME_TO_REST, LAB_GOAL, MovementKind, completed, movements)
+    CAME_TO_REST, LAB_GOAL, MovementKind, movements, with_derived_fields)
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
 
 #: Any drive of the lab.
@@ -90,7 +90,7 @@ END = 0.8 * math.cos(math.radians(135.0)), 0.8 * math.sin(math.radians(135.0))
 
 
 def run_of(segments=BACK, **parts):
-    return completed(driven(segments, start=START, imu_offset=OFFSET, **parts))
+    return with_derived_fields(driven(segments, start=START, imu_offset=OFFSET, **parts))
 
 
 def test_a_drive_by_numbers():
@@ -116,7 +116,7 @@ def test_a_reset_during_a_drive_ends_the_drive():
 
 def test_a_node_that_sends_tf_alone_has_the_local_pose_of_its_frames():
     run = run_of(resets=resets((12.0, 0.5, -0.2, math.pi / 2.0)))
-    again = completed(replace(run, local_pose=Poses.none(), derived=()))
+    again = with_derived_fields(replace(run, local_pose=Poses.none(), derived=()))
     assert again.derived == ('local_pose',) and len(frame_intervals(again)) == 2
     last, expected = again.local_pose.pose(-1), run.local_pose.pose(-1)
     assert (last.x, last.y, last.yaw) == pytest.approx((expected.x, expected.y, expected.yaw))
@@ -124,7 +124,7 @@ def test_a_node_that_sends_tf_alone_has_the_local_pose_of_its_frames():
 
 def test_a_recording_of_the_packages_own_node_stays_as_it_is():
     run = made()
-    assert completed(run) is run
+    assert with_derived_fields(run) is run
     run = replace(driven(BACK), goals=goals([0.0], [1.0]))
-    assert completed(run).derived == ('local_pose', 'frames', 'states')
-    assert drive_reports(completed(run))[0].goal == Pose2(1.0, 0.0, 0.0)
+    assert with_derived_fields(run).derived == ('local_pose', 'frames', 'states')
+    assert drive_reports(with_derived_fields(run))[0].goal == Pose2(1.0, 0.0, 0.0)

@@ -27,7 +27,7 @@ from tb3_labs.report.page.document import number_text, table
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.drives import drive_reports
-from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.motion.movements import with_derived_fields
 from tb3_labs.report.page.printed_figures import paths_figure
 from tb3_labs.report.page.files import COMPUTED_NOTE, NO_DRIVE, samples_csv, write_report
 
@@ -70,7 +70,7 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
 
 
 def test_the_template_has_the_name_of_the_figure_of_turns(tmp_path):
-    page, *others = write_report(completed(driven([turn(1.0, 90.0), turn(4.0, -90.0)])), BURGER, tmp_path)
+    page, *others = write_report(with_derived_fields(driven([turn(1.0, 90.0), turn(4.0, -90.0)])), BURGER, tmp_path)
     names = [path.name for path in others]
     assert names == ['run.csv', 'turns.csv', 'drives.csv', 'turns.png']
     text = page.read_text(encoding='utf-8')
@@ -188,7 +188,7 @@ def test_the_rows_of_two_runs_fit_into_one_spreadsheet(tmp_path):
             ('precise', drive(2.0, 90.0, 0.8, -80.0)))
     rows = {'turns': [], 'drives': []}
     for name, moves in runs:
-        words_of(replace(completed(driven(moves), Pose2(0.0, 0.6, 0.0)), name=name), tmp_path)
+        words_of(replace(with_derived_fields(driven(moves), Pose2(0.0, 0.6, 0.0)), name=name), tmp_path)
         for word, known in rows.items():
             known += table_in(tmp_path / (word + '.csv'))
     assert [row['run'] + row['turn'] for row in rows['turns']] == ['lab1', 'lab2', 'precise1']
@@ -277,7 +277,7 @@ def test_a_page_without_drives_has_a_sentence_about_the_lack(tmp_path):
 
 
 def test_a_page_says_that_values_were_not_recorded(tmp_path):
-    assert COMPUTED_NOTE in words_of(completed(driven(drive(2.0, 90.0, 0.8, -80.0))), tmp_path)
+    assert COMPUTED_NOTE in words_of(with_derived_fields(driven(drive(2.0, 90.0, 0.8, -80.0))), tmp_path)
     assert COMPUTED_NOTE[:30] not in words_of(made(), tmp_path)
 
 

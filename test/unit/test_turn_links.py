@@ -199,7 +199,8 @@ def test_zeros_of_another_callback_are_named():
 
 
 @pytest.mark.parametrize('is_typed', [True, False])
-@pytest.mark.parametrize('x, active, accused', [(0.5, 1.0, False), (0.1, 1.0, True), (0.5, 0.0, True)])
+@pytest.mark.parametrize('x, active, accused', [(0.5, 1.0, False), (0.25, 1.0, True), (0.1, 1.0, True),
+                                                (0.5, 0.0, True)])
 def test_a_command_of_the_mouse_does_not_belong_to_the_turn(is_typed, x, active, accused):
     """From 1.4 s on, in the first turn to the left, the node drives to the right: may it do so by the mouse?"""
     at = np.arange(1.4, 6.5, 0.1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_run import drive, driven, states, turn, values
 
-from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.motion.movements import with_derived_fields
 from tb3_labs.report.motion.turns import turn_reports
 
 
@@ -70,7 +70,7 @@ def test_the_true_error_is_unknown_without_the_whole_ground_truth(known):
 
 def test_the_turns_within_a_drive_are_not_listed():
     segments = drive(2.0, 135.0, 0.8, -135.0)
-    assert turn_reports(completed(driven(segments))) == []
+    assert turn_reports(with_derived_fields(driven(segments))) == []
     told = states((2.0, 'ROTATE_TO_GOAL'), (10.0, 'GOAL_REACHED'))
     found = turn_reports(driven(segments[:1] + [turn(12.0, 90.0)], states=told))
     assert [each.begin for each in found] == pytest.approx([12.0])

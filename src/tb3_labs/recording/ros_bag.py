@@ -19,7 +19,7 @@ from tb3_labs.msg import MouseController
 from tb3_labs.recording.bag_reader import Bag, BagProblem
 from tb3_labs.recording.run_data import RunData
 from tb3_labs.recording.samples_from_messages import (
-    RecordedClock, resets_in, stamped_samples, times_on_recorders_clock)
+    RecordedClock, resets_in, stamped_samples, times_on_recorder_clock)
 
 #: {field of RunData: (name, class)} of each topic that need not be in a bag.
 OPTIONAL_TOPICS = {
@@ -77,7 +77,7 @@ def _run_of_bag(bag, path, namespace):
             f'was not read to its end: {bag.problem}; until there: {problem}') from None
     clock = RecordedClock.of(samples['odometry'].arrival, samples['odometry'].time)
     for field, stamped in samples.items():
-        time = times_on_recorders_clock(stamped.arrival, stamped.time, clock)
+        time = times_on_recorder_clock(stamped.arrival, stamped.time, clock)
         samples[field] = replace(stamped, time=time)
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])

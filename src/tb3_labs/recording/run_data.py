@@ -66,7 +66,7 @@ class Samples:
 
     @classmethod
     def without_stamps(cls: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
-        """As `from_rows`, but rows without `time`. The `time` of each sample is its `arrival`."""
+        """Returns a sample for each row without `time`. Each `time` equals the `arrival`."""
         return cls.from_rows([(row[0], *row) for row in rows])
 
     @classmethod

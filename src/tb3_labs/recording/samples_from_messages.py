@@ -25,10 +25,11 @@ MAX_UNUSED_SPEED = MAX_NUMBER / 2.0
 MAX_CLOCK_DIFFERENCE = 0.1
 #: A message is late if its delay differs by more than this time [s] from its sender's usual delay.
 MIN_LATENESS = 0.5
-#: No recorder is busy for longer than this time [s], so a stamp with a longer delay is ignored.
+#: A recorder delays a message by at most this time [s]. A stamp with a longer delay is wrong.
 MAX_BELIEVED_DELAY = 10.0
-#: A sender's stamps are used if at least this share of its messages is not late.
+#: A sender's stamps are used if at least this share of the sender's messages is not late.
 MIN_IN_TIME_SHARE = 0.25
+OUTLIER_SHARE = 0.05        # of the offsets: the smallest may be too small
 
 
 @dataclass(frozen=True)
@@ -42,19 +43,19 @@ class RecordedClock:
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
         """Returns the clock of a sender, computed from the messages with the shortest delays. The
         sender must have sent a message. Outliers are ignored."""
-        offsets = np.sort(arrival - stamp)      # and the delay of each message
+        offsets = np.sort(arrival - stamp)      # each includes the delay of a message
         median = offsets[(len(offsets) - 1) // 2]
         usual_offsets = offsets[np.abs(offsets - median) < MIN_LATENESS]
-        return cls(float(usual_offsets[len(usual_offsets) // 20]), stamp)
+        return cls(float(usual_offsets[int(OUTLIER_SHARE * len(usual_offsets))]), stamp)
 
     def is_same_as(self, other: 'RecordedClock') -> bool:
-        """Do the stamps of this sender come from the clock of the `other` sender?"""
+        """Returns True if the stamps of this sender come from the clock of the `other` sender."""
         is_copied = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
         return abs(self.offset - other.offset) < MAX_CLOCK_DIFFERENCE or is_copied.mean() > 0.5
 
 
-def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
-                             robot_clock: RecordedClock) -> np.ndarray:
+def times_on_recorder_clock(arrival: np.ndarray, stamp: np.ndarray,
+                            robot_clock: RecordedClock) -> np.ndarray:
     """Returns the time [s] on the recorder's clock at which each message was sent. The times never
     decrease.
 

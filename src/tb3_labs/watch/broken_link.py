@@ -16,7 +16,9 @@ from tb3_labs.watch.variables import Series, bare_name, variables_by_node
 #: If the variables of a node were not read for this time [s], the node may have ended.
 MAX_READING_GAP = 0.4
 MAX_COMMAND_PAUSE = 0.45        # [s]
+SPEED_TOLERANCE = 0.01          # [m/s, rad/s]
 MAX_UNJUDGED_READINGS = 10
+UNJUDGED_SHARE = 0.05           # a variable may be set after its first reading
 
 
 class BrokenLink(NamedTuple):
@@ -42,7 +44,7 @@ class BrokenLink(NamedTuple):
         return f'{message}{place}.'
 
 
-#: A function that yields the BrokenLinks of one link. Only the first BrokenLink is reported.
+#: A function find_... that yields the BrokenLinks of a link. Only the first one is reported.
 Check = Callable[['NodeRun'], Iterator[BrokenLink]]
 
 
@@ -80,12 +82,12 @@ class NodeRun:
         return np.unique(np.concatenate([np.empty(0), *times]))
 
     def runs_at(self, time: float) -> bool:
-        """Was a variable read at most MAX_READING_GAP before this time?"""
+        """Returns True if a variable was read at most MAX_READING_GAP before this time."""
         earlier_times = self.reading_times[self.reading_times < time]
         return bool((time - earlier_times <= MAX_READING_GAP).any())
 
-    def end_after(self, time: float) -> float:
-        """Returns the time of the last reading before the next gap; inf if no reading is later."""
+    def last_reading_before_gap(self, time: float) -> float:
+        """Returns the time of the last reading before the next gap; inf if no reading follows."""
         later_times = self.reading_times[self.reading_times >= time]
         is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP
         return float(min(later_times[is_before_gap], default=np.inf))
@@ -107,9 +109,8 @@ class SheetStep(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A link of a chain. A student can answer the `question` by looking at the node. `parts` are
-    the parts of the lab that use the link, as in marking/labs. If `is_remarked`, a mistake gets a
-    remark even if it costs no points."""
+    """A link of a chain. A student can answer the `question` by looking at the node. The `parts` of
+    the lab, as in marking/labs, use the link. If `is_remarked`, a mistake always gets a remark."""
 
     question: str
     check: Check
@@ -131,9 +132,10 @@ def find_broken_link(node_run: NodeRun, links: Iterable[Link],
 
 
 def is_constant(series: Series) -> bool:
-    """Are all values of a variable equal? The first twentieth is ignored."""
+    """Returns True if all judged values of a variable are equal."""
     count = len(series.text)
-    return count > MAX_UNJUDGED_READINGS and len(set(series.text[count // 20:])) == 1
+    first_judged = int(UNJUDGED_SHARE * count)
+    return count > MAX_UNJUDGED_READINGS and len(set(series.text[first_judged:])) == 1
 
 
 def worst_index(series: Series, expected: np.ndarray) -> int:
@@ -142,8 +144,8 @@ def worst_index(series: Series, expected: np.ndarray) -> int:
     return int(np.argmax(np.where(np.isfinite(error), error, -1.0)))
 
 
-def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink at the time `begin` if the `times` of commands are too far apart."""
+def find_slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink, at the time `begin`, if the `times` of commands are too far apart."""
     pause = np.median(np.diff(times))
     if pause > MAX_COMMAND_PAUSE:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
@@ -154,16 +156,10 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
                  ('pitching', 'angular.y'))
 
 
-def used_field_text(commands: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
+def nonzero_field_text(commands: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
     """Returns a clause on the first of these `fields` that is not 0; '' if all are 0."""
     for field, field_text in fields:
         speeds = getattr(commands, field)
         if speeds.any():
             return f'{field_text} was {speeds[np.argmax(np.abs(speeds))]:.2g}'
     return ''
-
-
-def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on linear.x or an unused field that is not 0; '' if all are 0."""
-    clause = used_field_text(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
-    return f'; {clause}' if clause else ''

@@ -10,10 +10,11 @@ from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, slow_commands
+from tb3_labs.watch.broken_link import (
+    SPEED_TOLERANCE, BrokenLink, NodeRun, find_slow_commands, is_constant)
 from tb3_labs.watch.drive_states import (
     HANDOUT_GOAL, MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, PROBE_DELAY, StateInterval,
-    control_intervals, local_frames, own_pose, state_intervals)
+    control_intervals, local_frames, node_poses, state_intervals)
 from tb3_labs.watch.variables import shortened_value
 
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
@@ -24,22 +25,27 @@ MIN_WRONG_TURNS = 3
 MIN_LATE_COMMANDS = 4
 MIN_FITTED_COMMANDS = 5
 MIN_PACED_COMMANDS = 4
+MAX_GOAL_ERROR = 1e-3       # [m, rad, deg], by the rounding of a number
+GAIN_TOLERANCE_SHARE = 0.05
+COMMAND_TOLERANCE_SHARE = 0.03
+#: By some gain, any constant error fits commands that change by less than this rate [rad/s].
+MIN_COMMAND_CHANGE = 0.1
 #: With this heading error [rad] or more, the robot may turn to either side.
 EITHER_SIDE_ERROR = 3.0
 MAX_REACTION_TIME = 1.0     # [s] until the first command in a state, and to leave the state
-LOST_CONTROL = 'ctrl_relinq became False'
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}      # [1/s]
 
 
-def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that has_control follows ctrl_relinq."""
+def find_wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each message on ctrl_relinq that has_control does not follow."""
     series = node_run.variable('has_control')
     if series is None:
         return
     for begin, end, value in control_intervals(node_run):
         if not node_run.runs_at(begin):     # the node did not receive the message
             continue
-        readings = series.between(begin + MAX_PROBE_DELAY, min(end, node_run.end_after(begin)))
+        readings_end = min(end, node_run.last_reading_before_gap(begin))
+        readings = series.between(begin + MAX_PROBE_DELAY, readings_end)
         wrong_count = (readings.value == 1.0 - value).sum()
         if wrong_count >= MIN_WRONG_READINGS and wrong_count > len(readings.value) / 2:
             delay = readings.time[-1] - begin
@@ -47,8 +53,8 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
                              f'was {readings.text[-1]}', readings.time[0], series.name)
 
 
-def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that each reset sets the variable `state` to ROTATE_TO_GOAL."""
+def find_unreset_state(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each reset that does not set `state` to ROTATE_TO_GOAL."""
     series = node_run.variable('state')
     if series is None:
         return
@@ -58,16 +64,17 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue
         first_states = series.between(frame.begin, frame.begin + MAX_PROBE_DELAY).text
         readings = series.between(frame.begin + MAX_PROBE_DELAY, frame.end)
-        if state not in readings.text[:1] or ROTATE_TO_GOAL in first_states:
+        stayed = state in readings.text[:1]
+        if not stayed or ROTATE_TO_GOAL in first_states:
             continue
-        error = own_pose(node_run, readings.time[:1]).error(ROTATE_TO_GOAL)[0]
+        error = node_poses(node_run, readings.time[:1]).error(ROTATE_TO_GOAL)[0]
         if error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE:
             yield BrokenLink(f'{frame.clause}{series.name} stayed {state}; it should be '
                              + ROTATE_TO_GOAL, frame.begin, series.name)
 
 
-def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that the constant variables of the goal have the requested values."""
+def find_wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each constant variable of the goal that has a wrong value."""
     goals = node_run.recording.goals
     if not len(goals) or not len(node_run.recording.starts):
         return      # outside a trial, the goals may be for another node
@@ -78,7 +85,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         error = abs(series.value[-1] - requested)
         if 'yaw' in name:       # the node may have its goal_yaw in degrees
             error = min(error, abs(series.value[-1] - np.degrees(requested)))
-        if error > 1e-3:
+        if error > MAX_GOAL_ERROR:
             value = shortened_value(series.text[-1])
             yield BrokenLink(f'{series.name} is {value}; it should be {requested:g}',
                              series.time[0], series.name)
@@ -103,19 +110,20 @@ def heading_errors(node_run: NodeRun,
 
 def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, float]:
     """Returns (formula of the heading error, gain), such that the commands are the gain times the
-    error. A formula with the handout's gain is preferred. If no formula fits, it is ''."""
-    handouts_gain = GAINS[interval.state]
+    error. A formula with the handout's gain is preferred. The formula is '' if none fits."""
+    handout_gain = GAINS[interval.state]
     fits = []
     for formula, error, is_normalized in heading_errors(node_run, interval):
-        gain = fitted_gain(error, is_normalized, interval.commands.angular, handouts_gain)
+        gain = fitted_gain(error, is_normalized, interval.commands.angular, handout_gain)
         if gain is not None:
             fits.append((formula, gain))
-    return min(fits, key=lambda fit: abs(fit[1]) != handouts_gain, default=('', handouts_gain))
+    with_handout_gain = [fit for fit in fits if abs(fit[1]) == handout_gain]
+    return (with_handout_gain + fits + [('', handout_gain)])[0]
 
 
 def fitted_gain(error: np.ndarray, is_normalized: bool, command: np.ndarray,
-                handouts_gain: float) -> Optional[float]:
-    """Returns the gain, such that the commands are the gain times the error; None if none fits."""
+                handout_gain: float) -> Optional[float]:
+    """Returns the gain by which the commands are the gain times the error; None if none fits."""
     is_used = (command != 0.0) & (error != 0.0)
     if is_normalized:
         is_used &= np.abs(error) < EITHER_SIDE_ERROR
@@ -123,58 +131,58 @@ def fitted_gain(error: np.ndarray, is_normalized: bool, command: np.ndarray,
     if len(error) < MIN_FITTED_COMMANDS:
         return None
     gain = float(np.median(command / error))
-    if np.isclose(abs(gain), handouts_gain, rtol=0.05):
-        gain = float(np.copysign(handouts_gain, gain))
-    elif np.ptp(command) < 0.1:     # by some gain, any constant error fits a constant command
+    if np.isclose(abs(gain), handout_gain, rtol=GAIN_TOLERANCE_SHARE):
+        gain = float(np.copysign(handout_gain, gain))
+    elif np.ptp(command) < MIN_COMMAND_CHANGE:
         return None
-    is_near = np.isclose(command, gain * error, rtol=0.03, atol=0.01)
+    is_near = np.isclose(command, gain * error, rtol=COMMAND_TOLERANCE_SHARE, atol=SPEED_TOLERANCE)
     return gain if is_near.mean() >= MIN_CORRECT_SHARE else None
 
 
-def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks the commands and the end of each state."""
+def find_wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each mistake in the commands or at the end of a state."""
     for interval in state_intervals(node_run):
         if interval.state not in TOLERANCES:
-            yield from unknown_state(interval)
+            yield from find_unknown_state(interval)
             continue
         if interval.end - interval.begin >= MAX_REACTION_TIME:
-            yield from wrong_command(node_run, interval)
-        yield from early_end(node_run, interval)
+            yield from find_wrong_drive_command(node_run, interval)
+        yield from find_early_end(node_run, interval)
         if not interval.next_state:
-            yield from missing_end(node_run, interval)
+            yield from find_missing_end(node_run, interval)
 
 
-def unknown_state(interval: StateInterval) -> Iterator[BrokenLink]:
-    """Checks that the node does not stay in a state that is unknown to the handout."""
-    if interval.state in STATES or interval.next_state in STATES:
-        return
-    if interval.end - interval.begin >= MAX_REACTION_TIME:
+def find_unknown_state(interval: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if the node stays in a state that the handout does not have."""
+    is_known = interval.state in STATES or interval.next_state in STATES
+    if not is_known and interval.end - interval.begin >= MAX_REACTION_TIME:
         yield BrokenLink(f"state became {interval.state}, which is none of {', '.join(STATES)}",
                          interval.begin, 'state')
 
 
-def wrong_command(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
-    """Checks that the node sends commands in a state, and that the commands are correct."""
+def find_wrong_drive_command(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if a state has no commands, or wrong commands."""
     if not len(interval.commands):
         # after a reset, a node may wait for the IMU and the odometry
         recording = node_run.recording
-        first_arrivals = [min(samples.between(interval.begin, interval.end).arrival, default=np.inf)
-                          for samples in (recording.imu, recording.odometry)]
+        received = [samples.between(interval.begin, interval.end)
+                    for samples in (recording.imu, recording.odometry)]
+        first_arrivals = [min(samples.arrival, default=np.inf) for samples in received]
         if interval.end - max(first_arrivals) >= MAX_REACTION_TIME:
             duration = interval.end - interval.begin
             yield BrokenLink(f'in {interval.state} no command came for {duration:.1f} s',
                              interval.begin)
     elif interval.state == MOVE_FORWARD:
         speed = np.median(interval.commands.linear)
-        if speed <= 0.0 or speed > MAX_LINEAR_SPEED + 0.01:
+        if speed <= 0.0 or speed > MAX_LINEAR_SPEED + SPEED_TOLERANCE:
             yield BrokenLink(f'in {interval.state} linear.x was {speed:.2f}, by the handout it is '
                              f'{DRIVE_SPEED:g}', interval.begin, 'linear.x')
     else:
-        yield from wrong_rotation(node_run, interval)
+        yield from find_wrong_rotation(node_run, interval)
 
 
-def wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
-    """Checks that turning commands follow the correct error, and have the correct sign."""
+def find_wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for a wrong formula of turning commands, and for a wrong sign."""
     formula, gain = fitted_formula(node_run, interval)
     correct, error, _ = next(heading_errors(node_run, interval))
     angular = interval.commands.angular
@@ -194,23 +202,23 @@ def wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[Broke
                          interval.commands.arrival[k], 'angular.z')
 
 
-def early_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
-    """Checks that the error is within the tolerance when the node leaves or skips a state."""
+def find_early_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each state that the node leaves or skips too early."""
     if interval.next_state not in STATES:
         return
     first, after_last = STATES.index(interval.state), STATES.index(interval.next_state)
     for state in STATES[first:after_last]:
-        error = own_pose(node_run, np.array([interval.end])).error(state)[0]
+        error = node_poses(node_run, np.array([interval.end])).error(state)[0]
         if error > TOLERANCES[state] + POSE_TOLERANCE:
             yield BrokenLink(f'state went from {interval.state} to {interval.next_state} at '
-                             + error_text(state, error), interval.end, 'state')
+                             + error_with_tolerance(state, error), interval.end, 'state')
 
 
-def missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
-    """Checks that the node leaves a state within a second when it is at the goal of the state."""
+def find_missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if the node stays in a state although the error is small."""
     all_times = node_run.reading_times
     times = all_times[(all_times >= interval.begin) & (all_times <= interval.end)]
-    error = own_pose(node_run, times).error(interval.state)
+    error = node_poses(node_run, times).error(interval.state)
     tolerance = TOLERANCES[interval.state]
     near_indices = np.flatnonzero(error < tolerance)
     if not len(near_indices):
@@ -222,30 +230,33 @@ def missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLi
     is_later = interval.commands.arrival > times[first] + MAX_PROBE_DELAY
     is_turning = interval.commands.angular[is_later].any()
     if is_passed or not is_turning:
-        error_clause = error_text(interval.state, error[last])
+        error_clause = error_with_tolerance(interval.state, error[last])
         yield BrokenLink(f'state stayed {interval.state} at {error_clause}', times[last], 'state')
 
 
-def error_text(state: str, error: float) -> str:
-    size = (f'distance of {error:.2f} m' if state == MOVE_FORWARD
-            else f'heading error of {error:.2f} rad')
+def error_with_tolerance(state: str, error: float) -> str:
+    size = f'heading error of {error:.2f} rad'
+    if state == MOVE_FORWARD:
+        size = f'distance of {error:.2f} m'
     return f'a {size}; {TOLERANCES[state]:g} is the tolerance'
 
 
-def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that commands end, with a zero, when the node is at the goal or has lost control."""
+def find_late_commands(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if commands go on, or lack a zero, at the goal or without control."""
     commands = node_run.commands
     is_moving = (commands.linear != 0.0) | (commands.angular != 0.0)
-    silences = [(begin, end, LOST_CONTROL) for begin, end, value in control_intervals(node_run)
+    # without control, a node may send zeros
+    silences = [(begin, end, 'ctrl_relinq became False', True)
+                for begin, end, value in control_intervals(node_run)
                 if not value and node_run.runs_at(begin)]
-    silences += [(interval.begin, interval.end, 'state became ' + GOAL_REACHED)
+    silences += [(interval.begin, interval.end, 'state became ' + GOAL_REACHED, False)
                  for interval in state_intervals(node_run) if interval.state == GOAL_REACHED]
-    for begin, end, cause in sorted(silences):
+    for begin, end, cause, may_send_zeros in sorted(silences):
         seen_at = begin + MAX_PROBE_DELAY
         if end <= seen_at:
             continue
         is_late = (commands.arrival > seen_at) & (commands.arrival < end)
-        if cause == LOST_CONTROL:       # without control, a node may send zeros
+        if may_send_zeros:
             is_late &= is_moving
         late_indices = np.flatnonzero(is_late)
         if len(late_indices) >= MIN_LATE_COMMANDS:
@@ -263,8 +274,8 @@ def command_text(commands: Any, k: int) -> str:
     return f'linear.x {commands.linear[k]:.2f}, angular.z {commands.angular[k]:.2f}'
 
 
-def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that the commands of a state come often enough."""
+def find_slow_drive_commands(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each state whose commands are too far apart."""
     for interval in state_intervals(node_run):
         if len(interval.commands) >= MIN_PACED_COMMANDS and interval.state in TOLERANCES:
-            yield from slow_commands(interval.commands.arrival, interval.begin)
+            yield from find_slow_commands(interval.commands.arrival, interval.begin)

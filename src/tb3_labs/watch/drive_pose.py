@@ -98,19 +98,17 @@ def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
     return value.imag if name == 'local_y' else value.real
 
 
-def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks the variables of the local pose. A wrong reference comes before its variable."""
+def find_wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each wrong variable of the local pose, after its references."""
     for frame, name in product(local_frames(node_run), REFERENCES_OF):
-        for wrong in wrong_in_frame(node_run, frame, name):
+        for wrong in find_wrong_variable(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
-                yield from wrong_reference(node_run, frame, reference)
+                yield from find_wrong_reference(node_run, frame, reference)
             yield wrong
 
 
-def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
-    """Checks the reference `name` in a frame. A wrong reference is reported if the reset did not
-    change it, or if it is another yaw."""
-    recording = node_run.recording
+def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if the reference `name` is wrong, and is unchanged or another yaw."""
     series = node_run.variable(name)
     sensor, correct = {
         'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
@@ -123,25 +121,25 @@ def wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[
     if len(set(readings.text)) != 1:
         return
     value = readings.value[0]
-    text = shortened_value(readings.text[0])
+    value_text = shortened_value(readings.text[0])
     error = wrap(value - correct) if 'yaw' in name else value - correct
     if abs(error) <= POSE_TOLERANCE:
         return
     behaviours = []
     if frame.is_reset and series.text_at(frame.begin - PROBE_DELAY) == readings.text[0]:
-        behaviours.append('stayed ' + text)
+        behaviours.append('stayed ' + value_text)
     elif 'yaw' in name:
-        angles = yaw_readings(recording.imu, recording.odometry)
+        angles = yaw_readings(node_run.recording.imu, node_run.recording.odometry)
         behaviours += [f'followed {angle.name} at the reset' for angle in angles
                        if abs(wrap(value - angle.at(frame.begin))) <= POSE_TOLERANCE]
     if behaviours:
         yield BrokenLink(
             f'{frame.clause}{series.name} {behaviours[0]}; it should be {sensor} at the reset: '
-            f'it was {text} when this was {correct:.3g}', readings.time[0], series.name)
+            f'it was {value_text} when this was {correct:.3g}', readings.time[0], series.name)
 
 
-def wrong_in_frame(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
-    """Checks that the variable `name` follows the correct quantity in a frame."""
+def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if the variable `name` does not follow its quantity in a frame."""
     series = node_run.variable(name)
     quantities = pose_quantities(node_run, frame, name)
     if series is None or not quantities:

@@ -63,7 +63,7 @@ def local_frames(node_run: NodeRun) -> List[NodeFrame]:
     frames = []
     for frame, end in zip(declared, ends):
         if not recording.starts:      # after a gap in the readings, the node may have started again
-            end = min(end, node_run.end_after(frame.begin))
+            end = min(end, node_run.last_reading_before_gap(frame.begin))
         odometry = recording.odometry.pose(index_from(recording.odometry.arrival, frame.begin))
         imu_yaw = recording.imu.yaw[index_from(recording.imu.arrival, frame.begin)]
         frames.append(frame._replace(end=end, place=complex(odometry.x, odometry.y),
@@ -93,7 +93,7 @@ class NodePose(NamedTuple):
         return np.abs(wrap_all(target - self.yaw))
 
 
-def own_pose(node_run: NodeRun, times: np.ndarray) -> NodePose:
+def node_poses(node_run: NodeRun, times: np.ndarray) -> NodePose:
     """Returns the NodePose at these times. In a trial, a missing goal is the handout's goal."""
     default_goal = HANDOUT_GOAL if node_run.recording.starts else {}
     values = {}
@@ -165,7 +165,7 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
     intervals = []
     for begin, end in zip(edges[:-1], edges[1:]):
         readings = readings_with_control(node_run, series.between(begin, end), seconds=0.0)
-        errors = own_pose(node_run, readings.time).error(ROTATE_TO_GOAL)
+        errors = node_poses(node_run, readings.time).error(ROTATE_TO_GOAL)
         if np.isnan(errors).all():
             continue
         is_cut = end in gaps or (np.abs(cuts - end) <= PROBE_DELAY).any()
@@ -178,5 +178,5 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
         commands = node_run.commands.take(is_within)
         intervals.append(StateInterval(
             state=str(readings.text[-1]), begin=first, end=last, next_state=next_state,
-            commands=commands, pose=own_pose(node_run, commands.arrival)))
+            commands=commands, pose=node_poses(node_run, commands.arrival)))
     return intervals

@@ -77,7 +77,7 @@ def heading_candidates(node_run: NodeRun) -> List[Quantity]:
 
 
 def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
-    """Is this the correct heading, in any range and unit? An error below 1 degree is ignored."""
+    """Returns True if this is the correct heading, in any range and unit, within 1 degree."""
     if not quantity.per_degree:
         return False
     correct_value = correct.value / correct.per_degree * quantity.per_degree
@@ -163,8 +163,8 @@ def printed_headings(node_run: NodeRun) -> Series:
     return series.take(times < end)
 
 
-def wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that the printed number follows the heading from 0 to 360 degrees."""
+def find_wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if the printed number is not the heading from 0 to 360 degrees."""
     series = printed_headings(node_run)
     quantities = heading_candidates(node_run)
     correct = quantities[0]

@@ -23,36 +23,36 @@ CONTROL_PARTS = (*DRIVE_PARTS, 'control')
 LINKS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
-             'and which way?', headings.wrong_printed_heading, HEADING_SECTION.at_step(3),
+             'and which way?', headings.find_wrong_printed_heading, HEADING_SECTION.at_step(3),
              ('heading',)),),
     'turn': (
         Link('Look at curr_yaw while you turn the robot once around by hand.',
-             turn_links.wrong_heading, TURN_SECTION.at_step(4), TURN_PARTS),
+             turn_links.find_wrong_heading, TURN_SECTION.at_step(4), TURN_PARTS),
         Link('Look at goal_yaw: which one does each letter give, at which curr_yaw?',
-             turn_links.wrong_goal, TURN_STEP, TURN_PARTS),
+             turn_links.find_wrong_goal_yaw, TURN_STEP, TURN_PARTS),
         Link('rostopic hz /cmd_vel: how often does a command come, and who sends it?',
-             turn_links.too_seldom, TURN_STEP, TURN_PARTS, is_remarked=True),
-        Link('Look at turning: when does it become True, and when False?', turn_links.not_turning,
-             TURN_STEP, TURN_PARTS),
-        Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
-             TURN_STEP, TURN_PARTS),
-        Link('At which error does a turn end, and by which command?', turn_links.wrong_stop,
-             TURN_STEP, TURN_PARTS)),
+             turn_links.find_slow_turn_commands, TURN_STEP, TURN_PARTS, is_remarked=True),
+        Link('Look at turning: when does it become True, and when False?',
+             turn_links.find_ignored_letter, TURN_STEP, TURN_PARTS),
+        Link('Which command belongs to an error of 90, of -90, of 270?',
+             turn_links.find_wrong_turn_command, TURN_STEP, TURN_PARTS),
+        Link('At which error does a turn end, and by which command?',
+             turn_links.find_wrong_stop, TURN_STEP, TURN_PARTS)),
     'move2goal': (
         Link('Look at has_control: when does it become True, and when False?',
-             drive_links.wrong_control, CONTROL_STEP, CONTROL_PARTS),
-        Link('Look at state after a reset.', drive_links.state_not_reset, RESET_SECTION.at_step(1),
-             DRIVE_PARTS),
+             drive_links.find_wrong_control, CONTROL_STEP, CONTROL_PARTS),
+        Link('Look at state after a reset.',
+             drive_links.find_unreset_state, RESET_SECTION.at_step(1), DRIVE_PARTS),
         Link('Drive the robot forward by hand after a reset in another direction, and look at '
-             'local_x, local_y and local_yaw.', drive_pose.wrong_pose,
+             'local_x, local_y and local_yaw.', drive_pose.find_wrong_pose,
              LOCAL_POSE_SECTION.at_step(3), DRIVE_PARTS),
-        Link('Look at the goal.', drive_links.wrong_goal, DRIVE_STEP, DRIVE_PARTS),
+        Link('Look at the goal.', drive_links.find_wrong_goal, DRIVE_STEP, DRIVE_PARTS),
         Link('Look at state: which command belongs to each, and when does it change?',
-             drive_links.wrong_law, DRIVE_STEP, DRIVE_PARTS),
+             drive_links.find_wrong_law, DRIVE_STEP, DRIVE_PARTS),
         Link('rostopic echo /cmd_vel: which message is the last one at the goal, and after False?',
-             drive_links.not_silent, CONTROL_STEP, CONTROL_PARTS),
-        Link('rostopic hz /cmd_vel: how often does a command come?', drive_links.too_seldom,
-             DRIVE_STEP, DRIVE_PARTS, is_remarked=True))}
+             drive_links.find_late_commands, CONTROL_STEP, CONTROL_PARTS),
+        Link('rostopic hz /cmd_vel: how often does a command come?',
+             drive_links.find_slow_drive_commands, DRIVE_STEP, DRIVE_PARTS, is_remarked=True))}
 #: A node with these variables of the handout belongs to the lab.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}

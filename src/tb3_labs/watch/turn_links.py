@@ -6,7 +6,8 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_field_text, slow_commands
+from tb3_labs.watch.broken_link import (
+    SPEED_TOLERANCE, UNUSED_FIELDS, BrokenLink, NodeRun, find_slow_commands, nonzero_field_text)
 from tb3_labs.watch.headings import broken_heading, heading_candidates
 from tb3_labs.watch.typed_turns import (
     READING_PERIOD, TURN_OF_LETTER_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw,
@@ -28,23 +29,22 @@ MIN_COMMANDS_AWAY = 2
 MIN_FORWARD_COMMANDS = 3
 MIN_PACED_COMMANDS = 3
 MIN_TURNING_SPEED = 0.02            # [rad/s]
-SPEED_TOLERANCE = 0.01              # [m/s, rad/s]
 #: When the error is below half the handout's tolerance, the turn must end within this time [s].
 MAX_STOP_TIME = 0.5
 #: A turn with a finer tolerance must end within this time [s].
 FINE_STOP_TIME = 2.5
 
 
-def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that the variable curr_yaw is a usable heading."""
+def find_wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if the variable curr_yaw is not a usable heading."""
     series = node_run.variable('curr_yaw')
     if series is not None and own_heading(node_run) is None:
         correct = heading_candidates(node_run)[0]
         yield broken_heading(series, correct, followed_by_curr_yaw(node_run))
 
 
-def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that each letter sets goal_yaw to curr_yaw plus or minus 90 degrees."""
+def find_wrong_goal_yaw(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each letter that sets goal_yaw to a wrong angle, or not at all."""
     series = node_run.variable('curr_yaw')
     heading = own_heading(node_run)
     goal = node_run.variable('goal_yaw')
@@ -65,7 +65,8 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             requested_deg = TURN_OF_LETTER_DEG[turn.letter]
             correct_goal = f'{(turn.begin_yaw + requested_deg * unit) % (360.0 * unit):.4g}'
         if abs(wrap_all(change_deg - requested_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
-            correct_turn = correct_turn or turn
+            if correct_turn is None:
+                correct_turn = turn
             continue
         behaviour = 'stayed' if turn.goal_before == turn.goal_after else 'became'
         message = (f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
@@ -76,8 +77,8 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         yield BrokenLink(message, turn.begin, goal.name)
 
 
-def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that the variable `turning` becomes True after each letter."""
+def find_ignored_letter(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each letter after which `turning` does not become True."""
     turning = node_run.boolean_variable('turning')
     if turning is None:
         return
@@ -94,14 +95,14 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
                              f'{value} again at once', turn.begin, turning.name)
 
 
-def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that commands come often enough, and that no other callback sends zeros."""
+def find_slow_turn_commands(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each turn whose commands are slow, pause at zero, or end early."""
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
         if len(moving) >= MIN_PACED_COMMANDS:
             span = slice(moving[0], moving[-1] + 1)
             is_zero = turn.command[span] == 0.0
-            yield from slow_commands(turn.time[span], turn.begin)
+            yield from find_slow_commands(turn.time[span], turn.begin)
             becomes_zero = is_zero[1:] & ~is_zero[:-1]
             if becomes_zero.sum() >= MIN_ZERO_PAUSES:
                 yield BrokenLink(
@@ -113,20 +114,22 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
                              f'{count}, and then none', turn.begin)
 
 
-def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that commands turn the robot, to the correct side, and within the limits."""
+def find_wrong_turn_command(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each turn by zeros, to the wrong side, too fast, or forward."""
     for turn in letter_turns(node_run):
         has_only_zeros = len(turn.time) >= MIN_ZERO_COMMANDS and not turn.command.any()
         if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
-            yield BrokenLink(
-                f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, angular.z '
-                f'stayed 0{other_field_text(node_run)}', turn.begin, 'angular.z')
-    yield from wrong_side(node_run)
-    yield from over_the_limits(node_run)
+            fields = (*UNUSED_FIELDS, ('linear', 'linear.x'))
+            clause = nonzero_field_text(node_run.commands, fields)
+            clause = f'angular.z stayed 0; {clause}' if clause else 'angular.z stayed 0'
+            yield BrokenLink(f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, '
+                             + clause, turn.begin, 'angular.z')
+    yield from find_wrong_side(node_run)
+    yield from find_exceeded_limits(node_run)
 
 
-def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that no command turns the robot away from the goal."""
+def find_wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for the first command that turns the robot away from the goal."""
     commands_away = []
     for turn in letter_turns(node_run):
         error_size = np.abs(turn.error)
@@ -138,8 +141,8 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
         yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
 
 
-def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that the rate of each turn is within its limit, and that the forward speed is zero."""
+def find_exceeded_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each turn that is too fast, or that also goes forward."""
     commands = node_run.commands
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
@@ -156,17 +159,17 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
                              turn.begin, 'linear.x')
 
 
-def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that each turn ends in time, within the tolerance, by a zero, with `turning` False."""
+def find_wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each turn that does not end as in the handout."""
     for turn in letter_turns(node_run):
         if len(turn.moving_indices):
-            yield from wrong_last_command(node_run, turn)
-            yield from late_stop(node_run, turn)
-    yield from turning_stayed_true(node_run)
+            yield from find_wrong_last_command(node_run, turn)
+            yield from find_late_stop(node_run, turn)
+    yield from find_turning_still_true(node_run)
 
 
-def wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
-    """Checks that a zero command ends the turn within the tolerance."""
+def find_wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if no zero ends the turn, or if it ends outside the tolerance."""
     last = turn.moving_indices[-1]
     if turn.is_ended:
         error = turn.error[last + 1]
@@ -180,8 +183,8 @@ def wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink
                          + turn.command_text(last), turn.time[last], 'angular.z')
 
 
-def late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
-    """Checks that the turn ends soon after its error is small."""
+def find_late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink if the turn goes on although its error is small."""
     last = turn.moving_indices[-1]
     error_size = np.abs(turn.error[:last + 1])
     small_indices = np.flatnonzero(error_size < HDG_TOL / 2.0)
@@ -205,8 +208,8 @@ def own_tolerance_text(node_run: NodeRun) -> str:
     return f'; its HDG_TOL is {shortened_value(series.text[-1])}, the handout has {HDG_TOL:g}'
 
 
-def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Checks that the variable `turning` is False when the next letter is typed."""
+def find_turning_still_true(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a BrokenLink for each letter that is typed while `turning` is still True."""
     turning = node_run.boolean_variable('turning')
     if turning is None or not len(node_run.recording.letters):
         return

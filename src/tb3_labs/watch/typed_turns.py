@@ -58,18 +58,18 @@ class NodeTurn:
 
     @property
     def is_ended(self) -> bool:
-        """Does a zero follow the last command that turns the robot?"""
+        """A zero follows the last command that turns the robot."""
         return len(self.moving_indices) > 0 and not self.command[-1]
 
     @property
     def lacks_zero(self) -> bool:
-        """Did the commands end without a zero?"""
+        """The commands ended without a zero."""
         is_moving = len(self.moving_indices) > 0 and not self.is_ended
         return is_moving and self.end - self.time[-1] > MAX_COMMAND_PAUSE
 
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. If the difference is more than half a
-        turn, the clause contains both the difference and the wrapped error."""
+        turn, the clause has both the difference and the wrapped error."""
         clause = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
             clause = (f'goal_yaw {self.goal[k]:.4g} minus curr_yaw {self.heading[k]:.4g} is '
@@ -104,7 +104,8 @@ def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
         letters = [UNKNOWN_LETTER] * len(times)
     turns = []
     for begin, letter, end in zip(times, letters, [*times[1:], recording.duration]):
-        turn_end = min(mouse_moved_at(recording.mouse, begin), node_run.end_after(begin), end)
+        node_end = node_run.last_reading_before_gap(begin)
+        turn_end = min(mouse_moved_at(recording.mouse, begin), node_end, end)
         if letter and turn_end > begin:
             turns.append(turn_of(node_run, begin, turn_end, letter, is_cut=turn_end < end))
     return turns
@@ -115,8 +116,8 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
     message. The search starts with the message that is in force at `begin`."""
     index_at_begin = max(last_before(mouse.arrival, begin), 0)
     mouse = mouse.take(slice(index_at_begin, None))
-    is_far = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) >= MOUSE_DEAD_ZONE
-    return float(min(mouse.arrival[is_far & (mouse.active > 0.0)], default=np.inf))
+    is_outside_dead_zone = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) > MOUSE_DEAD_ZONE
+    return float(min(mouse.arrival[is_outside_dead_zone & (mouse.active > 0.0)], default=np.inf))
 
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
@@ -146,7 +147,7 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
         begin_yaw = float(heading.at(begin))
         goal = None
     read_at = begin
-    goal_before = goal_after = ''
+    goal_before, goal_after = '', ''
     if goal is not None:
         # goal_yaw changes when the node reads the letter
         changes = goal.between(begin, min(end, begin + MAX_LETTER_DELAY)).changes

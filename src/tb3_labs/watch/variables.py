@@ -2,9 +2,7 @@
 
 probe/sitecustomize.py reads the variables. A quantity is a number that a formula gives for each
 message of a sensor. A variable follows a quantity if the formula gives each value of the variable
-for a recent message.
-
-A `recording` is a RunData (see :mod:`tb3_labs.recording.run_data`). Times are arrivals.
+for a recent message. Times are arrivals.
 """
 import math
 from dataclasses import dataclass
@@ -26,6 +24,9 @@ RECENT_TIME = 0.5
 #: A sample may reach the node up to this time [s] earlier than the recorder.
 MAX_ARRIVAL_LEAD = 0.03
 MAX_COMPARED_VALUES = 400
+MIN_STEP = 1e-3         # [s] between samples: it limits the number of compared samples
+EXTRA_SAMPLES = 2       # one is not yet replaced, and the count is rounded down
+ROUNDING_ERROR = 1e-9
 BOOLEAN_VALUES = {'True': 1.0, 'False': 0.0}
 
 
@@ -116,8 +117,8 @@ def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
-    recent_count = int((max_age + MAX_ARRIVAL_LEAD) / max(step, 1e-3)) + 2
-    count = min(len(times), recent_count)
+    recent_count = int((max_age + MAX_ARRIVAL_LEAD) / max(step, MIN_STEP))
+    count = min(len(times), recent_count + EXTRA_SAMPLES)
     # in each array a row is a reading, and a column is a sample, newest first
     newest = last_before(times, readings + MAX_ARRIVAL_LEAD)
     indices_before = newest[:, None] - np.arange(count)     # negative before the first sample
@@ -148,12 +149,11 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
     if not len(values.time):
         return []
     return [quantity for quantity in quantities
-            if np.isfinite(sample_ages(values, quantity)).mean() >= share - 1e-9]
+            if np.isfinite(sample_ages(values, quantity)).mean() >= share - ROUNDING_ERROR]
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the delay [s] with which the share DELAYED_SHARE of a variable's values follows a
-    quantity. Returns inf if the delay exceeds MAX_DELAY."""
+    """Returns the delay [s] of the share DELAYED_SHARE of the values, or inf above MAX_DELAY."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
     if not len(ages):
         return math.inf

@@ -10,7 +10,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import MIN_GAP, Poses, RunData
 from tb3_labs.report.motion.resets_and_goals import (
-    FrameInterval, RecordedState, frame_intervals, recorded_states)
+    FrameInterval, RecordedState, frame_intervals, recorded_states, true_poses)
 
 #: A drive's errors are measured at rest, at the latest this time [s] after the end of the drive.
 SETTLE_TIME = 1.0
@@ -80,13 +80,10 @@ def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequenc
         rest_end = min(end + SETTLE_TIME, next_state.end)
     measuring_end = min(rest_end, interval.end)
     local = run.local_pose.between(interval.begin, measuring_end)
-    true_error = UNKNOWN_ERROR
-    if interval.local_T_world is not None:
-        truth = run.ground_truth.between(interval.begin, measuring_end)
-        true_error = _final_error(truth.in_parent(interval.local_T_world), goal, end)
+    truth = true_poses(run, interval, end=measuring_end)
     return DriveReport(
         begin, end, goal, outcome=_outcome(next_state), error=_final_error(local, goal, end),
-        true_error=true_error, drift=_drift(run, states))
+        true_error=_final_error(truth, goal, end), drift=_drift(run, states))
 
 
 def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:

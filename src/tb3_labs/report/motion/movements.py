@@ -5,7 +5,7 @@ in the lab, the robot's place follows the odometry, and the robot's heading foll
 
 A *movement* is a series of commands that are not zero, with pauses shorter than
 `MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A turn has
-no forward speed. A drive goes forward, and has a turn before or after this. Any other movement is
+no forward speed. A drive goes forward, and has a turn before or after. Any other movement is
 by hand.
 
 If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
@@ -73,7 +73,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     time = run.commands.time
     begin = float(time[moves[0]])
     end = float(min(ends[moves[-1]], run.duration))
-    forward_begin = forward_end = end
+    forward_begin, forward_end = end, end
     forward = moves[np.abs(run.commands.linear[moves]) > MIN_MOVING_SPEED]
     if len(forward):
         forward_begin = float(time[forward[0]])
@@ -96,7 +96,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? The first message is assumed to be a change."""
+    """Returns True if a node had control at this time [s]. The first message counts as a change."""
     if not len(run.control):
         return False
     earlier_values = run.control.value[run.control.time <= time]
@@ -105,7 +105,7 @@ def has_control(run: RunData, time: float) -> bool:
     return bool(earlier_values[-1])
 
 
-def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
+def with_derived_fields(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
     computed, and added to `derived`. Without recorded goals, all drives have this `goal`."""
     if not len(run.local_pose) and len(run.frames):

@@ -122,6 +122,15 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
     return local_T_robot.pose(0) @ world_T_robot.inverse()
 
 
+def true_poses(run: RunData, interval: FrameInterval, parent_T_local: Pose2 = Pose2(),
+               end: float = math.inf) -> Poses:
+    """Returns the ground truth in `parent` until `end` [s], or no poses if it is not known."""
+    if interval.local_T_world is None:
+        return Poses.none()
+    truth = run.ground_truth.between(interval.begin, min(end, interval.end))
+    return truth.in_parent(parent_T_local @ interval.local_T_world)
+
+
 @lru_cache(maxsize=1)
 def recorded_states(run: RunData) -> List[RecordedState]:
     """Returns the RecordedStates in order. Each state begins when its message arrives."""

@@ -27,6 +27,7 @@ HEADING_MEAN_TIME = 0.3
 MAX_MISSED_TIME = 1.0
 #: Without a message on `turn`, a movement by a smaller angle [rad] is not a turn.
 MIN_TURN_ANGLE = math.radians(45.0)
+MIN_HALF_TURN = 0.75 * math.pi      # a smaller angle is nearer to a quarter turn
 MIN_PAUSE_BETWEEN_TURNS = 0.5       # [s]
 MAX_REQUEST_LEAD = 2.0              # [s] before the turn begins
 
@@ -121,7 +122,7 @@ def _requested_angle(run: RunData, begin: float, end: float, turned: float) -> f
         return float(requests.value.sum())
     if abs(turned) < MIN_TURN_ANGLE:
         return 0.0
-    nearest = math.pi / 2.0 if abs(turned) < 0.75 * math.pi else math.pi
+    nearest = math.pi / 2.0 if abs(turned) < MIN_HALF_TURN else math.pi
     return math.copysign(nearest, turned)
 
 

@@ -26,7 +26,7 @@ from matplotlib.figure import Figure
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Poses, RunData
 from tb3_labs.report.motion.drives import DriveReport, frame_interval_of
-from tb3_labs.report.motion.resets_and_goals import frame_intervals, local_in_odom
+from tb3_labs.report.motion.resets_and_goals import frame_intervals, local_in_odom, true_poses
 from tb3_labs.report.motion.turns import HEADING_MEAN_TIME, turn_reports
 
 DOTS_PER_INCH = 150
@@ -111,8 +111,7 @@ def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
         _draw_axes(odom_panel, interval.odom_T_local, colour)
         _draw_axes(local_panel, interval.odom_T_local.inverse(), colour)
         if interval.local_T_world is not None:
-            truth = run.ground_truth.between(interval.begin, interval.end).in_parent(
-                interval.local_T_world)
+            truth = true_poses(run, interval)
             truth_style = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
                                label=None if index else 'ground truth')
             draw_path(local_panel, truth, **truth_style)

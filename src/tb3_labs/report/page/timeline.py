@@ -18,7 +18,7 @@ from tb3_labs import drawing
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import MIN_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.report.motion.resets_and_goals import (
-    FrameInterval, frame_intervals, goal_errors, local_in_odom, recorded_states)
+    FrameInterval, frame_intervals, goal_errors, local_in_odom, recorded_states, true_poses)
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.watch.variables import Series, variables_by_node
 
@@ -91,9 +91,7 @@ def timeline_data(run: RunData, model: RobotModel,
     goal_resets = _reset_indices(frames, time)
     wraps = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
     # at the beginning of each interval, local_pose is assumed to be exact
-    truth = [run.ground_truth.between(interval.begin, interval.end).in_parent(
-        interval.odom_T_local @ interval.local_T_world)
-        for interval in frames if interval.local_T_world is not None]
+    truth = [true_poses(run, interval, interval.odom_T_local) for interval in frames]
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _pose_track(odometry), 'local': _pose_track(local, local_resets),

@@ -115,8 +115,9 @@ class WatchedNode:
         part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
         shown = {}
         shown_ids = set()
-        # a part of another object comes later: it is already shown as `name.part`
-        for thing in sorted(objects, key=lambda thing: id(thing) in part_ids):
+        wholes = [thing for thing in objects if id(thing) not in part_ids]
+        # a part of another object comes later: the part is already shown as `name.part`
+        for thing in wholes + [thing for thing in objects if id(thing) in part_ids]:
             if id(thing) not in shown_ids:
                 shown_ids.add(id(thing))
                 self._show(shown, attributes_of[id(thing)], type(thing).__name__, shown_ids)
@@ -145,8 +146,7 @@ class WatchedNode:
         self._next_search += (time.thread_time() - begin) / MAX_SEARCH_SHARE
 
     def _show(self, shown, variables, owner, shown_ids):
-        """Add variables to `shown`. A name that is already there begins with `owner`, the name of
-        the variable's class or function."""
+        """Add variables to `shown`. A name that is already there is prefixed by `owner`."""
         for name, value in variables.items():
             if len(shown) >= MAX_SHOWN_VARIABLES:
                 return
@@ -218,7 +218,7 @@ def attributes(thing):
 # -- the thread
 
 def rospy_runs():
-    """Has the node called init_node()?"""
+    """Returns True if the node has called init_node()."""
     core = sys.modules.get('rospy.core')
     return hasattr(core, 'is_initialized') and core.is_initialized()
 
