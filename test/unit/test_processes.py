@@ -58,16 +58,20 @@ def test_a_protection_works_although_the_current_folder_was_removed(tmp_path, mo
     assert protection_problem(Protection()) == ''
 
 
+#: A second run of these tests, on the same machine, must not end the processes of this run.
+RUN_IDENTITY = f'of a test of process {os.getpid()}'
+
+
 @pytest.fixture
 def family():
     """A process with two children and an identity. After the test all three are ended."""
     started = subprocess.Popen(['sh', '-c', 'sleep 60 & sleep 60 & wait'], start_new_session=True,
-                               env=dict(os.environ, **{IDENTITY_VARIABLE: 'of a test'}))
+                               env=dict(os.environ, **{IDENTITY_VARIABLE: RUN_IDENTITY}))
     deadline = time.monotonic() + 100.0
     while len(processes._descendants(started.pid)) < 2 and time.monotonic() < deadline:
         time.sleep(0.01)
     yield started
-    kill_processes('of a test')
+    kill_processes(RUN_IDENTITY)
     started.wait(100.0)
 
 
@@ -75,7 +79,7 @@ def test_only_what_has_the_identity_is_ended(family):
     children = processes._descendants(family.pid)
     kill_processes('of another test')
     assert family.poll() is None and len(children) == 2
-    kill_processes('of a test')
+    kill_processes(RUN_IDENTITY)
     assert family.wait(100.0) == -9
     assert processes._descendants(family.pid) == []
     assert [processes._memory(child) for child in children] == [0, 0]
