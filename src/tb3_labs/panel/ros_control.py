@@ -19,6 +19,7 @@ from tb3_labs.ros.conversions import frame_name, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.ros.rospy_internals import subscribers_of
+from tb3_labs.supervision.control_holder import ControlHolder
 from tb3_labs.supervision.dead_man import DeadMan
 from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 
@@ -30,7 +31,7 @@ CONFIRM_PERIOD = 0.05       # [s]
 
 
 class PanelRobot:
-    """The robot of this node's namespace. Only the thread `server` calls the methods."""
+    """The robot of this node's namespace. Only the thread `server` calls public methods."""
 
     def __init__(self, server):
         self._server = server
@@ -60,10 +61,11 @@ class PanelRobot:
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
         holder = self.subscriptions.latest('holder')
-        if holder == 'move_to_goal':
+        if holder == ControlHolder.MOVE_TO_GOAL.value:
             return 'move_to_goal has control: B takes it'
         # the handout's node does not publish control_holder
-        return 'ready' if holder in ('gamepad', None) else 'connecting: hold still'
+        is_ready = holder in (ControlHolder.GAMEPAD.value, None)
+        return 'ready' if is_ready else 'connecting: hold still'
 
     # -- requests
 
