@@ -22,7 +22,7 @@ MAX_STANDING_ANGLE = 0.005          # [rad]; a wheel that turns more does not st
 
 
 def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
-    """Judges whether two nodes drive. `command_counts` is {node: commands in LISTENING_TIME}."""
+    """Judges whether many nodes drive. `command_counts` is {node: commands in LISTENING_TIME}."""
     drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
                            for node, count in sorted(command_counts.items()))
     if len(command_counts) > 1:

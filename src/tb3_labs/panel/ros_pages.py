@@ -1,4 +1,4 @@
-"""Connects pages with the robot. Pages get pictures and lines of the log and send requests."""
+"""Connects pages with the robot. Pages get pictures and lines of the log. Pages send requests."""
 import threading
 import time
 from collections import deque

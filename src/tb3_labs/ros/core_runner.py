@@ -31,7 +31,7 @@ DIAGNOSTICS_PERIOD = 1.0    # [s, wall clock]
 class CoreRunner:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock. The lock is also held while a command is
     sent, so a command from before a stop is never sent after the stop. A separate thread carries
-    out the rest of an Output without the lock, so neither terminal nor actionlib delays a stop."""
+    out the rest of an Output without the lock. A blocked terminal or actionlib delays no stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the core's next Output. ``publish(output)`` is called after the

@@ -31,7 +31,7 @@ def to_mouse(message) -> MouseState:
 
 
 class Mouse:
-    """One mouse, which can be active, and which can be lost."""
+    """Finds whether one mouse is active or lost."""
 
     def __init__(self) -> None:
         self.freshness = Freshness('mouse', INPUT_TIMEOUT)

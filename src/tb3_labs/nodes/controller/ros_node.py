@@ -28,7 +28,7 @@ from tb3_labs.supervision.timeouts import ROBOT_WAIT_TIMEOUT
 
 
 class ControllerNode:
-    """Turns the robot on request of the keyboard or of a node and drives it by a mouse."""
+    """Turns the robot on request of the keyboard or of a node. Drives the robot by a mouse."""
 
     def __init__(self):
         config = read_config(TurnConfig)
@@ -95,7 +95,7 @@ class ControllerNode:
 
 
 def read_keyboard(on_line, on_end):
-    """Call `on_line(text)` for each line of the standard input and `on_end()` at the end.
+    """Call `on_line(text)` for each line of the standard input, and `on_end()` at the end.
 
     The standard input may be a terminal, a pipe, or the terminal of roslaunch. If there is no
     input, or the node is a background job, `on_end()` is called immediately.

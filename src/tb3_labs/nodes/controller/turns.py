@@ -1,4 +1,4 @@
-"""Decides whether a turn or the mouse drives (NEXT_DRIVER). Settings, goal and result of a turn.
+"""NEXT_DRIVER decides whether a turn or the mouse drives. A turn has settings, a goal and a result.
 The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
 
 Units: radians, counter-clockwise positive. A turn is requested as an angle, so 180 and -180 are
@@ -138,7 +138,7 @@ NEXT_DRIVER = {
 
 
 def accept_turn(requests: SenderRequests, turn: IncomingMessage, is_waking: bool = False) -> bool:
-    """Store the request for a turn in `requests`. Returns True if the turn is new, and repeats no
+    """Store the request for a turn in `requests`. Returns True if the turn is new and repeats no
     turn that may be old or has ended. `is_waking` is True if this process has just slept."""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.novelty.is_doubtful:

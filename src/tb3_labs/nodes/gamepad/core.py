@@ -1,4 +1,4 @@
-"""Decides whether the pad or move_to_goal may drive the robot and computes the pad's command.
+"""Decides whether the pad or move_to_goal may drive the robot. Computes the pad's command.
 
 No press of a button is lost, even if several messages arrive together. Button B always sends False,
 even if the pad drives already. Old presses of A and Y are refused. A silent pad is treated as lost
