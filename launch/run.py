@@ -6,8 +6,8 @@ current folder would run in place of Python's own module `copy`.
 import runpy
 import sys
 
-MODULES = {'launch': 'launch_arguments'}    # {name in students' launch files: module}
+MODULE_OF_NAME = {'launch': 'launch_arguments'}    # {name in students' launch files: module}
+module = MODULE_OF_NAME.get(sys.argv[1], sys.argv[1])
+del sys.argv[0]     # the module reads ARGUMENTS from sys.argv[1:]
 del sys.path[0]     # Python must not look for modules in this script's folder
-del sys.argv[0]
-module = MODULES.get(sys.argv[0], sys.argv[0])
 runpy.run_module('tb3_labs.ros.' + module, run_name='__main__', alter_sys=True)

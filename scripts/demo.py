@@ -83,7 +83,7 @@ class DemoDrive:
 
     @property
     def is_good(self):
-        """Did move_to_goal reach the goal, with small true errors?"""
+        """move_to_goal reached the goal, and the true errors are small."""
         distance, angle = self.true_error
         return (self.last_state == GoalState.GOAL_REACHED.name
                 and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)
@@ -102,7 +102,7 @@ class ControlTaken(Exception):
 
 
 class Demo:
-    """Lets move_to_goal drive, and judges the drives."""
+    """Lets move_to_goal drive and judges the drives."""
 
     def __init__(self):
         self._config = read_config(DemoConfig)
@@ -120,7 +120,7 @@ class Demo:
 
     def _subscribe(self, topic, message_type, read):
         """Subscribe to `topic`. Store its latest value, but all values of goal_state."""
-        received = self._received[topic] = []
+        received = self._received.setdefault(topic, [])
 
         def store(message):
             received.append((rospy.get_time(), read(message)))
@@ -134,8 +134,8 @@ class Demo:
             self._is_control_taken = self._has_granted
 
     def _judge_drives(self):
-        self._await_arrival('local_pose')
-        self._await_arrival('current_goal')
+        self._wait_for_arrival('local_pose')
+        self._wait_for_arrival('current_goal')
         if self._config.record and not wait_until(is_recorder_listening, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
         problem = self._demonstrate()
@@ -164,41 +164,41 @@ class Demo:
     def _drive(self, needs_reset):
         """Let the robot drive once. Returns the DemoDrive. If late sensors end a drive before the
         robot moves, the drive begins again, after a reset."""
-        if self._await_value('has_control'):
+        if self._wait_for_value('has_control'):
             needs_reset = True
-        world_T_local = self._await_value('ground_truth', rospy.get_time())
+        world_T_local = self._wait_for_value('ground_truth', rospy.get_time())
         for attempt in range(MAX_ATTEMPTS):
             self._received['goal_state'].clear()
             if needs_reset or attempt > 0:
                 self._wait_for('a reset', try_reset)
             self._give_control()
-            begin, state = self._await_arrival('goal_state', matches=has_begun_or_ended)
+            begin, state = self._wait_for_arrival('goal_state', matches=has_begun_or_ended)
             if not is_over(state):
                 break
-        end, state = self._await_arrival('goal_state', matches=is_over)
-        world_T_robot = self._await_value('ground_truth', end + SETTLING_TIME)
+        end, state = self._wait_for_arrival('goal_state', matches=is_over)
+        world_T_robot = self._wait_for_value('ground_truth', end + SETTLING_TIME)
         return DemoDrive(
-            state, goal=self._await_value('current_goal'),
-            measured_pose=self._await_value('local_pose', end),
+            state, goal=self._wait_for_value('current_goal'),
+            measured_pose=self._wait_for_value('local_pose', end),
             true_pose=world_T_local.inverse() @ world_T_robot, duration=end - begin)
 
     def _give_control(self):
         """Publish permissions until move_to_goal has control, or a person stops the robot. A node
         that has just started ignores a permission that may be old."""
         def try_to_give():
-            if self._is_control_taken or self._await_value('has_control'):
+            if self._is_control_taken or self._wait_for_value('has_control'):
                 return True
             self._permission.publish(False)
             self._permission.publish(True)
-            return wait_until(lambda: self._await_value('has_control'), GRANT_PERIOD)
+            return wait_until(lambda: self._wait_for_value('has_control'), GRANT_PERIOD)
         self._wait_for('move_to_goal to take control', try_to_give)
         self._has_granted = True
 
-    def _await_value(self, topic, since=0.0):
-        _, value = self._await_arrival(topic, since)
+    def _wait_for_value(self, topic, since=0.0):
+        _, value = self._wait_for_arrival(topic, since)
         return value
 
-    def _await_arrival(self, topic, since=0.0, matches=lambda value: True):
+    def _wait_for_arrival(self, topic, since=0.0, matches=lambda value: True):
         """Wait for a value of `topic` that arrived at `since` [s] or later, and for which
         `matches(value)` is true. Returns (time of arrival [s], value)."""
         def matching_values():
@@ -229,7 +229,7 @@ def try_reset():
 
 
 def is_recorder_listening():
-    """Does the node `record` subscribe to all RECORDED_TOPICS?"""
+    """Returns True if the node `record` subscribes to all RECORDED_TOPICS."""
     _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
     heard = {topic for topic, nodes in subscribers if rospy.resolve_name('record') in nodes}
     return heard.issuperset(map(rospy.resolve_name, RECORDED_TOPICS))

@@ -32,7 +32,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 
 
 def offer_pages():
-    """Offer the page, and print its address."""
+    """Offer the page and print its address."""
     config = read_config(PanelConfig)
     pages = Pages(config, read_model().body_radius)
     rospy.on_shutdown(pages.release)

@@ -1,4 +1,4 @@
-"""Reads the command lines of tools, and writes their output files."""
+"""Reads the command lines of tools and writes their output files."""
 import argparse
 import errno
 import secrets
@@ -8,7 +8,7 @@ from typing import Any, Union
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that refuses abbreviated options, and reports a wrong argument in one line."""
+    """A parser that refuses abbreviated options and reports a wrong argument in one line."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
@@ -17,7 +17,7 @@ class Parser(argparse.ArgumentParser):
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def error(self, message: str):
-        """Print the reason, and end the program with status 2."""
+        """Print the reason and end the program with status 2."""
         self.exit(2, f'{self.prog}: {printable(message)}; --help tells more\n')
 
 

@@ -74,10 +74,10 @@ def test_a_false_of_another_node_is_a_stop_only_after_control_was_given(demo):
     demo._received['goal_state'].append((2.0, 'ROTATE_TO_GOAL'))
     demo._on_control(message(False, '/unnamed'))    # the demonstration's own False
     demo._on_control(message(True, '/gamepad'))
-    assert demo._await_arrival('goal_state') == (2.0, 'ROTATE_TO_GOAL')
+    assert demo._wait_for_arrival('goal_state') == (2.0, 'ROTATE_TO_GOAL')
     demo._on_control(message(False, '/gamepad'))
-    with pytest.raises(demo._await_arrival.__globals__['ControlTaken']):
-        demo._await_arrival('goal_state')
+    with pytest.raises(demo._wait_for_arrival.__globals__['ControlTaken']):
+        demo._wait_for_arrival('goal_state')
     demo._received['has_control'] = [(3.0, False)]
     demo._give_control()    # before the next drive
     assert demo.sent == [False, True]

@@ -1,7 +1,7 @@
 """Is something wrong with this computer, its network or a robot? Each finding is one printed line.
 
-The module `checks` measures, and calls the functions ``judge_*`` in order. Each of these turns
-numbers and names into a Finding. At first the doctor is not a node, and only makes XML-RPC calls.
+The module `checks` measures and calls the functions ``judge_*`` in order. Each of these turns
+numbers and names into a Finding. At first the doctor is not a node and only makes XML-RPC calls.
 After the line `Way back` it is an ordinary node, which listens but publishes nothing.
 """
 from collections import Counter

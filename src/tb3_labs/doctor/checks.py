@@ -54,7 +54,10 @@ def _check_return_path(computer, graph, live_peers, publishers):
     robot = live_peers[robot_node]
     own_publishers = {}
     for node, peer in publishers.items():
-        can_be_here = peer.problem == 'unresolved' if peer.problem else is_own(peer.address)
+        if peer.problem:
+            can_be_here = peer.problem == 'unresolved'
+        else:
+            can_be_here = is_own(peer.address)
         if can_be_here and node not in graph.robot_nodes:
             own_publishers[node] = peer.uri
     if own_publishers:

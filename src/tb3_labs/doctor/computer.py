@@ -15,7 +15,7 @@ from tb3_labs.doctor import Finding, fault, ok, warning
 
 
 def is_loopback(address: str) -> bool:
-    """Does an address or a name belong to the loopback interface?"""
+    """Returns True if an address or a name belongs to the loopback interface."""
     return address.startswith('127.') or address in ('localhost', '::1')
 
 
@@ -27,7 +27,7 @@ def own_addresses() -> Tuple[str, ...]:
 
 
 def is_own(address: str) -> bool:
-    """Does an address belong to this computer?"""
+    """Returns True if an address belongs to this computer."""
     return is_loopback(address) or address in own_addresses()
 
 
@@ -91,7 +91,7 @@ def this_computer(master_address: str) -> Computer:
 
 
 def judge_address(computer: Computer) -> Finding:
-    """Can other computers reach this computer at the address that its nodes advertise?"""
+    """Judges whether other computers can reach this one at the address that its nodes advertise."""
     resolved = computer.resolved_address
     if not computer.ros_ip and not computer.ros_hostname:
         text = 'neither ROS_IP nor ROS_HOSTNAME is set: '

@@ -1,7 +1,7 @@
 """Can this computer, the master and the nodes around one robot reach each other?
 
 Master and nodes answer the XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org). The
-doctor's calls only read, and change nothing.
+doctor's calls only read and change nothing.
 """
 import difflib
 import http.client
@@ -71,7 +71,7 @@ class Peer:
 
 
 def judge_master(master: Peer) -> Finding:
-    """Does a master answer?"""
+    """Judges whether a master answers."""
     where = repr(master.uri)
     if master.address and master.address not in where:
         where += f' ({master.address})'
@@ -89,8 +89,7 @@ def judge_master(master: Peer) -> Finding:
 
 
 class RobotGraph:
-    """The nodes around the robot in `namespace` ('/' or '/robot3/'), by the master's answer `state`
-    to getSystemState."""
+    """The nodes around the robot in `namespace`. `state` is the answer to getSystemState."""
 
     def __init__(self, namespace, state):
         self.namespace = namespace
@@ -133,7 +132,7 @@ class RobotGraph:
 
 
 def judge_robot(graph: RobotGraph) -> Finding:
-    """Is there exactly one robot in the namespace?"""
+    """Judges whether there is exactly one robot in the namespace."""
     namespace = graph.namespace.rstrip('/')
     imu, odom = graph.sensor_publishers['imu'], graph.sensor_publishers['odom']
     if not imu and not odom:
@@ -192,7 +191,7 @@ def _mistake_sentences(text, graph, names, users, partners):
 
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
-    """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
+    """Judges whether the nodes in `peers` {node: Peer} answer at the addresses of the master."""
     for node, peer in sorted(peers.items()):
         if not peer.problem:
             continue
@@ -210,8 +209,8 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
 
 def judge_return_path(publishers: Mapping[str, str], connected: Collection[str], robot: str,
                       computer: Computer, is_robot_elsewhere: bool) -> Finding:
-    """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `publishers`
-    is {node of this computer that publishes cmd_vel: URI}. `connected` contains the URIs of the
+    """Judges whether this computer's commands reach the node `robot`, which listens to cmd_vel.
+    `publishers` is {node of this computer that publishes cmd_vel: URI}. `connected` has the URIs of
     nodes from which `robot` receives messages. `computer.outgoing_address` leads to the robot."""
     for node, uri in sorted(publishers.items()):
         uri = uri.rstrip('/')

@@ -1,5 +1,4 @@
-"""Listens to the robot's messages as an ordinary node, and yields the findings on drivers,
-sensors, clock and gyro."""
+"""Listens to the robot as a node and yields the findings on drivers, sensors, clock and gyro."""
 import os
 import time
 from collections import Counter

@@ -22,7 +22,7 @@ MAX_STANDING_ANGLE = 0.005          # [rad]; a wheel that turns more does not st
 
 
 def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
-    """Does at most one node drive? `command_counts` is {node: commands in LISTENING_TIME}."""
+    """Judges whether many nodes drive. `command_counts` is {node: commands in LISTENING_TIME}."""
     drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
                            for node, count in sorted(command_counts.items()))
     if len(command_counts) > 1:
@@ -35,8 +35,8 @@ def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), listening_end: float = 0.0,
                  publisher: str = '') -> Finding:
-    """Do the messages of a sensor arrive without long gaps? `arrivals` are the times [s] of arrival
-    before `listening_end` [s]. `publisher` is a node that publishes `topic`, or ''."""
+    """Judges whether the messages of a sensor arrive without long gaps. `arrivals` are the times of
+    arrival [s] before `listening_end` [s]. `publisher` is a node that publishes `topic`, or ''."""
     _, _, name = topic.rpartition('/')
     if not publisher:
         return fault(name, f'nobody publishes {topic}', BRINGUP_REMEDY)
@@ -57,8 +57,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), listening_end: floa
 
 
 def judge_clock(least_delay: float) -> Finding:
-    """Does the robot's clock agree with this computer's clock? `least_delay` [s] is the least time
-    from a message's stamp (the robot's clock) to its arrival (this computer's clock)."""
+    """Judges whether the robot's clock agrees with this computer's clock. `least_delay` [s] is the
+    least time from a message's stamp (robot's clock) to its arrival (this computer's clock)."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
     if least_delay < 0.0:
@@ -74,7 +74,7 @@ def judge_clock(least_delay: float) -> Finding:
 
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Finding:
-    """Does the gyro agree with the wheels? `problem` is what a GyroMonitor found, or ''."""
+    """Judges whether gyro and wheels agree. `problem` is what a GyroMonitor found, or ''."""
     if problem:
         return fault('Gyro', problem, remedy)
     if not is_compared:
@@ -85,7 +85,7 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Finding:
 
 
 def judge_drift(drift: float, namespace: str) -> Finding:
-    """Does the heading stay constant while the wheels stand still? `drift` is in [deg/min]."""
+    """Judges whether the heading stays constant while the wheels stand. `drift` is in [deg/min]."""
     text = f'{drift:+.1f} deg/min at rest'
     if abs(drift) > MAX_DRIFT:
         return warning('Drift', text + ': headings and goals will be off', 'calibrate the gyro of '

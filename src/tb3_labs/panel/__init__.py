@@ -6,7 +6,7 @@ presses A, ``page/pad.js`` sends a message to the panel. Then :mod:`tb3_labs.pan
 publishes `joy`, to which the node `gamepad` listens.
 
 The thread `server` runs the event loop of the web server. Only the thread `server` uses the pages
-and the DeadMan, so they need no lock. Threads of rospy use a lock when they write
-messages into a RobotView. Work for the thread `server` goes through ``Server.call_soon()``.
-Services and the master are called in separate threads, so a stop never waits for an answer.
+and the DeadMan, so they need no lock. Threads of rospy use a lock when they write messages into a
+RobotView. Work for the thread `server` goes through ``Server.call_soon()``. Separate threads call
+services and the master, so a stop never waits for an answer.
 """

@@ -10,11 +10,9 @@ to 127.0.0.1 (DNS rebinding), the host is the site's name, and the request is re
 
 The origin is the site whose page opens the socket. Only this node's own page is accepted.
 
-The token is a part of the address that the node prints. Only a node that other computers can reach
-requires the token.
+The token is a part of the printed address. Only a node that other computers can reach has a token.
 
-Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets), RFC 7230 section 5.4
-(Host).
+Sources: RFC 6454 (origins), RFC 6455 section 10.2 (websockets), RFC 7230 section 5.4 (Host).
 """
 import hmac
 import re
@@ -53,8 +51,7 @@ class Access:
         """Returns the reason why a request is refused; None if the request is accepted.
 
         `host` and `origin` are headers of the request, or None if the header is missing. Only
-        browsers send an origin. `token` is the token in the request, or None if the request needs
-        no token.
+        browsers send an origin. `token` is the token in the request, or None if none is needed.
         """
         host = (host or '').lower()
         name = PORT_SUFFIX.sub('', host)

@@ -1,4 +1,4 @@
-"""Reads the messages of one page, and answers the page. An invalid message raises ``ValueError``
+"""Reads the messages of one page and answers the page. An invalid message raises ``ValueError``
 with the invalid value and the valid values.
 
 A request is a JSON object:

@@ -74,7 +74,7 @@ class RobotView:
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
-        """Compute the frame `local` if the line contains the robot's pose in `local`."""
+        """If the log line declares the robot's pose in local, compute the pose of local in odom."""
         declared = declared_pose(text)
         odom = self.latest('odom')
         if declared and odom:
@@ -91,7 +91,7 @@ class RobotView:
 
     @property
     def is_driving(self) -> bool:
-        """Does move_to_goal drive the robot to its goal now?"""
+        """move_to_goal now drives the robot to a goal."""
         return bool(self.latest('has_control')) and self.phase == 'driving'
 
     @property
@@ -137,14 +137,14 @@ class RobotView:
             frame = self._computed_odom_T_local
             local = frame.inverse() @ odom.pose
         goal = self.latest('goal')
-        distance = angle = None
+        distance, angle = None, None
         if goal and local:
             distance = local.distance_to(goal)
             angle = math.degrees(difference(goal.yaw, local.yaw))
+        poses = {'odom': odom.pose if odom else None, 'local': local, 'frame': frame,
+                 'truth': self._truth_in_odom(), 'goal': goal}
         return {
-            'odom': _pose_numbers(odom.pose if odom else None), 'local': _pose_numbers(local),
-            'frame': _pose_numbers(frame), 'truth': _pose_numbers(self._truth_in_odom()),
-            'goal': _pose_numbers(goal),
+            **{entry: _pose_numbers(pose) for entry, pose in poses.items()},
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'driver': driver, 'command': command,

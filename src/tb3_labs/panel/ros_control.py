@@ -30,7 +30,7 @@ CONFIRM_PERIOD = 0.05       # [s]
 
 
 class PanelRobot:
-    """The robot of this node's namespace. Only the thread `server` calls the methods."""
+    """The robot of this node's namespace. Only the thread `server` calls public methods."""
 
     def __init__(self, server):
         self._server = server
@@ -60,10 +60,11 @@ class PanelRobot:
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
         holder = self.subscriptions.latest('holder')
-        if holder == 'move_to_goal':
+        if holder == 'move_to_goal':    # a text, since the students' archive has no ControlHolder
             return 'move_to_goal has control: B takes it'
         # the handout's node does not publish control_holder
-        return 'ready' if holder in ('gamepad', None) else 'connecting: hold still'
+        is_ready = holder in ('gamepad', None)
+        return 'ready' if is_ready else 'connecting: hold still'
 
     # -- requests
 

@@ -1,4 +1,4 @@
-"""Connects pages with the robot. Pages get pictures and lines of the log, and send requests."""
+"""Connects pages with the robot. Pages get pictures and lines of the log. Pages send requests."""
 import threading
 import time
 from collections import deque
@@ -26,7 +26,7 @@ LEVEL_NAMES = {Log.FATAL: 'error', Log.ERROR: 'error', Log.WARN: 'warn', Log.INF
 
 
 class Pages:
-    """The open pages, and their robot. The methods run in the thread of the server."""
+    """The open pages and their robot. Unless said otherwise, methods run in the thread `server`."""
 
     def __init__(self, config, body_radius):
         """`config` is a PanelConfig. `body_radius` is the radius [m] of the robot's body."""
@@ -44,7 +44,7 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """This node ends: stop the robot if a page drives. Any thread may call this method."""
+        """Stop the robot if a page drives, since the node ends. Any thread may call this method."""
         released = threading.Event()
 
         def release():

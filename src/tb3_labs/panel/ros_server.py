@@ -126,7 +126,7 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
     def initialize(self, access, open_page):
         super().initialize(access)
         self._open_page = open_page
-        self._on_text = self._on_end = None
+        self._on_text, self._on_end = None, None    # set by open()
 
     def open(self):
         self.set_nodelay(True)

@@ -1,4 +1,4 @@
-"""Subscribes to the robot's topics, and skips messages of fast topics to save computing time."""
+"""Subscribes to the robot's topics and skips messages of fast topics to save computing time."""
 import threading
 from operator import attrgetter
 
@@ -21,14 +21,14 @@ from tb3_labs.ros.topics import subscribe, subscribe_events
 #: Each reading of `odom` moves the drawn robot.
 ODOMETRY_PERIOD = 0.045     # [s]
 FAST_TOPIC_PERIOD = 0.2     # [s]
-_read_data = attrgetter('data')
+_data_of = attrgetter('data')
 
 
-def _read_pose(message):
+def _pose_of(message):
     return to_pose2(message.pose)
 
 
-def _read_truth(message):
+def _truth_of(message):
     return to_pose2(message.pose), message.header.stamp.to_sec()
 
 
@@ -50,15 +50,15 @@ class RobotSubscriptions:
             return subscribe(topic, *arguments, idle_for=lambda now: period)
 
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
-        subscribe_all('goal_state', String, self._store_as('state'), _read_data)
-        subscribe_all('has_control', Bool, self._on_control, _read_data)
-        subscribe_all('control_holder', String, self._store_as('holder'), _read_data)
-        subscribe_all('current_goal', PoseStamped, self._store_as('goal'), _read_pose)
+        subscribe_all('goal_state', String, self._store_as('state'), _data_of)
+        subscribe_all('has_control', Bool, self._on_control, _data_of)
+        subscribe_all('control_holder', String, self._store_as('holder'), _data_of)
+        subscribe_all('current_goal', PoseStamped, self._store_as('goal'), _pose_of)
         subscribe_all('move2goal/cancel', GoalID, lambda goal: on_stop())
         subscribe_some('odom', Odometry, self._callback(RobotView.on_odometry),
                        to_odometry_sample, period=ODOMETRY_PERIOD)
-        subscribe_some('local_pose', PoseStamped, self._store_as('local'), _read_pose)
-        subscribe_some('ground_truth', PoseStamped, self._store_as('truth'), _read_truth)
+        subscribe_some('local_pose', PoseStamped, self._store_as('local'), _pose_of)
+        subscribe_some('ground_truth', PoseStamped, self._store_as('truth'), _truth_of)
         subscribe_some('imu', Imu, self._store_as('imu'), lambda imu: to_imu_sample(imu).yaw)
         subscribe_some('cmd_vel', Twist, self._callback(_store_command))
         subscribe_some('variables', DiagnosticArray, self._callback(_store_variables))
@@ -68,7 +68,7 @@ class RobotSubscriptions:
         self._joy = subscribe_some('joy', Joy, lambda joy: None)
 
     def use_view(self, function):
-        """Returns ``function(view)``, which may change the view. Any thread may call it."""
+        """Returns ``function(view)``, which may change the view. Any thread may call use_view."""
         with self._lock:
             return function(self._view)
 
@@ -77,7 +77,7 @@ class RobotSubscriptions:
 
     @property
     def has_another_pad(self):
-        """Does another node publish `joy`?"""
+        """Another node publishes `joy`."""
         return self._joy.get_num_connections() > 1    # one is this node's own publisher
 
     def _callback(self, store):

@@ -1,6 +1,6 @@
 """Sends the commands of a node to the robot, and one zero command at the end of a motion.
 
-A node that stops the robot publishes exactly one zero command, and then is silent, so that another
+A node that stops the robot publishes exactly one zero command and then is silent, so that another
 node can drive. It also stops the robot if it ends, or if ROS time stands still.
 """
 import math

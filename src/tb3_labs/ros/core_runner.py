@@ -1,4 +1,4 @@
-"""Gives messages to the core of a node, and carries out the Outputs of the core in order.
+"""Gives messages to the core of a node and carries out the Outputs of the core in order.
 
 A thread that holds one of these locks may take only the locks below it in the list:
 
@@ -31,12 +31,11 @@ DIAGNOSTICS_PERIOD = 1.0    # [s, wall clock]
 class CoreRunner:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock. The lock is also held while a command is
     sent, so a command from before a stop is never sent after the stop. A separate thread carries
-    out all other parts of an Output in order, without the lock, so neither a blocked terminal nor
-    actionlib can delay a stop."""
+    out the rest of an Output without the lock. A blocked terminal or actionlib delays no stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the core's next Output. ``publish(output)`` is called after the
-        command, with the lock, and must not wait. ``carry_out(output)`` runs without the lock."""
+        command, with the lock and must not wait. ``carry_out(output)`` runs without the lock."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting_outputs = queue.SimpleQueue()    # for carry_out
@@ -48,8 +47,8 @@ class CoreRunner:
 
     def decide_after(self, method, *arguments):
         """Give a message to the core by ``method(*arguments)``, let it decide, and return the
-        Output. `method` itself must read the clock: a time from before the lock was taken could be
-        older than the core's last decision."""
+        Output. A `method` that passes the current time must itself read the clock: a time from
+        before the lock was taken could be older than the core's last decision."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -67,7 +66,7 @@ class CoreRunner:
             return method(*arguments)
 
     def _decide(self):
-        """Let the core decide, and send the command of the core. The caller holds the lock."""
+        """Let the core decide. Send the command of the core. The caller holds the lock."""
         output = self._tick()
         if output.must_stop_first:
             self._cmd_vel.stop()
@@ -145,7 +144,7 @@ class Watchdog:
 
 def publish_diagnostics(hardware, report):
     """From now on, publish ``report()`` on `/diagnostics` every second. ``report()`` returns
-    ``(problem, {name: value})``, and is called without a lock."""
+    ``(problem, {name: value})`` and is called without a lock."""
     def fill(status):
         problem, values = report()
         level = DiagnosticStatus.WARN if problem else DiagnosticStatus.OK

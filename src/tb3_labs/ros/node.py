@@ -1,12 +1,12 @@
-"""Starts a node of this package, and ends it after a signal or a failure.
+"""Starts a node of this package and ends it after a signal or a failure.
 
 A ``ValueError`` at the start, such as for an invalid parameter, ends the node with one fatal line
-and exit status 1, and ends the node's roslaunch. An exception in a callback also ends the node,
+and exit status 1 and ends the node's roslaunch. An exception in a callback also ends the node,
 because with rospy alone the robot would continue with the last command.
 
 The signal handlers of rospy hang if the main thread holds a lock of rospy. In a node of this
 package, a signal raises an exception in the main thread. The exception first ends all calls, which
-releases their locks, and then shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the robot.
+releases their locks and then shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the robot.
 Ctrl+Z also ends a node, since a suspended process could not stop the robot.
 """
 import os
@@ -101,7 +101,7 @@ def guarded(callback):
 
 def begin_shutdown(failure=''):
     """Start to shut down this node, without waiting for the shutdown hooks. A `failure` is logged
-    as one fatal line, and sets the exit status to 1."""
+    as one fatal line and sets the exit status to 1."""
     _shutdown_has_begun.set()
     if failure:
         _failures.append(failure)

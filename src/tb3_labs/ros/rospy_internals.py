@@ -1,5 +1,5 @@
 """Reads and changes internals of rospy 1.15.15. The docstring of a function says what goes wrong
-without the function, and names a test that fails if the internals change.
+without the function and names a test that fails if the internals change.
 """
 import select
 import socket
@@ -51,12 +51,11 @@ def log_without_the_master():
 
 
 def serve_connections_in_threads(server=None):
-    """Serve each connection in a separate thread. Without the threads a browser that connects to a
-    node would block all clients. Internals: `_tcpros_server`, `inbound_handler`; test:
-    test/unit/test_node.py.
+    """Serve each connection in a separate thread. Otherwise a browser that connects to a node would
+    block all clients. Internals: `_tcpros_server`, `inbound_handler`; test: test/unit/test_node.py.
 
     Closed connections are not served. A subscriber that gets two lists of publishers within a
-    moment connects twice, and closes its first connection. The thread of the closed connection may
+    moment connects twice and closes its first connection. The thread of the closed connection may
     be late. The publisher would then keep only the closed connection."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
@@ -84,7 +83,7 @@ def serve_connections_in_threads(server=None):
 
 
 def is_wall_time():
-    """Is ROS time the time of the computer, and not of a simulated /clock?"""
+    """Returns True if ROS time is the time of the computer, and not of a simulated /clock."""
     return rospy.rostime.is_wallclock()
 
 

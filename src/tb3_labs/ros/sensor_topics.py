@@ -1,8 +1,7 @@
 """Converts messages of the IMU and of the wheels to samples.
 
-A message raises ``ValueError`` if it contains NaN, infinity, an invalid quaternion, or a speed that
-the robot cannot have. So does a message of an IMU with the covariance -1: the IMU does not measure
-this field.
+A message raises ``ValueError`` for NaN, infinity, an invalid quaternion, a speed that the robot
+cannot have, or the covariance -1, by which an IMU says that it does not measure a field.
 """
 import rospy
 from sensor_msgs.msg import JointState
@@ -47,7 +46,7 @@ def _stamp(message):
 
 def subscribe_wheels(callback):
     """Call `callback` with each WheelSample on `joint_states`. Messages without wheels are ignored.
-    The returned function tells whether any node publishes the topic."""
+    Returns a function, which returns True if any node publishes the topic."""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

@@ -82,8 +82,7 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
 
 
 def novelty_reader(topic):
-    """Returns a function that takes a message and returns its events.Novelty. Call it for each
-    message."""
+    """Returns a function to call with each message, which returns the message's events.Novelty."""
     novelty_finder = NoveltyFinder(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: novelty_finder.find(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())

@@ -2,6 +2,5 @@
 
 `firmware` is the board, `drivetrain` the motors and wheels, and `imu` the IMU with noise and bias.
 `sensors` makes the samples, `network` delays messages, and `mystery_robot` hides a fault.
-`simulator` joins all parts, and `simulator_config` defines all settings. `ros_fake_robot` publishes
-the topics of a real robot.
+`simulator` joins all parts, `simulator_config` defines all settings, `ros_fake_robot` the topics.
 """

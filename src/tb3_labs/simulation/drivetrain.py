@@ -27,9 +27,9 @@ class Drivetrain:
     def __init__(self, model: RobotModel, pose: Pose2) -> None:
         self._model = model
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        self._left_angle = self._right_angle = 0.0
-        self._left_speed = self._right_speed = 0.0
-        self._left_goal = self._right_goal = 0.0
+        self._left_angle, self._right_angle = 0.0, 0.0
+        self._left_speed, self._right_speed = 0.0, 0.0
+        self._left_goal, self._right_goal = 0.0, 0.0
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
     def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
@@ -52,7 +52,7 @@ class Drivetrain:
         self._is_steady = not self._lag or max_excess < MOTOR_SPEED_TOLERANCE
         if self._is_steady:
             self._left_speed, self._right_speed = self._left_goal, self._right_goal
-            left_excess = right_excess = 0.0
+            left_excess, right_excess = 0.0, 0.0
         left_ratio = self._left_radius / self._model.wheel_separation
         right_ratio = self._right_radius / self._model.wheel_separation
         self._steady_turn_rate = right_ratio * self._right_goal - left_ratio * self._left_goal
@@ -141,7 +141,7 @@ class Body:
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 
     def set_gyro_bias(self, bias: float) -> None:
-        """Let the gyro be wrong by `bias` [rad/s] from now on."""
+        """From now on let the gyro be wrong by `bias` [rad/s]."""
         self.imu.bias = bias
         self.save_motion()
 

@@ -105,9 +105,9 @@ class Odometer:
 
     def reset(self, ticks: Optional[Tuple[int, int]]) -> None:
         """Set the pose and the wheel angles to zero. For `ticks` see :meth:`update`."""
-        self._x = self._y = self._yaw = 0.0
+        self._x, self._y, self._yaw = 0.0, 0.0, 0.0
         if ticks is not None:
-            self._ticks = self._ticks_at_reset = ticks
+            self._ticks, self._ticks_at_reset = ticks, ticks
 
 
 class Board:
@@ -124,7 +124,7 @@ class Board:
 
     @property
     def is_calibrating(self) -> bool:
-        """True while the board calibrates its gyro: it neither reads messages nor sends samples."""
+        """The board calibrates its gyro, so it neither reads messages nor sends samples."""
         return self.calibration_end < math.inf
 
     def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:

@@ -15,6 +15,7 @@ from typing import Any, List, Mapping, Tuple
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 LAST_NUMBER = 9999    # the first number is 1
+SEED_COUNT = 1e6    # a seed is a whole number below this one
 FAULT_PAUSE_TIME = 12.0    # [s], between two occurrences of an intermittent fault
 
 
@@ -107,7 +108,7 @@ def fault_of(number: int) -> Tuple[Fault, float, int]:
     value = round(low + (high - low) * generator.random(), fault.digits)
     if fault.is_signed and generator.random() < 0.5:
         value = -value
-    return fault, value, int(1e6 * generator.random())
+    return fault, value, int(SEED_COUNT * generator.random())
 
 
 def _fault_order(block: int) -> List[int]:

@@ -1,17 +1,17 @@
-"""Simulates the network between the robot and a computer, and decides when each message arrives.
+"""Simulates the network between the robot and a computer and decides when each message arrives.
 
-A link is one direction of the network. As in TCP, messages are not lost, and keep their order. The
+A link is one direction of the network. As in TCP, messages are not lost and keep their order. The
 delay of a message is a constant latency plus a random jitter. A message that would arrive during a
-stall waits for its end. A cut is a stall that lasts until the setting `network_cut` is switched
-off. Stalls begin at random (a Poisson process), and delay both links. Stalls and jitter have
-separate random generators, so stalls do not change the jitter.
+stall arrives when the stall ends. A cut is a stall that lasts until the setting `network_cut` is
+switched off. Stalls begin at random (a Poisson process) and delay both links. Stalls and jitter
+have separate random generators, so stalls do not change the jitter.
 
 Units: seconds. Edge cases: A change of latency or jitter does not affect messages that were sent
 before it. A change of the settings of stalls ends a stall. A message also waits for the earlier
 ones, so if messages follow each other fast, the mean delay exceeds the latency plus the mean
 jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of 0.1 to 0.4 s. Some delays
 are much longer than the mean, because a sender in a WLAN waits for a random time before each
-packet, and repeats a lost packet (Malone, Leith and Dangerfield, "Inferring queue state by
+packet and repeats a lost packet (Malone, Leith and Dangerfield, "Inferring queue state by
 measuring delay in a WiFi network").
 """
 import math

@@ -63,7 +63,7 @@ class FakeRobot:
         self._sensors = SensorTopics()
         pipe_path = os.environ.get(TRUTH_PIPE)
         self._pipe = TruthPipe(pipe_path) if pipe_path else None
-        self._truth_topic = self._static_tf = None
+        self._truth_topic, self._static_tf = None, None
         if not hidden_fault:
             self._static_tf = make_publisher('/tf_static', TFMessage, latch=True)
             if not pipe_path:
@@ -74,7 +74,7 @@ class FakeRobot:
         rospy.Subscriber('reset', Empty, guarded(self._on_reset), **options)
 
     def configure(self, settings):
-        """Use all `settings` except FIXED_FIELDS from now on."""
+        """From now on use all `settings` except FIXED_FIELDS."""
         with self._lock:
             self._simulator.configure(settings)
 
@@ -152,7 +152,7 @@ class TruthPipe:
         self._pipe = -1
 
     def open_if_read(self):
-        """Open the pipe if a program reads it. Returns True if it is open."""
+        """Open the pipe if a program reads it. Returns True if the pipe is open."""
         if self._pipe < 0:
             with suppress(OSError):    # no program reads the pipe yet
                 self._pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)

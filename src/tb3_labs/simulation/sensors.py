@@ -45,7 +45,7 @@ class Rhythm:
             self.due = now + 1.0 / rate    # the next moment [s]
 
     def pop(self) -> float:
-        """Returns the moment `due` [s], and sets `due` to the next moment."""
+        """Returns the moment `due` [s] and sets `due` to the next moment."""
         due = self.due
         self._count += 1
         self.due = self._start + self._count / self._rate

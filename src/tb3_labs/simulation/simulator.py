@@ -52,7 +52,7 @@ class Simulator:
         return self._body.pose_at(self.now)
 
     def configure(self, config: SimulatorConfig) -> None:
-        """Use all settings of `config` except FIXED_FIELDS from now on."""
+        """From now on use all settings of `config` except FIXED_FIELDS."""
         if config is self.config:
             return
         self._body.advance_to(self.now)

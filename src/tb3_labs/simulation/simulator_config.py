@@ -62,7 +62,7 @@ class SimulatorConfig(Config):
     # The default of longest_stall is the longest stall in the recordings.
     longest_stall: float = setting(
         0.4, 'longest stall; the length of a stall is random', 's', 0.0, 10.0)
-    # The firmware calibrates the gyro with 512 readings at 200 Hz, and gives up after 5 s.
+    # The firmware calibrates the gyro with 512 readings at 200 Hz and gives up after 5 s.
     reset_pause: float = setting(
         2.56, 'time of a `reset`: the board only calibrates its gyro, and the motors run on',
         's', 0.0, 10.0)

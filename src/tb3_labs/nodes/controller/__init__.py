@@ -1,1 +1,1 @@
-"""The node `controller` turns the robot by keyboard and IMU, and drives it by the mouse."""
+"""The node `controller` turns the robot by keyboard and IMU, or drives it by the mouse."""

@@ -1,4 +1,4 @@
-"""Decides whether a turn or the mouse drives the robot, and with which command.
+"""Computes the command of a turn or of the mouse. turns.NEXT_DRIVER decides which of them drives.
 
 The time `now` [s] is on the receiver's clock. The time `steady_now` [s], and the `arrived_at` of an
 IncomingMessage, are on a steady clock (:mod:`tb3_labs.nodes`). Turns are requested in degrees; all
@@ -26,7 +26,7 @@ MAX_ANGLE_SLACK = 1e-9      # [rad], for rounding
 
 
 class ControllerCore:
-    """Turns a robot by the yaw of its IMU, and drives it by a mouse."""
+    """Turns a robot by the yaw of its IMU and drives it by a mouse."""
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroMonitor] = None) -> None:
         self._timing = SampleTiming()
@@ -94,8 +94,8 @@ class ControllerCore:
     def _request_or_log(self, request: 'IncomingMessage[float]', now: float) -> None:
         try:
             self.request_turn(request.content, now)
-        except ValueError as reason:
-            self._log_refusal(str(reason), request.arrived_at)
+        except ValueError as problem:
+            self._log_refusal(str(problem), request.arrived_at)
 
     def _log_refusal(self, text: str, steady_now: float) -> None:
         if steady_now - self._refusal_logged_at >= REFUSAL_LOG_PERIOD:
@@ -130,7 +130,7 @@ class ControllerCore:
             self._release_mouse(stop_reason)
 
     def set_law(self, law: PreciseTurn) -> None:
-        """Use another control law from now on. A turn that has begun keeps its goal."""
+        """From now on use another control law. A turn that has begun keeps its goal."""
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
@@ -144,7 +144,7 @@ class ControllerCore:
         step_is_due = self._pace.is_due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due
         command_is_due = self._mouse_command_is_due or turn_is_due
-        command = self._command(now) if command_is_due else None
+        command = self._next_command(now) if command_is_due else None
         is_new_driver = self.driver is not self._driver_at_last_tick
         self._driver_at_last_tick = self.driver
         return Output(command, must_stop_first=is_new_driver, log_lines=self._log.pop_all(),
@@ -156,7 +156,7 @@ class ControllerCore:
     def idle_for(self, now: float) -> float:
         return self._pace.idle_for(now) if self.driver is Driver.TURN else IDLE_SAMPLE_PERIOD
 
-    def _command(self, now: float) -> Twist2:
+    def _next_command(self, now: float) -> Twist2:
         self._mouse_command_is_due = False
         if self.driver is Driver.MOUSE:
             return self.mice.twist

@@ -31,7 +31,7 @@ def to_mouse(message) -> MouseState:
 
 
 class Mouse:
-    """One mouse: is it active, and is it lost?"""
+    """Finds whether one mouse is active or lost."""
 
     def __init__(self) -> None:
         self.freshness = Freshness('mouse', INPUT_TIMEOUT)
@@ -93,7 +93,7 @@ class Mice:
 
     @property
     def is_active(self) -> bool:
-        """Is any mouse active and not lost?"""
+        """At least one mouse is active and not lost."""
         return any(mouse.is_active for mouse in self._mice.values())
 
     def on_message(self, message: 'IncomingMessage[MouseState]') -> str:
@@ -108,7 +108,8 @@ class Mice:
             return ''
         if not message.content.is_active:
             self._loss_is_logged = False
-            return 'the mouse was deactivated' if was_active or is_deactivated else ''
+            must_stop = was_active or is_deactivated
+            return 'the mouse was deactivated' if must_stop else ''
         if was_active:
             self._loss_is_logged = True
             return 'messages of the mouse are late: ' + REMEDY_OF_LOST_MOUSE

@@ -28,7 +28,7 @@ from tb3_labs.supervision.timeouts import ROBOT_WAIT_TIMEOUT
 
 
 class ControllerNode:
-    """Turns the robot on request of the keyboard or of a node, and drives it by a mouse."""
+    """Turns the robot on request of the keyboard or of a node. Drives the robot by a mouse."""
 
     def __init__(self):
         config = read_config(TurnConfig)
@@ -37,22 +37,23 @@ class ControllerNode:
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
         core = ControllerCore(self._make_law(config), gyro)
         self._robot_deadline = time.monotonic() + ROBOT_WAIT_TIMEOUT
-        runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
-        self._core, self._runner = core, runner
+        self._runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
+        self._core = core
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(
-            lambda sample: runner.call_core(core.on_wheels, sample))
+            lambda sample: self._runner.call_core(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         subscribe_events('mouse_info', MouseController,
-                         lambda mouse: runner.decide_after(core.on_mouse, mouse), to_mouse)
+                         lambda mouse: self._runner.decide_after(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         read_keyboard(self._on_line, self._on_keyboard_end)
-        publish_diagnostics(self._model.name, lambda: runner.call_core(self._diagnose))
+        publish_diagnostics(self._model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'imu': core.imu})
-        LiveSettings(config, lambda new: runner.decide_after(core.set_law, self._make_law(new)))
-        runner.decide_now()
+        LiveSettings(config,
+                     lambda new: self._runner.decide_after(core.set_law, self._make_law(new)))
+        self._runner.decide_now()
 
     def _make_law(self, config):
         return make_turn_law(config, self._model, self._response)

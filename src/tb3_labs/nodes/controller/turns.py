@@ -1,5 +1,5 @@
-"""The settings and the result of a turn, and the table that decides whether a turn or the mouse
-drives. The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
+"""NEXT_DRIVER decides whether a turn or the mouse drives. A turn has settings, a goal and a result.
+The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
 
 Units: radians, counter-clockwise positive. A turn is requested as an angle, so 180 and -180 are
 different turns, and 360 is a full turn. In the handout a turn is requested as a heading.
@@ -57,7 +57,7 @@ def make_turn_law(config: TurnConfig, model: RobotModel,
 
 
 class Heading:
-    """The heading of a robot, measured by the IMU alone. The zero of the heading is arbitrary."""
+    """The heading of a robot, measured only by the IMU. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
         self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
@@ -138,8 +138,8 @@ NEXT_DRIVER = {
 
 
 def accept_turn(requests: SenderRequests, turn: IncomingMessage, is_waking: bool = False) -> bool:
-    """Store the request for a turn in `requests`. Returns False if the turn may be old, or repeats
-    a turn that may be old or has ended. `is_waking`: has this process just slept?"""
+    """Store the request for a turn in `requests`. Returns True if the turn is new and repeats no
+    turn that may be old or has ended. `is_waking` is True if this process has just slept."""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.novelty.is_doubtful:
         request.is_ended = True

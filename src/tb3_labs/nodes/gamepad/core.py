@@ -1,4 +1,4 @@
-"""Decides whether the pad or move_to_goal may drive the robot, and computes the pad's command.
+"""Decides whether the pad or move_to_goal may drive the robot. Computes the pad's command.
 
 No press of a button is lost, even if several messages arrive together. Button B always sends False,
 even if the pad drives already. Old presses of A and Y are refused. A silent pad is treated as lost
@@ -34,7 +34,7 @@ class PadOutput(Output):
 
 
 class GamepadCore:
-    """Drives a robot by a pad. Gives permission to move_to_goal, and takes it back."""
+    """Drives a robot by a pad. Gives permission to move_to_goal and takes it back."""
 
     def __init__(self, config: PadConfig, model: RobotModel) -> None:
         self.holder = ControlHolder.NOBODY
@@ -111,11 +111,11 @@ class GamepadCore:
         self._update_sleep(now)
         self._become_ready_at_rest(now)
         self._stop_if_lost(now)
-        command = self._command(now) if self._command_is_due else None
-        awaits_ready = self.pad.state is not None and self.holder is ControlHolder.NOBODY
+        command = self._next_command(now) if self._command_is_due else None
+        waits_for_ready = self.pad.state is not None and self.holder is ControlHolder.NOBODY
         output = PadOutput(
             command, log_lines=self._log.pop_all(),
-            needs_fast_ticks=awaits_ready or self._needs_pad,
+            needs_fast_ticks=waits_for_ready or self._needs_pad,
             holder=self.holder, is_reset_requested=self._is_reset_requested,
             control_messages=self.messages.waiting.pop_all(),
             renewal_is_due=self.messages.pop_renewal(now))
@@ -141,7 +141,7 @@ class GamepadCore:
                            f'dead_zone {self._config.dead_zone:g}. Let go of it; if it rests '
                            'there, set a larger dead_zone')
 
-    def _command(self, now: float) -> Twist2:
+    def _next_command(self, now: float) -> Twist2:
         self._command_is_due = False
         state = self.pad.state
         if state is None or now < self._zero_until or not self._is_driving:

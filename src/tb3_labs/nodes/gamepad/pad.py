@@ -33,7 +33,7 @@ class PadConfig(Config):
 
     @property
     def has_hold(self) -> bool:
-        """Does the pad drive only while the hold button is pressed?"""
+        """The pad drives only while the hold button is pressed."""
         return self.hold_button >= 0
 
 
@@ -106,12 +106,12 @@ class PadListener:
         self.state = state
 
     def knows_lateness(self, now: float) -> bool:
-        """Is the usual delay of messages known? Without it, `lateness` may be wrong."""
+        """Returns True if the usual delay of messages is known, so that `lateness` is right."""
         is_stuck = self.joy_node_hangs and not self.freshness.is_fresh(now)
         return not is_stuck and now - self._learning_since >= MAX_TRANSIT_TIME
 
     def is_current(self, now: float) -> bool:
-        """Does the last message show the current state of the pad?"""
+        """Returns True if the last message shows the current state of the pad."""
         return self.knows_lateness(now) and self.lateness <= INPUT_TIMEOUT
 
 
@@ -136,7 +136,7 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
 
 
 def _stick_speed(dead_zone: float, position: float) -> float:
-    """Returns a speed that is 0 in the dead zone, and grows linearly to 1 at the full stick."""
+    """Returns a speed that is 0 in the dead zone and grows linearly to 1 at the full stick."""
     size = min(abs(position), 1.0)
     if size <= dead_zone:
         return 0.0

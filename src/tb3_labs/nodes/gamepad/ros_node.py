@@ -17,7 +17,7 @@ from tb3_labs.ros.topics import RENEWAL_HEADER, log_missing_topics, subscribe_ev
 
 
 class GamepadNode:
-    """Drives a robot by a pad. Gives control to move_to_goal, and takes it back."""
+    """Drives a robot by a pad. Gives control to move_to_goal and takes it back."""
 
     def __init__(self):
         model = read_model()

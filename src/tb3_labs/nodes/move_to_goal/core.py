@@ -1,7 +1,7 @@
 """Decides whether `move_to_goal` may drive, and with which command.
 
 The robot moves only while the node has control, IMU and odometry are fresh, gyro and wheels agree,
-and the pose is known. A long silence of the sensors voids a new grant, and ends a drive.
+and the pose is known. A long silence of the sensors voids a new grant and ends a drive.
 
 The time `now` [s] is on the receiver's clock, and `steady_now` [s] on a steady clock
 (:mod:`tb3_labs.nodes`). Poses are in the local frame, in metres and radians.
@@ -36,7 +36,7 @@ class MoveToGoalCore:
     def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[MotorResponse] = None,
                  gyro: Optional[GyroMonitor] = None) -> None:
-        """`law` measures the delays of this robot, and stores them in `response`."""
+        """`law` measures the delays of this robot and stores them in `response`."""
         self._response = response or MotorResponse()
         self._timing = SampleTiming()
         self.sensors = DriveSensors()
@@ -89,7 +89,7 @@ class MoveToGoalCore:
                                'ctrl_relinq stops this one)')
 
     def set_law(self, law: DriveLaw) -> None:
-        """Use another control law from now on. If a drive is active, begin this drive again."""
+        """From now on use another control law. If a drive is active, begin this drive again."""
         self._machine.law = law
         self._pace = Pace(law.period)
         if self._machine.is_active:
@@ -105,8 +105,8 @@ class MoveToGoalCore:
         requests = self._requests
         try:
             goal = requests.pose_of(request, sender_goal, self.odom_T_local)
-        except ValueError as reason:
-            requests.refuse(request, str(reason))
+        except ValueError as problem:
+            requests.refuse(request, str(problem))
             return
         is_current = self._machine.is_active and self._machine.goal == goal
         is_repetition = is_current and requests.repeats_current(sender_goal)
@@ -165,17 +165,20 @@ class MoveToGoalCore:
     def tick(self, now: float, steady_now: float) -> DriveOutput:
         self._update_control(steady_now)
         command_is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
-        command = self._command(now) if command_is_due else None
+        command = self._next_command(now) if command_is_due else None
         self._answer_ended_goal()
-        must_stop = command is None if command_is_due else not self._is_driving
+        if command_is_due:
+            must_stop = command is None
+        else:
+            must_stop = not self._is_driving
+        status = self._log_new_status(now)
         return DriveOutput(
-            command, must_stop_first=must_stop, status=self._new_status(now),
-            log_lines=self._log.pop_all(),
+            command, must_stop_first=must_stop, status=status, log_lines=self._log.pop_all(),
             needs_fast_ticks=self._has_granted_goal,
             has_control=self._permission.has_grant, answers=self._requests.answers.pop_all(),
             stamped_pose=self._localizer.pop_pose(), odom_T_local=self.odom_T_local)
 
-    def _command(self, now: float) -> Optional[Twist2]:
+    def _next_command(self, now: float) -> Optional[Twist2]:
         self._update_sensors(now)
         failure = POSE_LOST if self._localizer.is_lost else self._sensor_conflict()
         if not self._is_driving:
@@ -212,7 +215,7 @@ class MoveToGoalCore:
         else:
             self._requests.answer_client(GoalOutcome.REACHED, PRINTED_REACHED + '!')
 
-    def _new_status(self, now: float) -> Optional[DriveStatus]:
+    def _log_new_status(self, now: float) -> Optional[DriveStatus]:
         if self._machine.goal is None:
             return None
         status = self.status(now)

@@ -43,7 +43,7 @@ class GoalServer(ActionServer):
     This class holds actionlib's lock while it hands a goal or a cancel to the core. So actionlib
     and the core receive goals and cancels in the same order.
 
-    This class reads each message before actionlib (1.14.0) does. actionlib alone would accept a
+    This class reads each message before actionlib (1.14.0) does. actionlib itself would accept a
     goal with a known GoalID again after 5 s, and a repeated latched goal even sooner. It would
     also ignore a cancel of an ended goal, to which the robot may drive again after a reset.
     Test: test/ros/stops.test.
@@ -55,12 +55,12 @@ class GoalServer(ActionServer):
         self._runner, self._core = runner, core
         self._current_handle = None    # of actionlib, for the current goal
         self._warnings = WarningThrottle()
-        self._goal_callback = guarded(only_new('move2goal/goal', self._on_goal))
+        self._goal_callback = guarded(without_old('move2goal/goal', self._on_goal))
 
     def offer(self):
-        """Receive goals from now on."""
+        """From now on receive goals."""
         subscribe('move_base_simple/goal', PoseStamped,
-                  only_new('move_base_simple/goal', self._on_simple_goal))
+                  without_old('move_base_simple/goal', self._on_simple_goal))
         # without stop(), actionlib's status thread may publish while the topics are closed
         rospy.on_shutdown(self.stop)
         self.start()
@@ -120,9 +120,9 @@ class GoalServer(ActionServer):
                                   name=goal_id.id, stamp=goal_id.stamp.to_nsec(), client=handle)
             try:
                 request = request._replace(goal=to_requested_pose(target.header, target.pose))
-            except ValueError as reason:
+            except ValueError as problem:
                 if handle:
-                    self.send_answers([(request, GoalOutcome.REJECTED, str(reason))])
+                    self.send_answers([(request, GoalOutcome.REJECTED, str(problem))])
                 return
             method = self._core.on_goal if handle else self._core.register_goal
             self._runner.decide_after(lambda: method(request, steady_time()))
@@ -145,14 +145,14 @@ class ResetServer:
         rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
         rospy.Service(SET_POSE_SERVICE, SetInitialPose, guarded(self._on_set_pose))
         subscribe('initialpose', PoseWithCovarianceStamped,
-                  only_new('initialpose', self._on_initialpose))
+                  without_old('initialpose', self._on_initialpose))
 
     def _on_reset_pose(self, request):
         try:
             typed_pose = TypedPose(request.x, request.y, request.yaw_deg)
             reset = self._reset(RequestedPose(typed_pose.pose))
-        except ValueError as reason:
-            return ResetPoseResponse(message=self._log_refusal(reason))
+        except ValueError as problem:
+            return ResetPoseResponse(message=self._log_refusal(problem))
         response = ResetPoseResponse(success=True, message=reset.answer, stamp=reset.stamp,
                                      after=_in_degrees(reset.declared_pose))
         if reset.pose_before is not None:
@@ -169,8 +169,8 @@ class ResetServer:
         """Returns the reason of a refusal, or None."""
         try:
             self._reset(to_requested_pose(stamped.header, stamped.pose.pose))
-        except ValueError as reason:
-            return self._log_refusal(reason)
+        except ValueError as problem:
+            return self._log_refusal(problem)
         return None
 
     def _log_refusal(self, reason):
@@ -196,7 +196,7 @@ def _in_degrees(pose):
     return [round(value, 6) for value in (pose.x, pose.y, math.degrees(pose.yaw))]
 
 
-def only_new(topic, callback):
+def without_old(topic, callback):
     """Returns a function that passes each message of `topic` to `callback`, unless the message is
     latched and may be old."""
     novelty_of = novelty_reader(topic)

@@ -58,7 +58,7 @@ def pop_permission():
 
 
 def _has_control_at_start(typed_control):
-    """Was control given on the command line? False after a restart by roslaunch."""
+    """Returns False if roslaunch has restarted this node, else the value `typed_control`."""
     launch = parent_roslaunch()
     giver_parameter = rospy.get_name() + '_given_by'    # has the last launch that gave control
     if launch and typed_control is True:
@@ -85,24 +85,24 @@ class MoveToGoalNode:
         self._display = Display()
         self._published_control = None
         self._control_publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
-        runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
-                            self._publish_output, self._carry_out)
-        self._core, self._runner = core, runner
-        self._goals = GoalServer(runner, core)
+        self._runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
+                                  self._publish_output, self._carry_out)
+        self._core = core
+        self._goals = GoalServer(self._runner, core)
         self._goals.offer()
-        ResetServer(runner, core)
+        ResetServer(self._runner, core)
         subscribe('cmd_vel', Twist, self._on_command)
         LiveSettings(drive_config,
-                     lambda new: runner.decide_after(core.set_law, self._make_law(new)))
+                     lambda new: self._runner.decide_after(core.set_law, self._make_law(new)))
         subscribe_events('ctrl_relinq', Bool,
-                         lambda event: runner.decide_after(core.on_ctrl_relinq, event))
+                         lambda event: self._runner.decide_after(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(
-            lambda sample: runner.call_core(core.on_wheels, sample))
+            lambda sample: self._runner.call_core(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # every message is read, since the firmware may reverse the displacement of one message
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample, queue_size=None)
-        runner.decide_now()    # look for sleeps from now on, since a slow start is not a sleep
-        publish_diagnostics(self._model.name, lambda: runner.call_core(self._diagnose))
+        self._runner.decide_now()    # look for sleeps from now on; a slow start is not one
+        publish_diagnostics(self._model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
     def _make_law(self, config):
