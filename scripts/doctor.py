@@ -17,7 +17,7 @@ try:
     from tb3_labs.command_line import Parser
     from tb3_labs.doctor import finding_text, summary_text
     from tb3_labs.doctor.checks import examine
-    from tb3_labs.terminal import run_tool
+    from tb3_labs.safe_output import run_tool
 except ImportError as missing:
     sys.exit(f'no package {missing.name}: source scripts/setup.sh')
 

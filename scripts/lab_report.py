@@ -15,7 +15,7 @@ from tb3_labs.command_line import Parser, error_text, number_or_text, printable
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.robot.turtlebot3 import model_of_environment
 from tb3_labs.supervision.goal_requests import TypedPose
-from tb3_labs.terminal import run_tool
+from tb3_labs.safe_output import run_tool
 
 MAX_PRINTED_LENGTH = 1000    # [characters]
 

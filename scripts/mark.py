@@ -28,7 +28,7 @@ from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, error_sentence, locked
 from tb3_labs.marking.trial_runner import (
     POLL_PERIOD, MarkingInterrupted, TrialRunner, make_marking_environment, marks_before_trial)
-from tb3_labs.terminal import run_tool
+from tb3_labs.safe_output import run_tool
 
 #: These signals come from Ctrl+C, the command kill, and a closed terminal.
 END_SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP

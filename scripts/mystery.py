@@ -13,7 +13,7 @@ from argparse import RawDescriptionHelpFormatter
 from tb3_labs.command_line import Parser
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, fault_of
-from tb3_labs.terminal import run_tool
+from tb3_labs.safe_output import run_tool
 
 ROUNDING_ERROR = 1e-9
 

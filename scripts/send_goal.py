@@ -29,7 +29,7 @@ from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import Interrupted, catch_signals, interruptible_sleep
 from tb3_labs.ros.topics import require_master, subscribe
 from tb3_labs.supervision.goal_requests import TypedPose
-from tb3_labs.terminal import run_tool
+from tb3_labs.safe_output import run_tool
 
 HELP = ('usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between '
         'them, such as: 1 1 90')

@@ -11,7 +11,7 @@ from pathlib import Path
 import rospkg
 
 from tb3_labs.command_line import Parser, error_text
-from tb3_labs.terminal import run_tool
+from tb3_labs.safe_output import run_tool
 
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'

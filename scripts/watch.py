@@ -15,7 +15,7 @@ Publishes
 import os
 import sys
 
-from tb3_labs.terminal import run_tool
+from tb3_labs.safe_output import run_tool
 from tb3_labs.watch import with_probe
 
 

@@ -19,7 +19,7 @@ SCRIPTS = sorted((ROOT / 'scripts').glob('*.py'))
 OWN_FILES = [path for folder in ('src', 'scripts', 'launch', 'test', 'doc')
              for path in (ROOT / folder).rglob('*.py')]
 #: The notions, from the lowest floor up. A room imports only from lower floors, and from itself.
-NOTIONS = [{'handout'}, {'terminal'}, {'config', 'command_line', 'drawing'}, {'geometry'}, {'robot', 'supervision'},
+NOTIONS = [{'handout'}, {'safe_output'}, {'config', 'command_line', 'drawing'}, {'geometry'}, {'robot', 'supervision'},
            {'localization', 'control', 'watch'}, {'nodes'}]
 #: {tool: other tools that it imports}. The modules of a tool that use ROS are named ros_*.py.
 TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report'},

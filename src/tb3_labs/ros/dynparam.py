@@ -21,7 +21,7 @@ from dynamic_reconfigure.srv import Reconfigure
 from tb3_labs.command_line import number_or_text
 from tb3_labs.ros.live_settings import decode, encode
 from tb3_labs.ros.topics import require_master
-from tb3_labs.terminal import run_tool
+from tb3_labs.safe_output import run_tool
 
 SERVICE_TIMEOUT = 2.0    # [s]
 #: Matches the text with which rospy reports a refusal. Group 2 of the match is the reason.

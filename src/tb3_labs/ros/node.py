@@ -22,7 +22,7 @@ import rospy
 
 from tb3_labs.ros.rospy_internals import (
     join_publisher_lists, log_without_the_master, record_connections, serve_connections_in_threads)
-from tb3_labs.terminal import SafeStream
+from tb3_labs.safe_output import SafeStream
 
 MAIN_THREAD_POLL_PERIOD = 0.2    # [s]
 FLUSH_TIME = 0.1    # time [s] for rospy's queues to send the last messages

@@ -11,7 +11,7 @@ The frame ``base_footprint`` is on the floor in the middle between the wheels. T
 forward, and y to the left. Joints turn by positive angles when the robot drives forward.
 """
 from tb3_labs.robot.turtlebot3 import RobotModel, robot_model
-from tb3_labs.terminal import run_tool
+from tb3_labs.safe_output import run_tool
 
 WHEEL_WIDTH = 0.018    # [m], for all models, as in turtlebot3_description
 THICKNESS = 0.005      # height [m] of body and nose
