@@ -106,7 +106,7 @@ class Demo:
 
     def __init__(self):
         self._config = read_config(DemoConfig)
-        self._received = {}     # {topic: [(time of arrival [s], value)]}
+        self._received = {}          # {topic: [(time of arrival [s], value)]}
         self._has_granted = False    # did move_to_goal get control from this node?
         self._is_control_taken = False
         # not latched: a latched permission may be old

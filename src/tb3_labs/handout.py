@@ -35,11 +35,11 @@ DRIVE_SPEED = 0.15          # the speed in MOVE_FORWARD [m/s]
 #: A fully pushed stick commands these speeds, which are the limits in the robot's data sheet.
 MAX_LINEAR_SPEED = 0.22     # [m/s]
 MAX_ANGULAR_SPEED = 2.84    # [rad/s]
-PAD_AXES = 8        # number of axes of the most common pad
-PAD_BUTTONS = 11    # number of its buttons
-LINEAR_AXIS = 1     # index of the axis that drives
-ANGULAR_AXIS = 3    # index of the axis that turns
-BUTTON_A = 0        # index of the button A
+PAD_AXES = 8                # number of axes of the most common pad
+PAD_BUTTONS = 11            # number of its buttons
+LINEAR_AXIS = 1             # index of the axis that drives
+ANGULAR_AXIS = 3            # index of the axis that turns
+BUTTON_A = 0                # index of the button A
 BUTTON_B = 1
 BUTTON_Y = 2
 #: A printed line begins with one of these words.

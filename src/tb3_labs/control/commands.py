@@ -15,7 +15,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 #: Each step after the first is due earlier by this time [s]: a sample may be up to 5 ms late.
 STEP_LEAD_TIME = 0.0035
 IDLE_SAMPLE_PERIOD = 0.036    # [s]; a node that does not drive reads a sample in each period
-COMMAND_MEMORY_TIME = 1.4    # [s], longer than any delay and any sample's age
+COMMAND_MEMORY_TIME = 1.4     # [s], longer than any delay and any sample's age
 
 
 class LawStep(NamedTuple):
@@ -81,8 +81,8 @@ class CommandHistory:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
         self._sent_commands = deque([_SentCommand(-COMMAND_MEMORY_TIME, 0.0, 0.0)])
-        self.now = 0.0             # time [s] since the start
-        self.period_start = 0.0    # start [s] of the period that obeys a command that is sent now
+        self.now = 0.0              # time [s] since the start
+        self.period_start = 0.0     # start [s] of the period that obeys a command that is sent now
         self.command = 0.0          # the latest command
         self.first_command = 0.0    # 0 before the first command
         self._changed_at = 0.0

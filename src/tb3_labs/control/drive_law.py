@@ -51,7 +51,7 @@ class DriveLaw:
     """
 
     period = PreciseTurn.period
-    FACING_ANGLE = 0.1    # [rad]; the robot drives when its heading is this near to the line
+    FACING_ANGLE = 0.1           # [rad]; the robot drives when its heading is this near to the line
     ARRIVAL_DISTANCE = 0.0005    # [m]; a robot has arrived if it would stop this near to the goal
     #: A larger distance [m] calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD_DISTANCE = 0.20

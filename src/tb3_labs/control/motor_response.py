@@ -40,18 +40,18 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.timeouts import MAX_SAMPLE_AGE
 
-INITIAL_LAG = 0.05    # [s], of the motors before the first measurement
+INITIAL_LAG = 0.05                    # [s], of the motors before the first measurement
 FIRMWARE_WAIT = 0.5 / CONTROL_RATE    # [s], from a command's arrival to the next control period
 #: The delay [s] before the first measurement. A step of the node and a quiet network take 25 ms.
 INITIAL_DELAY = FIRMWARE_WAIT + 0.025
 #: Time [s] until a real robot's motors begin to follow a command. The network takes 8 ms (firmware
 #: 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = FIRMWARE_WAIT + 0.008
-COMMAND_SPREAD = 0.025    # a command's delay varies by this [s], even if samples are not delayed
+COMMAND_SPREAD = 0.025       # a command's delay varies by this [s], even if samples are not delayed
 MIN_SAMPLE_DELAY = 0.0135    # [s], measured on a fast host
 MAX_SAMPLE_DELAY = 0.15      # [s]
-MAX_DELAY = 0.4     # [s]
-MAX_LAG = 0.15      # [s]
+MAX_DELAY = 0.4              # [s]
+MAX_LAG = 0.15               # [s]
 #: Standard deviations of the values with which an approach begins.
 INITIAL_GAIN_DEVIATION = 0.03
 INITIAL_DELAY_DEVIATION = 0.03    # [s]
@@ -67,8 +67,8 @@ MAX_STEADY_DEVIATION = 0.08
 MIN_STEADY_TIME = 0.12
 #: A sample is used only if the command is at least this share of the fastest speed.
 MIN_COMMAND_SHARE = 0.5
-LEARNING_TIME = 1.5    # [s]; later samples of an approach are not used
-ONSET_SPEED = 0.03     # [rad/s or m/s]; a faster robot has begun to move
+LEARNING_TIME = 1.5      # [s]; later samples of an approach are not used
+ONSET_SPEED = 0.03       # [rad/s or m/s]; a faster robot has begun to move
 MIN_START_SHARE = 0.1    # lowest speed of such a robot, as a share of the command
 MAX_START_SHARE = 1.5    # highest speed of such a robot, as a share of the command
 #: A first command that is slower than this [rad/s] does not show delay and lag well. Without this
@@ -82,11 +82,11 @@ class MotorResponse:
 
     def __init__(self, delay: float = INITIAL_DELAY, lag: float = INITIAL_LAG,
                  gain: float = 1.0) -> None:
-        self.delay = delay    # time [s] from a command until the motors begin to follow it
-        self.lag = lag        # time constant of the motors [s]
-        self.gain = gain      # steady speed as a share of the command
-        self._count = 0             # number of measurements
-        self._mean_delay = 0.0      # [s]
+        self.delay = delay        # time [s] from a command until the motors begin to follow it
+        self.lag = lag            # time constant of the motors [s]
+        self.gain = gain          # steady speed as a share of the command
+        self._count = 0           # number of measurements
+        self._mean_delay = 0.0    # [s]
 
     @property
     def sample_delay(self) -> float:
@@ -132,12 +132,12 @@ class Identification:
     def __init__(self, response: MotorResponse, measures_instant_speed: bool) -> None:
         """`response` has the values of earlier approaches and learns from this approach. For
         `measures_instant_speed`, see ApproachConfig."""
-        self.estimate = copy(response)          # the estimate of this approach
-        self._shared_response = response        # the response that all approaches share
+        self.estimate = copy(response)                # the estimate of this approach
+        self._shared_response = response              # the response that all approaches share
         self._linearization_point = copy(response)    # the equations give changes from this
         self._measures_instant_speed = measures_instant_speed
-        self._can_identify = False    # did the robot rest at the start, and was no sample late?
-        self._has_seen_start = False     # did a sample show that the robot speeds up?
+        self._can_identify = False      # did the robot rest at the start, and was no sample late?
+        self._has_seen_start = False    # did a sample show that the robot speeds up?
         lag_deviation = INITIAL_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
         deviations = np.array([INITIAL_GAIN_DEVIATION, INITIAL_DELAY_DEVIATION, lag_deviation])
         self._normal_matrix = np.diag(deviations ** -2.0)

@@ -24,7 +24,7 @@ class Settling:
 
     def __init__(self) -> None:
         self.rest_began_at: Optional[float] = None    # [s]; None while the robot moves
-        self._measured_at = 0.0    # time [s] of the latest sample
+        self._measured_at = 0.0                       # time [s] of the latest sample
 
     def update(self, is_resting: bool, measured_at: float) -> None:
         """Use the latest sample. `is_resting`: does this sample show a robot at rest?"""

@@ -56,11 +56,11 @@ class Computer:
 
     ros_ip: str = ''
     ros_hostname: str = ''
-    hostname: str = ''             # the computer's own name
-    resolved_address: str = ''     # the address of the advertised name
+    hostname: str = ''                 # the computer's own name
+    resolved_address: str = ''         # the address of the advertised name
     addresses: Tuple[str, ...] = ()    # without the loopback addresses
-    outgoing_address: str = ''     # the address from which this computer sends to the master
-    is_master_here: bool = True    # does the master run on this computer?
+    outgoing_address: str = ''         # the address from which this computer sends to the master
+    is_master_here: bool = True        # does the master run on this computer?
 
     @property
     def advertised_name(self) -> str:

@@ -14,8 +14,8 @@ from typing import Collection, Iterator, Mapping
 from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.doctor.computer import Computer, address_of, is_loopback
 
-CALLER_ID = f'/doctor_{os.getpid()}'        # not registered at the master
-ANSWER_TIMEOUT = 1.0        # [s]
+CALLER_ID = f'/doctor_{os.getpid()}'    # not registered at the master
+ANSWER_TIMEOUT = 1.0                    # [s]
 #: {problem of a Peer: words for the user}
 PROBLEM_TEXTS = {
     'malformed': 'is not an address such as http://192.168.0.5:11311',

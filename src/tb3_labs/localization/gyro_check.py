@@ -29,11 +29,11 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.timeouts import (
     MAX_GYRO_GAP, MAX_INTERPOLATED_GAP, MAX_WHEEL_GAP, RESUME_TIME)
 
-MAX_GYRO_DELAY = 0.13     # [s]; the gyro may show a turn this much later than the wheels
-MAX_GYRO_LEAD = 0.04      # [s]; the gyro may show a turn this much earlier than the wheels
-MAX_SLIP_SHARE = 0.45     # slip may hide this share of the wheels' turn, as on a carpet
-MAX_UNEVEN_SHARE = 0.1    # wheels may be uneven by this share of _WheelTurn.rate_of_one_wheel
-MAX_GYRO_DRIFT = 0.02     # [rad/s]; a healthy gyro is wrong by at most this rate
+MAX_GYRO_DELAY = 0.13           # [s]; the gyro may show a turn this much later than the wheels
+MAX_GYRO_LEAD = 0.04            # [s]; the gyro may show a turn this much earlier than the wheels
+MAX_SLIP_SHARE = 0.45           # slip may hide this share of the wheels' turn, as on a carpet
+MAX_UNEVEN_SHARE = 0.1          # wheels may be uneven by this share of _WheelTurn.rate_of_one_wheel
+MAX_GYRO_DRIFT = 0.02           # [rad/s]; a healthy gyro is wrong by at most this rate
 MAX_UNEXPLAINED_TURN = 0.015    # [rad]; after a larger turn, the gyro contradicts the wheels
 #: A contradiction is over when the wheels have rested, and the gyro has agreed, for this time [s].
 AGREEMENT_TIME = 1.0
@@ -66,7 +66,7 @@ class _Comparison:
         self.readings: Deque[_GyroRate] = deque()    # not compared yet
         self.turns: Deque[_WheelTurn] = deque()
         self.unexplained_turn = 0.0    # sum [rad] of the turns that the wheels do not explain
-        self.agreed_for = 0.0       # time [s] for which gyro and wheels agreed
+        self.agreed_for = 0.0          # time [s] for which gyro and wheels agreed
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
         """Returns the turns of the wheels that `reading` may show; None if a turn is unknown."""

@@ -78,7 +78,7 @@ class Localizer:
         self._timing = timing
         self.frame: Optional[LocalFrame] = None    # None before samples, and if the pose is lost
         self._frame_number = 0
-        self.is_lost = False    # is the pose lost, until the next reset?
+        self.is_lost = False              # is the pose lost, until the next reset?
         self._commanded_at = -math.inf    # time [s] of the latest known command to move
         self._jump_finder = JumpFinder()
         self.jumps: Queue[Jump] = Queue()    # jumps of both sensors

@@ -34,7 +34,7 @@ MAX_TURN_RATE = 4.0         # [rad/s]; no TurtleBot3 turns faster
 #: Messages arrive unevenly, so these are added to the longest possible step [m, rad].
 DISTANCE_SLACK = 0.05
 TURN_SLACK = 0.3
-MIN_SPIKE_RATE = 10.0    # [rad/s]
+MIN_SPIKE_RATE = 10.0         # [rad/s]
 MIN_RESET_DISTANCE = 0.001    # a step to zero is a reset only if it begins this far [m] from zero
 #: The robot may move, so its first place after a reset may be this far [m] from zero.
 NEAR_ZERO_DISTANCE = 0.03

@@ -33,7 +33,7 @@ MAX_CORRECTION = 0.1    # [s]; a clock that goes back by less is being corrected
 MIN_CLOCK_STEP = 1.0    # [s]; a stamp that is this much ahead of its arrival belongs to a new clock
 #: Stamps that are wrong by MIN_CLOCK_STEP or more for longer than this time [s] are not a clock.
 MAX_WRONG_TIME = 1.0
-MAX_REPEATS = 3    # if a stamp is repeated this often, the stamps are not a clock
+MAX_REPEATS = 3            # if a stamp is repeated this often, the stamps are not a clock
 MIN_NOISE_WEIGHT = 0.02    # least weight of a new sample in the variance of the noise
 #: A turn is slow and even if its rate [rad/s] is small, and changes little between two samples.
 MAX_SLOW_TURN_RATE = 0.2
@@ -108,8 +108,8 @@ class SenderClock:
     """The robot's clock, learned from the stamps of its messages."""
 
     def __init__(self) -> None:
-        self.epoch = -1    # number of the epoch; the first epoch is 0
-        self.uses_stamps = True    # are the stamps a clock?
+        self.epoch = -1                  # number of the epoch; the first epoch is 0
+        self.uses_stamps = True          # are the stamps a clock?
         self._last_arrival = math.nan    # before the first sample
         self._start_epoch()
 

@@ -2,8 +2,8 @@
 # Linux limits only the memory of single processes, so ResourceWatch (trial/processes.py) adds up
 # the memory of all programs in a sandbox, and the memory of master, robot and check.
 MAX_NODE_MEMORY_BYTES = 2 * 10 ** 9
-MAX_OTHER_MEMORY_BYTES = 600 * 10 ** 6      # usually 180 MB, more if a node publishes many messages
-MAX_DISK_BYTES = 300 * 10 ** 6      # the size of all files in WRITABLE_FOLDERS together
+MAX_OTHER_MEMORY_BYTES = 600 * 10 ** 6    # usually 180 MB, more if a node publishes many messages
+MAX_DISK_BYTES = 300 * 10 ** 6            # the size of all files in WRITABLE_FOLDERS together
 MAX_PROCESSES = 100
 MAX_THREADS_AND_PROCESSES = 500     # of all programs of a submission together
 MAX_FILE_BYTES = 50 * 10 ** 6       # a program cannot write a larger file

@@ -69,9 +69,9 @@ class NodeStart(NamedTuple):
     environment: Optional[Dict[str, str]] = None        # None means the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     is_sandboxed: bool = False
-    program: str = ''           # the node's path; if '', rosrun finds the node
-    name: str = ''              # package/file, shown on the pages
-    submission_folder: str = ''     # the folder of the submission
+    program: str = ''              # the node's path; if '', rosrun finds the node
+    name: str = ''                 # package/file, shown on the pages
+    submission_folder: str = ''    # the folder of the submission
 
     @classmethod
     def from_environment(cls) -> 'NodeStart':

@@ -81,7 +81,7 @@ class PageRequest(NamedTuple):
     value: Union[HeldInputs, TypedPose, float, None] = None    # see READERS
     id: Optional[int] = None
     known_stops: Optional[int] = None    # the entry "stops"; None if missing
-    sent_at: float = 0.0           # the entry "t"; 0 if missing
+    sent_at: float = 0.0                 # the entry "t"; 0 if missing
 
     def lateness(self, now: float) -> float:
         """The delay [s] of the message. Raises ``ValueError`` if `sent_at` is in the future."""

@@ -38,8 +38,8 @@ from tb3_labs.watch.printed_pose import declared_pose
 #: After a larger jump, the odometry was reset.
 MAX_POSITION_JUMP = 0.2         # [m]
 MAX_YAW_JUMP = math.radians(60.0)
-MAX_TRUTH_DELAY = 0.3    # [s]; over a longer time the true pose is not extrapolated
-STANDSTILL_SPEED = 0.02         # [m/s, rad/s]
+MAX_TRUTH_DELAY = 0.3      # [s]; over a longer time the true pose is not extrapolated
+STANDSTILL_SPEED = 0.02    # [m/s, rad/s]
 #: After a silence of this length [s] a page no longer shows a node's variables.
 VARIABLES_TIMEOUT = 2.0
 

@@ -47,12 +47,12 @@ class WheelSample(NamedTuple):
 class Motion(NamedTuple):
     """The robot's motion, for a control law."""
 
-    pose: Any                   # local_T_base, a Pose2 that is extrapolated to now
-    linear: float               # [m/s], from the wheels
-    angular: float              # [rad/s], from the gyro
-    imu_age: float = 0.0        # time [s] since the latest sample of the IMU was measured
-    odometry_age: float = 0.0   # time [s] since the latest odometry was measured
-    yaw_noise: float = 0.0      # standard deviation [rad] of a sample's yaw
+    pose: Any                         # local_T_base, a Pose2 that is extrapolated to now
+    linear: float                     # [m/s], from the wheels
+    angular: float                    # [rad/s], from the gyro
+    imu_age: float = 0.0              # time [s] since the latest sample of the IMU was measured
+    odometry_age: float = 0.0         # time [s] since the latest odometry was measured
+    yaw_noise: float = 0.0            # standard deviation [rad] of a sample's yaw
     extrapolated_turn: float = 0.0    # part [rad] of the pose's yaw that is extrapolated
 
 

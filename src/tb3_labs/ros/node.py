@@ -25,7 +25,7 @@ from tb3_labs.ros.rospy_internals import (
 from tb3_labs.safe_output import SafeStream
 
 MAIN_THREAD_POLL_PERIOD = 0.2    # [s]
-FLUSH_TIME = 0.1    # time [s] for rospy's queues to send the last messages
+FLUSH_TIME = 0.1                 # time [s] for rospy's queues to send the last messages
 #: A node that ends waits at most this time [s] for its shutdown hooks and for the master.
 END_TIMEOUT = 4.0
 END_POLL_PERIOD = 0.01    # [s]

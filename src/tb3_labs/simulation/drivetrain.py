@@ -16,8 +16,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
-MAX_ARC_TIME = 1.0 / 60.0    # [s], while the speed changes
-ROUNDING_SLACK = 1e-9    # [arcs]; a time just above MAX_ARC_TIME remains one arc
+MAX_ARC_TIME = 1.0 / 60.0       # [s], while the speed changes
+ROUNDING_SLACK = 1e-9           # [arcs]; a time just above MAX_ARC_TIME remains one arc
 MOTOR_SPEED_TOLERANCE = 1e-6    # [rad/s]; a motor with a smaller error has its goal speed
 
 

@@ -14,8 +14,8 @@ from typing import Any, List, Mapping, Tuple
 
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-LAST_NUMBER = 9999    # the first number is 1
-SEED_COUNT = 1e6    # a seed is a whole number below this one
+LAST_NUMBER = 9999         # the first number is 1
+SEED_COUNT = 1e6           # a seed is a whole number below this one
 FAULT_PAUSE_TIME = 12.0    # [s], between two occurrences of an intermittent fault
 
 

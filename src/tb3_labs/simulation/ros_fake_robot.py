@@ -27,12 +27,12 @@ from tb3_labs.ros.rospy_internals import publish_together, make_writes_immediate
 from tb3_labs.simulation.sensors import MAX_SAMPLES
 from tb3_labs.simulation.simulator import Simulator
 
-SIMULATION_STEP = 1.0 / 200.0    # [s]
-STEPS_PER_TRUTH = 4    # number of steps between two messages of the ground truth
-MAX_CATCH_UP_TIME = 0.5    # [s]; after a longer pause of the computer, the robot drops the time
+SIMULATION_STEP = 1.0 / 200.0  # [s]
+STEPS_PER_TRUTH = 4            # number of steps between two messages of the ground truth
+MAX_CATCH_UP_TIME = 0.5        # [s]; after a longer pause of the computer, the robot drops the time
 #: [s], of a robot that publishes /clock. If /clock jumped farther, the sensors would seem silent.
 MAX_CATCH_UP_TIME_ON_CLOCK = 0.02
-GRAVITY = 9.80665  # [m/s^2]
+GRAVITY = 9.80665            # [m/s^2]
 ROLL = math.radians(0.7)     # [rad], of a recorded robot's board
 PITCH = math.radians(0.4)    # [rad]
 

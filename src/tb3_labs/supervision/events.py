@@ -45,7 +45,7 @@ class IncomingMessage(Generic[Content]):
     sender: str = ''
     novelty: Novelty = Novelty.NEW
     has_renewals: bool = False    # does the sender announce renewals of its permission?
-    sent_at: float = 0.0    # time of sending [s, sender's clock]; 0 if unknown
+    sent_at: float = 0.0          # time of sending [s, sender's clock]; 0 if unknown
 
 
 class SenderConnection(NamedTuple):
@@ -63,7 +63,7 @@ class NoveltyFinder:
         """This node begins to listen at `now`. The `earlier_senders` existed before `now`."""
         self._earlier_senders = frozenset(earlier_senders)
         self._began_at = now
-        self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
+        self._latest: Dict[str, SenderConnection] = {}       # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock) of each sender
 
     def find(self, connection: SenderConnection, now: float, stamp: float = 0.0,
@@ -176,7 +176,7 @@ class Output:
     #: Has the driver changed, so that the node must send one zero before the command?
     must_stop_first: bool = False
     log_lines: Sequence[LogLine] = ()    # lines for the user
-    needs_fast_ticks: bool = False    # must the node look at the clock often?
+    needs_fast_ticks: bool = False       # must the node look at the clock often?
 
     @property
     def has_other_work(self) -> bool:

@@ -39,9 +39,9 @@ class _Grant:
     """The permission that one sender gave, and the renewals by this sender."""
 
     def __init__(self, now: float, has_renewals: bool) -> None:
-        self.granted_at = now       # time [s] at which the True arrived
+        self.granted_at = now          # time [s] at which the True arrived
         self.latest_send_time = now    # the True was sent at this time [s] or earlier
-        self.had_sensors = False    # were the sensors fresh at any time since the grant?
+        self.had_sensors = False       # were the sensors fresh at any time since the grant?
         self._has_renewals = has_renewals
         self._renewed_for = 0.0
         self._renewals = Freshness('control', RENEWAL_TIMEOUT)
@@ -75,7 +75,7 @@ class Permission:
         self._has_new_grant = False    # was a grant given since the latest pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] that a grant waits for sensors
-        self._grants: Dict[str, _Grant] = {}      # by sender
+        self._grants: Dict[str, _Grant] = {}        # by sender
         if has_control:
             self._grants[STARTUP_SENDER] = _Grant(math.nan, has_renewals=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender

@@ -176,8 +176,8 @@ class StallMonitor:
 
     def __init__(self) -> None:
         self._least_remaining: Optional[float] = math.inf    # [m or rad]; None after a silence
-        self._stalled_for = 0.0    # [s]
-        self._rested_for = 0.0     # [s]
+        self._stalled_for = 0.0                              # [s]
+        self._rested_for = 0.0                               # [s]
 
     def forget_least_remaining(self) -> None:
         """After a silence of the sensors, do not count a larger remaining travel as a stall. The

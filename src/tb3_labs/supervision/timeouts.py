@@ -23,7 +23,7 @@ FROZEN_TIME = 0.6
 ROBOT_START_TIMEOUT = 20.0    # wait for a robot's first messages; a board starts in up to 14 s
 #: If a person types a turn before the robot is connected, the turn waits this long for the robot.
 ROBOT_WAIT_TIMEOUT = 5.0
-RESET_SILENCE = 1.0    # least silence of a board that is reset; the firmware needs 2.6 s
+RESET_SILENCE = 1.0     # least silence of a board that is reset; the firmware needs 2.6 s
 INPUT_TIMEOUT = 0.25    # a pad, a page that drives or an active mouse is lost after this silence
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
@@ -31,8 +31,8 @@ LONGEST_COUNTED_SILENCE = 5.0    # a longer silence allows no larger step of the
 
 # -- two samples are too far apart to be compared
 
-MAX_GYRO_GAP = 0.15    # the rate in a longer gap is unknown
-MAX_WHEEL_GAP = 0.08    # in a longer gap of moving wheels, only the mean rate is known
+MAX_GYRO_GAP = 0.15           # the rate in a longer gap is unknown
+MAX_WHEEL_GAP = 0.08          # in a longer gap of moving wheels, only the mean rate is known
 MAX_INTERPOLATED_GAP = 0.3    # the motion in a longer gap is unknown
 #: The odometry replaces the IMU in a gap up to this length, in which no robot makes half a turn.
 MAX_BRIDGED_GAP = 1.0
@@ -66,7 +66,7 @@ MAX_REST_TIME = 4.0    # a motion fails if its command is 0 for longer in one st
 
 # -- this process sleeps, or its clock stands
 
-MIN_SLEEP_TIME = 1.0    # a longer time between two looks at the clock counts as a sleep
+MIN_SLEEP_TIME = 1.0     # a longer time between two looks at the clock counts as a sleep
 STANDSTILL_TIME = 0.3    # a simulated clock that does not change for this time stands
 #: A node that may move its robot looks at the clock after this time without a message.
 QUIET_TIME = 0.1

@@ -30,10 +30,10 @@ PLACEHOLDERS = 'placeholders'       # the folder of the packages that the markin
 class Import(NamedTuple):
     """The import of a module by a program."""
 
-    module: str                 # the module's name with all dots, such as '.laws'
-    names: Tuple[str, ...]      # the names that are imported; () for `import module`
-    defined_names: Tuple[str, ...]      # the names that the import defines in the program
-    may_fail: bool              # is the import in a `try`?
+    module: str                       # the module's name with all dots, such as '.laws'
+    names: Tuple[str, ...]            # the names that are imported; () for `import module`
+    defined_names: Tuple[str, ...]    # the names that the import defines in the program
+    may_fail: bool                    # is the import in a `try`?
 
     @property
     def package(self) -> str:

@@ -61,8 +61,8 @@ class Verdict:
     criterion: Criterion
     outcome: Outcome
     reason: Reason
-    full_points: float       # the points of a met criterion
-    moment: Optional[float] = None      # the time [s] at which the judged stimulus began
+    full_points: float                # the points of a met criterion
+    moment: Optional[float] = None    # the time [s] at which the judged stimulus began
 
     @property
     def points(self) -> float:
@@ -211,8 +211,8 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
 
 # ----- criteria of several labs: driving by a stick or a mouse -----
 
-Bounds = Tuple[float, float]        # the least and the greatest value of a command
-ZERO_TOLERANCE = 0.05       # [m/s or rad/s] of a speed that should be zero
+Bounds = Tuple[float, float]    # the least and the greatest value of a command
+ZERO_TOLERANCE = 0.05           # [m/s or rad/s] of a speed that should be zero
 ZERO_BOUNDS = (-ZERO_TOLERANCE, ZERO_TOLERANCE)
 ANY_BOUNDS = (-np.inf, np.inf)
 #: A command may exceed a limit by this value [m/s or rad/s], because nodes round their numbers.

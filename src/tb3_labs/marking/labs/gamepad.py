@@ -18,9 +18,9 @@ from tb3_labs.marking.trial.observation import ANGULAR, LINEAR, TIME, NotObserve
 from tb3_labs.marking.trial.remarks import clause_on_other_topics, exceptions_in, last_line
 from tb3_labs.watch.lab_links import GAMEPAD_SECTION
 
-FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)        # [m/s], for a full stick
-FULL_ANGULAR_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)       # [rad/s]
-HALF_STICK_SHARES = (0.25, 0.75)    # of the command for a full stick
+FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)     # [m/s], for a full stick
+FULL_ANGULAR_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)    # [rad/s]
+HALF_STICK_SHARES = (0.25, 0.75)                             # of the command for a full stick
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a
 #: service takes 1 s or more.
 UNBLOCKED_TIME = 0.7

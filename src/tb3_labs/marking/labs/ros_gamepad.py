@@ -23,10 +23,10 @@ from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, Repeater
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
-PRESS_TIME = 0.15       # [s]
-Y_PRESS_TIME = 0.6      # [s], so long that a node may call the reset twice by mistake
-MAX_ROUNDING = 1e-6     # of a number in a pose that should be zero
-MAX_LENGTH_ERROR = 0.01     # of a quaternion whose numbers are rounded
+PRESS_TIME = 0.15          # [s]
+Y_PRESS_TIME = 0.6         # [s], so long that a node may call the reset twice by mistake
+MAX_ROUNDING = 1e-6        # of a number in a pose that should be zero
+MAX_LENGTH_ERROR = 0.01    # of a quaternion whose numbers are rounded
 
 
 class HeldPad(Repeater):

@@ -29,8 +29,8 @@ READING_TIME = 1.5          # [s] until the node must print its line at each hea
 JUST_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
 #: After the quaternion of zeros, the marker sends samples with this heading for this time.
 VALID_HEADING_DEG = 57.0
-VALID_HEADING_TIME = 0.9    # [s]
-HEADING_DEG = 'heading_deg'     # key of a fact: the IMU's heading [deg] while the robot stands
+VALID_HEADING_TIME = 0.9       # [s]
+HEADING_DEG = 'heading_deg'    # key of a fact: the IMU's heading [deg] while the robot stands
 
 # -- the IMU lab
 

@@ -76,8 +76,8 @@ class NodeProcess:
     #: The subscribed topics that nobody publishes; [] if the node subscribes to all topics that it
     #: needs.
     silent_topics: List[str] = field(default_factory=list)
-    needed_topic: str = ''          # the topic to which the node must subscribe
-    nodes: List[str] = field(default_factory=list)      # the node's names at the ROS master
+    needed_topic: str = ''                            # the topic to which the node must subscribe
+    nodes: List[str] = field(default_factory=list)    # the node's names at the ROS master
     subscribed_topics: List[str] = field(default_factory=list)
     published_topics: Dict[str, str] = field(default_factory=dict)      # {topic: type}
     #: The subscribed topics on which the node has no connection to the robot.

@@ -48,10 +48,10 @@ ROBOT_NODE = 'turtlebot3'
 MAX_COMMANDS = 40000
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LOG_LINES = 1000
-MAX_EVENTS = 5000          # events of all kinds
-MAX_LOG_LINE_LENGTH = 300       # characters; the rest of the line is not recorded
-MAX_MESSAGE_BYTES = 10000       # a longer message is not recorded
-MIN_TIME_STEP = 1e-6        # [s] between two default times, so that no two are equal
+MAX_EVENTS = 5000            # events of all kinds
+MAX_LOG_LINE_LENGTH = 300    # characters; the rest of the line is not recorded
+MAX_MESSAGE_BYTES = 10000    # a longer message is not recorded
+MIN_TIME_STEP = 1e-6         # [s] between two default times, so that no two are equal
 #: A command that equals the previous command is recorded only if this time [s] has passed.
 SAME_COMMAND_TIME = 0.04
 FULL_BAG_BYTES = 3 * 10 ** 6
@@ -139,8 +139,8 @@ class Recorder:
     def __init__(self, bag):
         self.bag = bag
         self._lock = threading.Lock()
-        self._truth = []        # [time, x, y, yaw]; the yaw is continuous over whole turns
-        self._commands = []     # [time, linear, angular]
+        self._truth = []            # [time, x, y, yaw]; the yaw is continuous over whole turns
+        self._commands = []         # [time, linear, angular]
         self._counts = Counter()    # {kind of message: the number of messages so far}
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()

@@ -44,9 +44,9 @@ class StudentNode:
         self._node_start = NodeStart.from_environment()
         program = self._node_start.program
         self._command = [program] if program else ['rosrun', *node.split('/', 1)]
-        self._process = None    # None while no process runs
-        self._resource_watch = None     # only for a submission
-        self._output = None     # of the latest process
+        self._process = None                    # None while no process runs
+        self._resource_watch = None             # only for a submission
+        self._output = None                     # of the latest process
         self._first_process_was_ready = None    # None until the first process is ready or given up
         self._got_ctrl_c = False
         self.graph = NodeGraph(KnownTypes(self._node_start.types))

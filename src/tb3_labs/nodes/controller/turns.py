@@ -61,7 +61,7 @@ class Heading:
 
     def __init__(self) -> None:
         self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
-        self.yaw_rate = 0.0        # [rad/s]
+        self.yaw_rate = 0.0    # [rad/s]
         self.noise = YawNoise()
         self.resting_yaw = FilteredNumber()    # of a robot at rest; less noise than one sample
 

@@ -29,8 +29,8 @@ class PadOutput(Output):
 
     holder: ControlHolder = ControlHolder.NOBODY
     control_messages: Sequence[bool] = ()    # to publish on `ctrl_relinq`, in order
-    renewal_is_due: bool = False     # must a True be published to renew the permission?
-    is_reset_requested: bool = False    # was the reset button pressed?
+    renewal_is_due: bool = False             # must a True be published to renew the permission?
+    is_reset_requested: bool = False         # was the reset button pressed?
 
 
 class GamepadCore:

@@ -154,7 +154,7 @@ class LocalPath:
         self._frame_number = 0
         self._latest_pose = None
         self._points = deque(maxlen=MAX_PATH_POINTS)    # messages
-        self._sent_at = -math.inf         # stamp
+        self._sent_at = -math.inf                       # stamp
         self._has_unsent_points = False
 
     def add_pose(self, stamped):

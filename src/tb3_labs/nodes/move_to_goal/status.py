@@ -89,8 +89,8 @@ class StatusLogger:
     def __init__(self, log: LogQueue) -> None:
         self._log = log
         self._logged_key: Tuple = ()    # attempt, goal and text
-        self._begun_attempt = 0     # number of the latest drive that began
-        self._begun_at = 0.0        # [s]
+        self._begun_attempt = 0         # number of the latest drive that began
+        self._begun_at = 0.0            # [s]
 
     def log_if_new(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                    now: float) -> bool:
