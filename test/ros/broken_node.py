@@ -22,7 +22,7 @@ def main(node, where, *arguments):
     @functools.wraps(sound)
     def broken(self, *given):
         result = sound(self, *given)
-        if method != '_command' or result is not None:
+        if method != '_next_command' or result is not None:
             calls.append(result)
         if len(calls) > CALLS:
             raise RuntimeError('broken on purpose')

@@ -191,7 +191,7 @@ class FaultsTest(DriveCase):
         for executable, where, *arguments in (
                 (MOVER, 'tb3_labs.nodes.move_to_goal.core:MoveToGoalCore.on_odometry',
                  '_has_control:=true', '_goal_x:=3.0'),
-                (TURNER, 'tb3_labs.nodes.controller.core:ControllerCore._command')):
+                (TURNER, 'tb3_labs.nodes.controller.core:ControllerCore._next_command')):
             if executable in self.nodes:
                 self.nodes[executable].end()
             self.rest()

@@ -35,7 +35,8 @@ MIN_CLOCK_STEP = 1.0    # [s]; a stamp that is this much ahead of its arrival be
 MAX_WRONG_TIME = 1.0
 MAX_REPEATS = 3            # if a stamp is repeated this often, the stamps are not a clock
 MIN_NOISE_WEIGHT = 0.02    # least weight of a new sample in the variance of the noise
-#: A turn is slow and even if its rate [rad/s] is small, and changes little between two samples.
+#: A turn is slow and even if its rate [rad/s] is at most the first value, and if the change of its
+#: rate between two samples is at most the second value.
 MAX_SLOW_TURN_RATE = 0.2
 MAX_EVEN_RATE_CHANGE = 0.03
 

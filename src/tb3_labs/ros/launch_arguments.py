@@ -17,7 +17,7 @@ PACKAGE = 'tb3_labs'
 GROUP_EXAMPLE_PATTERN = re.compile(r'.*({.*})')
 #: Matches a group of parameters. With {slip:0.1} or {slip: 0,5} roslaunch would crash.
 GROUP_PATTERN = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
-#: The doc of an argument that chooses a file contains a pattern, such as params/pad_*.yaml.
+#: If an argument chooses a file, its doc contains a pattern, such as params/pad_*.yaml.
 FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 

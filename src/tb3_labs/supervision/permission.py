@@ -17,9 +17,9 @@ which a stop holds until a person releases the machine again.
 7. A doubtful True (:mod:`tb3_labs.supervision.events`) gives no grant. A doubtful False is obeyed,
    with one exception: If no sender has a grant, a False that was latched before this node began to
    listen is ignored. So it does not end the grant of the parameter `has_control`.
-8. If renewals arrive faster than one in each `RENEWAL_PERIOD`, the network has delayed them, and
-   the True before them. The grant ends if the delay of the True is more than `RESUME_TIME`. It also
-   ends if the True was sent before another sender's False, or before this node started or woke.
+8. Renewals that arrive faster than one in each `RENEWAL_PERIOD` show that the network delayed them
+   and the True before them. If this delay is more than `RESUME_TIME`, the grant ends. It also ends
+   if the True was sent before another sender's False, or before this node started or woke.
 """
 import math
 from typing import Dict, Set

@@ -37,7 +37,7 @@ class Sensor(Freshness):
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         self.reading: object = None     # content of the latest message, without the stamp
-        self.repeated_for = 0.0         # time [s] of a repeated reading that should have changed
+        self.repeated_for = 0.0         # time [s] since the reading should have changed
         self.longest_gap = 0.0          # longest time [s] between two messages of a motion
         self._changed_at = math.inf     # time [s] of the latest change; infinite before a change
 

@@ -6,7 +6,7 @@ from typing import Any, Iterator, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_before, wrap_all
+from tb3_labs.geometry.arrays import last_index_before, wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
@@ -28,11 +28,11 @@ MIN_PACED_COMMANDS = 4
 MAX_GOAL_ERROR = 1e-3       # [m, rad, deg], by the rounding of a number
 GAIN_TOLERANCE_SHARE = 0.05
 COMMAND_TOLERANCE_SHARE = 0.03
-#: By some gain, any constant error fits commands that change by less than this rate [rad/s].
+#: Commands that change by less than this [rad/s] fit any constant error, so they show no formula.
 MIN_COMMAND_CHANGE = 0.1
 #: With this heading error [rad] or more, the robot may turn to either side.
 EITHER_SIDE_ERROR = 3.0
-MAX_REACTION_TIME = 1.0     # [s] until the first command in a state, and to leave the state
+MAX_REACTION_TIME = 1.0     # [s], to send the first command in a state, or to leave a state
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}      # [1/s]
 
 
@@ -100,7 +100,7 @@ def heading_errors(node_run: NodeRun,
         targets.reverse()
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
     imu = node_run.recording.imu
-    latest = last_before(imu.arrival, interval.commands.arrival).clip(0)
+    latest = last_index_before(imu.arrival, interval.commands.arrival).clip(0)
     headings = [('local_yaw', interval.pose.yaw), ('the yaw of the IMU', imu.yaw[latest]),
                 ('0', np.zeros(len(latest)))]
     for (target, target_yaw), (heading, yaw) in product(targets, headings):
@@ -118,7 +118,7 @@ def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, flo
         if gain is not None:
             fits.append((formula, gain))
     with_handout_gain = [fit for fit in fits if abs(fit[1]) == handout_gain]
-    return (with_handout_gain + fits + [('', handout_gain)])[0]
+    return next(iter(with_handout_gain or fits), ('', handout_gain))
 
 
 def fitted_gain(error: np.ndarray, is_normalized: bool, command: np.ndarray,

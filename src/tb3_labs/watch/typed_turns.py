@@ -5,7 +5,7 @@ from typing import Any, List, Optional
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_before, wrap_all
+from tb3_labs.geometry.arrays import last_index_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
 from tb3_labs.watch.broken_link import MAX_COMMAND_PAUSE, NodeRun
 from tb3_labs.watch.headings import followed_quantity, heading_candidates
@@ -114,7 +114,7 @@ def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
 def mouse_moved_at(mouse: Any, begin: float) -> float:
     """Returns the time of the first message by which the mouse drives the robot; inf without such a
     message. The search starts with the message that is in force at `begin`."""
-    index_at_begin = max(last_before(mouse.arrival, begin), 0)
+    index_at_begin = max(last_index_before(mouse.arrival, begin), 0)
     mouse = mouse.take(slice(index_at_begin, None))
     is_outside_dead_zone = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) > MOUSE_DEAD_ZONE
     return float(min(mouse.arrival[is_outside_dead_zone & (mouse.active > 0.0)], default=np.inf))

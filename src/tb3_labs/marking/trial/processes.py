@@ -29,8 +29,8 @@ class RunningProgram:
     does. ``on_text(text)`` is called with each piece of the command's output and errors."""
 
     def __init__(self, command, environment, on_text, files=None):
-        """`files` are three open files: a file for this class, the program's input, and the
-        program's output. By default the files are the two ends of a pseudo-terminal."""
+        """`files` are three file descriptors: the end that this object reads and writes, the
+        program's input, and the program's output. The default is a pseudo-terminal."""
         self._on_text = on_text
         if files is None:
             own_end, program_end = pty.openpty()

@@ -86,7 +86,7 @@ class ActiveTurn:
         self.requested = requested
         self.goal = yaw + requested
         self.stall = StallMonitor()
-        self.remaining_at_end = 0.0    # set by the core; the law computes it from many samples
+        self.remaining_at_end = 0.0    # [rad], by the law's filter; the core copies it here
         self._begun_at = now
 
     def move_goal(self, angle: float) -> None:

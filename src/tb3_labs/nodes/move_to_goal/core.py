@@ -281,7 +281,7 @@ class MoveToGoalCore:
             self._machine.give_up(frozen_text)
 
     def _forget_motion(self) -> None:
-        """Let the next command begin a new motion: the robot rests, or another node drives."""
+        """Let the next command begin a new motion, since the robot rests or another node drives."""
         self._pace.restart()
         self.sensors.forget_motion()
 
