@@ -34,8 +34,8 @@ class CoreRunner:
     out the rest of an Output without the lock. A blocked terminal or actionlib delays no stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
-        """``tick()`` returns the core's next Output. ``publish(output)`` is called after the
-        command, with the lock and must not wait. ``carry_out(output)`` runs without the lock."""
+        """``tick()`` returns the core's next Output. ``publish(output)`` is called with
+        the lock, after the command, and must not wait. ``carry_out(output)`` has no lock."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting_outputs = queue.SimpleQueue()    # for carry_out

@@ -1,12 +1,12 @@
 """Starts a node of this package and ends it after a signal or a failure.
 
-A ``ValueError`` at the start, such as for an invalid parameter, ends the node with one fatal line
-and exit status 1 and ends the node's roslaunch. An exception in a callback also ends the node,
-because with rospy alone the robot would continue with the last command.
+A ``ValueError`` at the start, such as for an invalid parameter, ends the node and its roslaunch.
+The node logs one fatal line, and its exit status is 1. An exception in a callback also ends the
+node, because with rospy alone the robot would continue with the last command.
 
 The signal handlers of rospy hang if the main thread holds a lock of rospy. In a node of this
 package, a signal raises an exception in the main thread. The exception first ends all calls, which
-releases their locks and then shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the robot.
+releases their locks. Then it shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the robot.
 Ctrl+Z also ends a node, since a suspended process could not stop the robot.
 """
 import os
