@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import genpy
 import numpy as np
 
-from tb3_labs.geometry.angles import yaw_from_quaternion
+from tb3_labs.geometry.angles import clamp, yaw_from_quaternion
 from tb3_labs.recording.run_data import (
     Commands, ImuSamples, LogLines, MouseSamples, Numbers, OdometrySamples, Poses, Texts,
     Variables)
@@ -104,8 +104,9 @@ def _read_odometry(message, sender, prefix):
 def _read_command(message, sender, prefix):
     linear, angular = message.linear, message.angular
     # no wheel follows these speeds, so a NaN or infinite speed does not make a command invalid
-    unused_speeds = np.nan_to_num([linear.y, linear.z, angular.x, angular.y], nan=MAX_UNUSED_SPEED)
-    limited_speeds = unused_speeds.clip(-MAX_UNUSED_SPEED, MAX_UNUSED_SPEED)
+    limited_speeds = [MAX_UNUSED_SPEED if math.isnan(speed)
+                      else clamp(speed, -MAX_UNUSED_SPEED, MAX_UNUSED_SPEED)
+                      for speed in (linear.y, linear.z, angular.x, angular.y)]
     return None, [(linear.x, angular.z, *limited_speeds, sender)]
 
 
