@@ -56,7 +56,7 @@ class Track:
         None if `time` is too early or too late."""
         if time > self.latest_time or time < self._values[0].time:
             return None
-        index = bisect_left([value.time for value in self._values], time)
+        index = bisect_left(self._values, (time,))    # (time,) is less than (time, value)
         after = self._values[index]
         before = after if after.time == time else self._values[index - 1]
         return before, after
