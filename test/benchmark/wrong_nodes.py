@@ -82,10 +82,10 @@ def sentences_of(seen, lab):
 
 def reported(seen):
     """Returns the sentences of the report on the recording without its letters."""
-    from tb3_labs.report.page.moments import broken_links, printed_faults
+    from tb3_labs.report.page.moments import hints_of_nodes, printed_faults
     from tb3_labs.recording.run_data import Numbers
     run = seen.recording
-    words = [printed_faults(run), *broken_links(replace(run, letters=Numbers.none()))]
+    words = [printed_faults(run), *hints_of_nodes(replace(run, letters=Numbers.none()))]
     return ' '.join(unescape(re.sub('<[^>]*>', '', each)) for each in words)
 
 

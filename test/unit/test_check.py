@@ -10,7 +10,7 @@ import rosunit
 
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.marks import Marks
-from tb3_labs.watch.broken_link import SheetStep
+from tb3_labs.watch.mistake import SheetStep
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
 from check_lab import checks_of, file_of

@@ -29,7 +29,7 @@ from tb3_labs.marking.trial.observation import MAX_FINDINGS, NodeProcess, Observ
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.recording.run_data import Poses
-from tb3_labs.watch.broken_link import SheetStep
+from tb3_labs.watch.mistake import SheetStep
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
 
@@ -266,10 +266,10 @@ def test_the_table_of_marks():
 
 
 def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
-    """If the code of a link raises an exception, the student loses nothing, and the instructor reads why."""
-    monkeypatch.setattr(marks, 'find_broken_link', lambda *_: [][0])
+    """If the code of a check raises an exception, the student loses nothing, and the instructor reads why."""
+    monkeypatch.setattr(marks, 'find_first_mistake', lambda *_: [][0])
     seen = turned(45.0)
     given = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', TABLE))
-    assert given.first_broken_link is None and given.verdicts and [
+    assert given.first_mistake is None and given.verdicts and [
         finding for finding in given.findings if 'inside' in finding] == [
             'The marker could not look inside the node (IndexError: list index out of range).']

@@ -6,18 +6,18 @@ import pytest
 from made_run import made, speeds_sent
 
 from tb3_labs.recording.run_data import ImuSamples, Texts
-from tb3_labs.watch.broken_link import NodeRun, find_broken_link
-from tb3_labs.watch.lab_links import LINKS
+from tb3_labs.watch.lab_mistakes import CHECKS
+from tb3_labs.watch.mistake import NodeRun, find_first_mistake
 
 
 def told(node_run, lab='imu'):
-    found = find_broken_link(node_run, LINKS[lab])
-    return found and found[1].message
+    found = find_first_mistake(node_run, CHECKS[lab])
+    return found and found.message
 
 
-def test_a_run_without_variables_and_lines_breaks_no_link():
+def test_a_run_without_variables_and_lines_has_no_mistake():
     sent = speeds_sent(*(np.arange(30.0) for _ in range(4)))
-    for lab in LINKS:
+    for lab in CHECKS:
         assert told(NodeRun(made(commands=sent, imu=ImuSamples.none())), lab) is None
 
 

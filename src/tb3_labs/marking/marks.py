@@ -9,7 +9,7 @@ An instructor may edit the table of the points, which contains a section for eac
 """
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import rospkg
 import yaml
@@ -22,8 +22,8 @@ from tb3_labs.marking.trial.observation import (
     MAX_FAIR_GAP, MAX_SENTENCE_LENGTH, NO_RECORDING, Observation)
 from tb3_labs.marking.trial.remarks import (
     remarks_on, tracebacks_before_the_end, version_errors)
-from tb3_labs.watch import lab_links
-from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, find_broken_link
+from tb3_labs.watch import lab_mistakes
+from tb3_labs.watch.mistake import Mistake, NodeRun, find_first_mistake
 
 MAX_POINTS = 10 ** 6        # of a criterion
 MAX_SENTENCES = 100         # of the remarks, and also of the findings
@@ -79,7 +79,7 @@ class Marks:
     observation: Optional[Observation] = None       # None if there was no trial
     decided_points: Optional[float] = None      # the points that a person gave, if any
     decision_reason: str = ''                   # a person's reason for these points
-    first_broken_link: Optional[Tuple[Link, BrokenLink]] = None     # see _broken_link
+    first_mistake: Optional[Mistake] = None      # see _find_first_mistake
 
     @property
     def has_known_points(self) -> bool:
@@ -103,19 +103,17 @@ class Marks:
 
     @property
     def mistake_sentence(self) -> str:
-        """A sentence on the first broken link, with line numbers; '' if no link is broken."""
-        if self.first_broken_link is None or self.observation is None:
+        """A sentence on the first mistake, with line numbers; '' without a mistake."""
+        if self.first_mistake is None or self.observation is None:
             return ''
-        _, broken_link = self.first_broken_link
-        return broken_link.as_sentence(self.observation.assigned)
+        return self.first_mistake.as_sentence(self.observation.assigned)
 
     @property
     def hint(self) -> str:
-        """A sentence on the mistake, and the place in a lab sheet; '' if no link is broken."""
-        if self.first_broken_link is None:
+        """A sentence on the mistake, and the place in a lab sheet; '' without a mistake."""
+        if self.first_mistake is None:
             return ''
-        link, _ = self.first_broken_link
-        return f'{self.mistake_sentence} See {link.place}.'
+        return f'{self.mistake_sentence} See {self.first_mistake.place}.'
 
     @property
     def sentences(self) -> List[str]:
@@ -174,9 +172,9 @@ def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], la
                      *LABS[lab].remarks_on_trial(observation)]
     try:
         if marks.meets_handout:
-            marks.remarks += lab_links.remarks(observation.recording, lab)
+            marks.remarks += lab_mistakes.remarks(observation.recording, lab)
         else:
-            marks.first_broken_link = _broken_link(observation, marks.graded_verdicts)
+            marks.first_mistake = _find_first_mistake(observation, marks.graded_verdicts)
     except Exception as problem:        # a node's variables may have any value
         marks.findings.append('The marker could not look inside the node '
                               f'({type(problem).__name__}: {problem}).')
@@ -191,8 +189,8 @@ def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], la
     return marks
 
 
-def _broken_link(observation, verdicts):
-    """Returns the first broken link in the parts of the lab in which points were lost, if any.
+def _find_first_mistake(observation, verdicts):
+    """Returns the first mistake in the parts of the lab in which points were lost, if any.
     Returns None if the mistake is known: an exception, an unpublished topic, or a command that is
     not finite. `verdicts` are on the handout's criteria."""
     if observation.recording is NO_RECORDING or tracebacks_before_the_end(observation):
@@ -208,7 +206,7 @@ def _broken_link(observation, verdicts):
             is_in_part = (variables.arrival >= begin) & (variables.arrival < end)
             variables = variables.take(~is_in_part)
     node_run = NodeRun(replace(observation.recording, variables=variables))
-    return find_broken_link(node_run, lab_links.LINKS.get(observation.lab, ()), missed_parts)
+    return find_first_mistake(node_run, lab_mistakes.CHECKS.get(observation.lab, ()), missed_parts)
 
 
 def _printable_sentences(sentences):

@@ -50,7 +50,7 @@ def student_page(marks: Marks, lab_title: str) -> str:
     if observation is not None:
         if has_timeline:
             blocks += [timeline_html(timeline_of(observation, marks.verdicts)),
-                       hints_section(marks.first_broken_link, marks.mistake_sentence)]
+                       hints_section(marks.first_mistake, marks.mistake_sentence)]
         blocks += _last_lines(observation)
     return document(f'{lab_title}: {marks.student}', blocks, PAGE_STYLE)
 
@@ -139,7 +139,7 @@ def results(marks: Marks) -> Dict[str, Any]:
     """Returns the content of results.json for Gradescope, with a test for each criterion. `output`
     contains the page without the criteria and the timeline."""
     blocks = [*_points_and_remarks(marks),
-              hints_section(marks.first_broken_link, marks.mistake_sentence, has_timeline=False)]
+              hints_section(marks.first_mistake, marks.mistake_sentence, has_timeline=False)]
     if marks.observation is not None:
         blocks += _last_lines(marks.observation)
     score = round(float(marks.points), 2) if marks.has_known_points else 0.0

@@ -10,11 +10,11 @@ from typing import Any, Iterator, List
 import numpy as np
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, worst_index
 from tb3_labs.watch.drive_states import (
     MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, REFERENCES_OF, PROBE_DELAY, NodeFrame,
     index_from, local_frames, readings_with_control, unit_of)
 from tb3_labs.watch.headings import angles_of
+from tb3_labs.watch.mistake import Mistake, NodeRun, worst_index
 from tb3_labs.watch.variables import (
     TOLERANCE_SHARE, Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
@@ -98,8 +98,8 @@ def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
     return value.imag if name == 'local_y' else value.real
 
 
-def find_wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each wrong variable of the local pose, after its references."""
+def find_wrong_pose(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each wrong variable of the local pose, after its references."""
     for frame, name in product(local_frames(node_run), REFERENCES_OF):
         for wrong in find_wrong_variable(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
@@ -107,8 +107,8 @@ def find_wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
             yield wrong
 
 
-def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if the reference `name` is wrong, and is unchanged or another yaw."""
+def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[Mistake]:
+    """Yields a Mistake if the reference `name` is wrong, and is unchanged or another yaw."""
     series = node_run.variable(name)
     sensor, correct = {
         'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
@@ -133,13 +133,13 @@ def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iter
         behaviours += [f'followed {angle.name} at the reset' for angle in angles
                        if abs(wrap(value - angle.at(frame.begin))) <= POSE_TOLERANCE]
     if behaviours:
-        yield BrokenLink(
+        yield Mistake(
             f'{frame.clause}{series.name} {behaviours[0]}; it should be {sensor} at the reset: '
             f'it was {value_text} when this was {correct:.3g}', readings.time[0], series.name)
 
 
-def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if the variable `name` does not follow its quantity in a frame."""
+def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[Mistake]:
+    """Yields a Mistake if the variable `name` does not follow its quantity in a frame."""
     series = node_run.variable(name)
     quantities = pose_quantities(node_run, frame, name)
     if series is None or not quantities:
@@ -161,7 +161,7 @@ def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Itera
     correct_value = np.angle(expected[worst]) if 'yaw' in name else expected[worst]
     behaviour = behaviour_text(readings, correct, quantities[2:])
     value_text = shortened_value(readings.text[worst])
-    yield BrokenLink(
+    yield Mistake(
         f'{frame.clause}{series.name} {behaviour}; it should be {correct.name}: it was '
         f'{value_text} when this was {correct_value:.3g}', readings.time[worst], series.name)
 

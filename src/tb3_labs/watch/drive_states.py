@@ -9,7 +9,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import last_index_until, wrap_all
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_TO_GOAL, STATES
-from tb3_labs.watch.broken_link import MAX_READING_GAP, NodeRun
+from tb3_labs.watch.mistake import MAX_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series
 
 POSE_TOLERANCE = 0.03           # [m, rad]

@@ -10,7 +10,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import euler_angles, wrap_all
 from tb3_labs.handout import PRINTED_HEADING
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, worst_index
+from tb3_labs.watch.mistake import Mistake, NodeRun, is_constant, worst_index
 from tb3_labs.watch.variables import (
     Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
@@ -133,8 +133,8 @@ def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantit
     return None
 
 
-def broken_heading(series: Series, correct: Quantity, followed: Optional[Quantity]) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the heading `correct`, and follows
+def heading_mistake(series: Series, correct: Quantity, followed: Optional[Quantity]) -> Mistake:
+    """Returns the Mistake of a variable that should follow the heading `correct`, and follows
     the quantity `followed`, or no quantity. The moment is that of the largest error."""
     if followed is not None:
         behaviour = 'follows ' + followed.name
@@ -146,8 +146,8 @@ def broken_heading(series: Series, correct: Quantity, followed: Optional[Quantit
     worst = worst_index(series, expected)
     name = correct.name.partition(',')[0]
     values = f'it was {shortened_value(series.text[worst])} when {name} was {expected[worst]:.4g}'
-    return BrokenLink(f'{series.name} {behaviour}; it should be {correct.name}: {values}',
-                      series.time[worst], series.name)
+    return Mistake(f'{series.name} {behaviour}; it should be {correct.name}: {values}',
+                   series.time[worst], series.name)
 
 
 def printed_headings(node_run: NodeRun) -> Series:
@@ -163,8 +163,8 @@ def printed_headings(node_run: NodeRun) -> Series:
     return series.take(times < end)
 
 
-def find_wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if the printed number is not the heading from 0 to 360 degrees."""
+def find_wrong_printed_heading(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake if the printed number is not the heading from 0 to 360 degrees."""
     series = printed_headings(node_run)
     quantities = heading_candidates(node_run)
     correct = quantities[0]
@@ -172,4 +172,4 @@ def find_wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
         return
     followed = followed_quantity(series, quantities)
     if followed is None or followed.name != correct.name:
-        yield broken_heading(series, correct, followed)
+        yield heading_mistake(series, correct, followed)

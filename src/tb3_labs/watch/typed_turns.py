@@ -7,8 +7,8 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import last_index_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
-from tb3_labs.watch.broken_link import MAX_COMMAND_PAUSE, NodeRun
 from tb3_labs.watch.headings import followed_quantity, heading_candidates
+from tb3_labs.watch.mistake import MAX_COMMAND_PAUSE, NodeRun
 from tb3_labs.watch.variables import Quantity
 
 MAX_LETTER_DELAY = 3.0      # [s]

@@ -14,8 +14,8 @@ from tb3_labs.marking.trial.observation import (
     CTRL_C, LINEAR, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation)
 from tb3_labs.marking.trial.remarks import (
     CLOSED_TOPIC, clause_on_other_fields, exceptions_in, why_idle, why_not_judged, why_not_tried)
-from tb3_labs.watch.broken_link import SheetStep
-from tb3_labs.watch.lab_links import IMU_SHEET, TRANSFORMATION_SHEET
+from tb3_labs.watch.lab_mistakes import IMU_SHEET, TRANSFORMATION_SHEET
+from tb3_labs.watch.mistake import SheetStep
 
 #: Why a node does not meet a criterion, a clause; '' if it meets the criterion. The functions
 #: why_... return a Reason. The expression `a or b` gives the first Reason that is not ''.

@@ -16,7 +16,7 @@ from tb3_labs.marking.labs.criteria import (
     why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.trial.observation import ANGULAR, LINEAR, TIME, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import clause_on_other_topics, exceptions_in, last_line
-from tb3_labs.watch.lab_links import GAMEPAD_SECTION
+from tb3_labs.watch.lab_mistakes import GAMEPAD_SECTION
 
 FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)     # [m/s], for a full stick
 FULL_ANGULAR_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)    # [rad/s]

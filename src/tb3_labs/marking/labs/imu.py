@@ -10,7 +10,7 @@ from tb3_labs.marking.labs.criteria import (
     why_not_started, within)
 from tb3_labs.marking.trial.observation import CTRL_C, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
-from tb3_labs.watch.lab_links import HEADING_SECTION
+from tb3_labs.watch.lab_mistakes import HEADING_SECTION
 
 HEADING_TOLERANCE_DEG = 1.0
 #: A node may print this many headings after IMU_GOODBYE. In the handout's code, a callback that

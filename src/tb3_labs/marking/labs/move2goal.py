@@ -20,9 +20,9 @@ from tb3_labs.marking.trial.observation import (
     ANGULAR, GOAL_POSE, LINEAR, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation,
     Scene)
 from tb3_labs.marking.trial.remarks import why_idle
-from tb3_labs.watch.broken_link import SheetStep
-from tb3_labs.watch.lab_links import (
+from tb3_labs.watch.lab_mistakes import (
     LOCAL_POSE_SECTION, RESET_SECTION, STATES_SECTION, TRANSFORMATION_SHEET)
+from tb3_labs.watch.mistake import SheetStep
 
 LAST_COMMAND_TIME = 0.5             # [s] after the arrival
 MIN_TURN_IN_DRIVE_DEG = 20.0        # of a correct node after a reset in a drive

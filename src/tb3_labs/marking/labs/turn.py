@@ -18,7 +18,7 @@ from tb3_labs.marking.labs.criteria import (
 from tb3_labs.marking.trial.observation import (
     ANGULAR, LINEAR, MOVED, RESTED, WAS_MOVING, NotObserved, Observation)
 from tb3_labs.marking.trial.remarks import MAX_IDLE_TURN_DEG, why_idle
-from tb3_labs.watch.lab_links import TURN_SECTION
+from tb3_labs.watch.lab_mistakes import TURN_SECTION
 
 MOUSE_STEP = TURN_SECTION.at_step(2)
 LAW_STEP = TURN_SECTION.at_step(5)

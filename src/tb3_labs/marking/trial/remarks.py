@@ -5,7 +5,7 @@ from typing import Dict, List
 from tb3_labs.handout import CMD_VEL_TOPIC
 from tb3_labs.marking.trial.observation import (
     CTRL_C, Ended, NotObserved, NotTried, Observation, NodeProcess, Scene)
-from tb3_labs.watch.broken_link import nonzero_field_text
+from tb3_labs.watch.mistake import nonzero_field_text
 
 TWIST = 'geometry_msgs/Twist'       # the type of cmd_vel
 MAX_IDLE_TURN_DEG = 3.0             # of a robot without a command

@@ -3,9 +3,9 @@ import math
 import re
 from html import escape
 from pathlib import Path
-from typing import Optional, Sequence, Tuple
+from typing import Optional, Sequence
 
-from tb3_labs.watch.broken_link import BrokenLink, Link
+from tb3_labs.watch.mistake import Mistake
 
 STYLE_FILE = Path(__file__).with_name('document.css')
 PAGE = '''<!DOCTYPE html>
@@ -69,17 +69,15 @@ def _html(text: str) -> str:
     return text if isinstance(text, Markup) else escape(text)
 
 
-def hints_section(first_broken_link: Optional[Tuple[Link, BrokenLink]], mistake: str,
-                  has_timeline: bool = True) -> str:
-    """Returns the HTML of three hints; '' if `first_broken_link` is None. The third hint is the
-    sentence `mistake`. A hint is hidden until the student opens the previous hint."""
-    if first_broken_link is None:
+def hints_section(mistake: Optional[Mistake], sentence: str, has_timeline: bool = True) -> str:
+    """Returns the HTML of three hints; '' if `mistake` is None. The third hint is the `sentence`. A
+    hint is hidden until the student opens the previous hint."""
+    if mistake is None:
         return ''
-    link, broken = first_broken_link
-    anchor = f' <a href="#t={broken.moment:.1f}">Watch it</a>' if has_timeline else ''
-    hints = (('Hint 1: what to look at', escape(link.question)),
-             ('Hint 2: where it is explained', escape(f'See {link.place}.')),
-             ('The mistake', escape(mistake) + anchor))
+    anchor = f' <a href="#t={mistake.moment:.1f}">Watch it</a>' if has_timeline else ''
+    hints = (('Hint 1: what to look at', escape(mistake.question)),
+             ('Hint 2: where it is explained', escape(f'See {mistake.place}.')),
+             ('The mistake', escape(sentence) + anchor))
     folded = ''
     for title, hint in reversed(hints):
         folded = f'<details><summary>{title}</summary>\n<p>{hint}</p>\n{folded}</details>\n'

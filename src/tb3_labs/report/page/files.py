@@ -23,7 +23,7 @@ from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import printed_figures, timeline
 from tb3_labs.report.page.document import document, number_text, safe_cell, table
-from tb3_labs.report.page.moments import broken_links, printed_faults, timeline_events
+from tb3_labs.report.page.moments import hints_of_nodes, printed_faults, timeline_events
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 MIN_PATH_LENGTH = 0.05      # [m]
@@ -96,7 +96,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     notes = [note[:1].upper() + note[1:] + '.' for note in run.notes]
     parts = [f'<p>{escape(text)}</p>' for text in [*notes, _summary(run, model)]]
     timeline_data = timeline.timeline_data(run, model, timeline_events(run, turns, drives))
-    parts += [printed_faults(run), timeline.timeline_html(timeline_data), *broken_links(run)]
+    parts += [printed_faults(run), timeline.timeline_html(timeline_data), *hints_of_nodes(run)]
     if turns:
         files['turns.png'] = printed_figures.png(printed_figures.turns_figure(run))
         parts += ['<h2>Turns</h2>', _table('turn', TURN_COLUMNS, turns),

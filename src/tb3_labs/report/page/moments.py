@@ -1,7 +1,7 @@
 """Finds the moments that the page of a run points to.
 
 The events on the timeline are turns, drives, movements by hand, resets, starts, stops and gaps.
-Exceptions, open TODOs, and the first broken link are signs of a mistake in the node.
+Exceptions, open TODOs, and the first mistake are signs of a mistake in the node.
 """
 import re
 from html import escape
@@ -16,7 +16,7 @@ from tb3_labs.report.motion.resets_and_goals import frame_intervals, recorded_st
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees_text, hints_section, number_text
 from tb3_labs.report.page.timeline import TimelineEvent, changed_rows, timeline_event
-from tb3_labs.watch.lab_links import broken_links_of_nodes
+from tb3_labs.watch.lab_mistakes import mistakes_of_nodes
 
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 TRACEBACK_LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
@@ -92,7 +92,7 @@ def printed_faults(run: RunData) -> str:
     return '\n'.join(lines)
 
 
-def broken_links(run: RunData) -> List[str]:
-    """Returns the HTML of the hints on the first broken link of each node."""
-    return [hints_section((link, broken), f'{node}: {broken.as_sentence()}')
-            for node, link, broken in broken_links_of_nodes(run)]
+def hints_of_nodes(run: RunData) -> List[str]:
+    """Returns the HTML of the hints on the first mistake of each node."""
+    return [hints_section(mistake, f'{node}: {mistake.as_sentence()}')
+            for node, mistake in mistakes_of_nodes(run)]

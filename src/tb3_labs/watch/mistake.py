@@ -1,9 +1,9 @@
-"""The numbers of a node form a chain: sensor -> belief -> goal -> error -> command -> stop. A
-broken link is a wrong number in this chain.
+"""Finds the first mistake of a node in its recorded numbers.
 
-A link compares a number of the node with the correct number. The handout's formula gives the
-correct number from the node's *own* numbers in the previous links, so that the consequence of a
-mistake is not reported as another mistake.
+A node computes its numbers in this order: heading or pose, goal, error, command, stop. A check
+compares one of them with the correct number. The handout's formula gives the correct number from
+the node's *own* earlier numbers, so that the consequence of a mistake is not reported as another
+mistake.
 """
 from functools import cached_property
 from typing import (
@@ -21,12 +21,30 @@ MAX_UNJUDGED_READINGS = 10
 UNJUDGED_SHARE = 0.05           # a variable may be set after its first reading
 
 
-class BrokenLink(NamedTuple):
-    """A mistake of a node, visible at the time `moment` [s]. `message` has no period at its end."""
+class SheetStep(NamedTuple):
+    """A numbered `step` in a section of a lab sheet; the whole section if `step` is 0."""
+
+    sheet: str
+    heading: str
+    step: int = 0
+
+    def at_step(self, step: int) -> 'SheetStep':
+        return SheetStep(self.sheet, self.heading, step)
+
+    def __str__(self) -> str:
+        step_clause = f', step {self.step}' if self.step else ''
+        return f'doc/{self.sheet}, "{self.heading}"{step_clause}'
+
+
+class Mistake(NamedTuple):
+    """A mistake of a node, visible at the time `moment` [s]. `message` has no period at its end.
+    `question` and `place` are those of the check that has found it."""
 
     message: str
     moment: float
     variable: str = ''
+    question: str = ''
+    place: Optional[SheetStep] = None
 
     def as_sentence(self, assigned: Mapping[str, Sequence[int]] = {}) -> str:
         """Returns the message as a sentence. `assigned` is {variable: lines that assign it}."""
@@ -44,8 +62,8 @@ class BrokenLink(NamedTuple):
         return f'{message}{place}.'
 
 
-#: A function find_... that yields the BrokenLinks of a link. Only the first one is reported.
-Check = Callable[['NodeRun'], Iterator[BrokenLink]]
+#: A function find_... that yields the Mistakes of a node. Only the first one is reported.
+MistakeFinder = Callable[['NodeRun'], Iterator[Mistake]]
 
 
 class NodeRun:
@@ -93,41 +111,27 @@ class NodeRun:
         return float(min(later_times[is_before_gap], default=np.inf))
 
 
-class SheetStep(NamedTuple):
-    """A numbered `step` in a section of a lab sheet; the whole section if `step` is 0."""
-
-    sheet: str
-    heading: str
-    step: int = 0
-
-    def at_step(self, step: int) -> 'SheetStep':
-        return SheetStep(self.sheet, self.heading, step)
-
-    def __str__(self) -> str:
-        step_clause = f', step {self.step}' if self.step else ''
-        return f'doc/{self.sheet}, "{self.heading}"{step_clause}'
-
-
-class Link(NamedTuple):
-    """A link of a chain. A student can answer the `question` by looking at the node. The `parts` of
-    the lab, as in marking/labs, use the link. If `is_remarked`, a mistake always gets a remark."""
+class Check(NamedTuple):
+    """A check of one number of a node. A student can answer the `question` by looking at the node.
+    The `parts` of the lab, as in marking/labs, need a correct number. If `is_remarked`, a mistake
+    always gets a remark."""
 
     question: str
-    check: Check
+    find_mistakes: MistakeFinder
     place: SheetStep
     parts: Tuple[str, ...]
     is_remarked: bool = False
 
 
-def find_broken_link(node_run: NodeRun, links: Iterable[Link],
-                     parts: Optional[Iterable[str]] = None) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first (Link, BrokenLink), or None. Only the links that these `parts` of the lab
-    use are checked; all links if `parts` is None."""
-    for link in links:
-        if parts is None or set(link.parts) & set(parts):
-            broken = next(link.check(node_run), None)
-            if broken is not None:
-                return link, broken
+def find_first_mistake(node_run: NodeRun, checks: Iterable[Check],
+                       parts: Optional[Iterable[str]] = None) -> Optional[Mistake]:
+    """Returns the first mistake, or None. Only the checks of these `parts` of the lab are done; all
+    checks if `parts` is None."""
+    for check in checks:
+        if parts is None or set(check.parts) & set(parts):
+            mistake = next(check.find_mistakes(node_run), None)
+            if mistake is not None:
+                return mistake._replace(question=check.question, place=check.place)
     return None
 
 
@@ -144,11 +148,11 @@ def worst_index(series: Series, expected: np.ndarray) -> int:
     return int(np.argmax(np.where(np.isfinite(error), error, -1.0)))
 
 
-def find_slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink, at the time `begin`, if the `times` of commands are too far apart."""
+def find_slow_commands(times: np.ndarray, begin: float) -> Iterator[Mistake]:
+    """Yields a Mistake, at the time `begin`, if the `times` of commands are too far apart."""
     pause = np.median(np.diff(times))
     if pause > MAX_COMMAND_PAUSE:
-        yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
+        yield Mistake(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 
 #: (name in Commands, name in the message) of each command field that moves no wheel.

@@ -1,4 +1,4 @@
-"""The first broken link of a turn, and what a variable follows: nodes of closed form, no ROS."""
+"""The first mistake of a turn, and what a variable follows: nodes of closed form, no ROS."""
 import math
 from dataclasses import replace
 
@@ -7,9 +7,9 @@ import pytest
 from made_run import made, speeds_sent, values
 
 from tb3_labs.recording.run_data import Commands, ImuSamples, MouseSamples, Variables
-from tb3_labs.watch.broken_link import NodeRun, find_broken_link
 from tb3_labs.watch.headings import heading_candidates, is_usable_heading
-from tb3_labs.watch.lab_links import LINKS
+from tb3_labs.watch.lab_mistakes import CHECKS
+from tb3_labs.watch.mistake import NodeRun, find_first_mistake
 from tb3_labs.watch.variables import Quantity, Series, longest_delay, matching_quantities
 
 #: A letter every EVERY [s], and the time between two steps of robot and IMU [s]; a node's callback and a
@@ -103,9 +103,9 @@ def with_commands(run, times, angular=0.0, begin=0.0, end=0.0):
 
 
 def told(run):
-    """The sentence on the first broken link; '' if there is none."""
-    found = find_broken_link(NodeRun(run), LINKS['turn'])
-    return '' if found is None else found[1].as_sentence({'goal_yaw': [7, 9]})
+    """The sentence on the first mistake; '' if there is none."""
+    found = find_first_mistake(NodeRun(run), CHECKS['turn'])
+    return '' if found is None else found.as_sentence({'goal_yaw': [7, 9]})
 
 
 def node_with(**methods):
@@ -137,7 +137,7 @@ def test_a_finer_tolerance_is_no_mistake(is_typed):
     """The node slows down, and ends within half a degree."""
     run = played(node_with(command=lambda self, error: max(-1.5, min(1.5, 0.03 * error)),
                            is_over=lambda self, error: abs(error) < 0.5))
-    assert find_broken_link(NodeRun(run if is_typed else untyped(run)), LINKS['turn']) is None
+    assert find_first_mistake(NodeRun(run if is_typed else untyped(run)), CHECKS['turn']) is None
 
 
 def heading_of_a_second_ago(self, yaw):

@@ -1,4 +1,4 @@
-"""The first broken link of a node of the Transformation lab. The node is the plain node with changes."""
+"""The first mistake of a node of the Transformation lab. The node is the plain node with changes."""
 import re
 from dataclasses import replace
 
@@ -8,15 +8,15 @@ import pytest
 from simulated_student_node import played
 from tb3_labs.marking.labs.criteria import Outcome, Verdict
 from tb3_labs.marking.labs.move2goal import CRITERIA
-from tb3_labs.marking.marks import _broken_link
+from tb3_labs.marking.marks import _find_first_mistake
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.recording.run_data import Numbers
-from tb3_labs.watch.broken_link import NodeRun, find_broken_link
-from tb3_labs.watch.drive_links import find_late_commands, find_unreset_state
+from tb3_labs.watch.drive_mistakes import find_late_commands, find_unreset_state
 from tb3_labs.watch.drive_pose import place_quantities
 from tb3_labs.watch.drive_states import NodeFrame, StateInterval
-from tb3_labs.watch.lab_links import LINKS
+from tb3_labs.watch.lab_mistakes import CHECKS
+from tb3_labs.watch.mistake import NodeRun, find_first_mistake
 
 X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
 #: Wrong nodes: (the changes, texts in the sentence, the variable)
@@ -88,15 +88,14 @@ WRONG = {
     'seldom': ([('Duration(0.1)', 'Duration(1.0)')], r'commands came every 1.0 s', '')}
 
 
-def broken(run):
-    found = find_broken_link(NodeRun(run), LINKS['move2goal'])
-    return None if found is None else found[1]
+def mistake_of(run):
+    return find_first_mistake(NodeRun(run), CHECKS['move2goal'])
 
 
 @pytest.mark.parametrize('name', WRONG)
-def test_a_wrong_node_is_named_by_its_first_broken_link(name):
+def test_a_wrong_node_is_named_by_its_first_mistake(name):
     changes, words, variable = WRONG[name]
-    found = broken(played(*changes))
+    found = mistake_of(played(*changes))
     assert re.search(words, found.message), found
     assert found.variable == variable
 
@@ -107,18 +106,18 @@ FAR_AWAY = {'pose': (4.8, -0.3, 2.0), 'offset': -1.2}
 
 @pytest.mark.parametrize('robot', [{'offset': 0.0}, FAR_AWAY, {'pose': (1.0, 2.0, -3.1), 'offset': 2.5}])
 def test_a_right_node_is_not_accused(robot):
-    assert broken(played(**robot)) is None
+    assert mistake_of(played(**robot)) is None
 
 
 @pytest.mark.parametrize('starts', [(0.0,), ()])
 def test_a_right_node_that_is_read_late_is_not_accused(starts):
     run = played()
-    assert broken(replace(run, starts=starts, variables=run.variables.between(9.0, 99.0))) is None
+    assert mistake_of(replace(run, starts=starts, variables=run.variables.between(9.0, 99.0))) is None
 
 
 def test_another_gain_is_no_mistake():
     run = played(('cmd.linear.x = 0.15', 'cmd.linear.x = 0.1'), ('0.3 * yaw_error', '0.6 * yaw_error'))
-    assert broken(run) is None
+    assert mistake_of(run) is None
 
 
 @pytest.mark.parametrize('changes', [
@@ -126,7 +125,7 @@ def test_another_gain_is_no_mistake():
     [('self.state', 'self.phase'), ('self.has_control', 'self.may')],
     OTHER_REFERENCES])
 def test_a_node_with_other_names_is_not_accused(changes):
-    assert broken(played(*changes)) is None
+    assert mistake_of(played(*changes)) is None
 
 
 def changed(run, name, text_at, begin=-np.inf, end=np.inf):
@@ -157,7 +156,7 @@ def test_a_node_that_has_ended_need_not_stop_when_control_is_taken(is_over, word
         *(np.append(column, number) for column, number in (
             (run.control.time, end + 0.1), (run.control.arrival, end + 0.1), (run.control.value, 0.0)))))
     late = run.variables.arrival > (end - 0.4 if is_over else end + 0.3)
-    found = broken(replace(cut, variables=run.variables.take(~late)))
+    found = mistake_of(replace(cut, variables=run.variables.take(~late)))
     assert (found.message if found else '').startswith(words) and bool(found) is bool(words)
 
 
@@ -169,10 +168,10 @@ def test_commands_of_another_node_are_left_out():
     both = type(sent).joined([sent, others])
     order = np.argsort(both.arrival)
     mixed = replace(run, commands=both.take(order))
-    assert broken(mixed) is not None
+    assert mistake_of(mixed) is not None
     sender = np.where(order < len(sent), node, '/gamepad')
     known = replace(mixed, commands=replace(mixed.commands, sender=sender))
-    assert find_broken_link(NodeRun(known, node), LINKS['move2goal']) is None
+    assert find_first_mistake(NodeRun(known, node), CHECKS['move2goal']) is None
 
 
 def test_a_node_that_sent_nothing_did_not_send_the_commands_of_another_node():
@@ -189,7 +188,7 @@ def test_a_node_that_sent_nothing_did_not_send_the_commands_of_another_node():
 def test_a_reset_that_is_not_in_the_log_begins_a_frame_that_is_not_known(changes, robot):
     run = played(*changes, **robot)
     run = replace(run, starts=(), variables=run.variables.between(0.5, 999.0))
-    assert len(run.resets) and broken(replace(run, resets=run.resets.take(slice(0, 0)))) is None
+    assert len(run.resets) and mistake_of(replace(run, resets=run.resets.take(slice(0, 0)))) is None
 
 
 @pytest.mark.parametrize('starts', [(0.0,), ()])
@@ -200,7 +199,7 @@ def test_a_node_that_waits_for_the_odometry_after_a_reset_is_not_accused(starts)
     for name in ('local_x', 'local_y'):
         run = changed(run, name, lambda time: '0.0', at)
     end = at + 2.9
-    assert broken(replace(
+    assert mistake_of(replace(
         run, starts=starts, duration=at + 3.0, odometry=run.odometry.between(0.0, at - 0.3),
         commands=run.commands.between(0.0, at), **{part: getattr(run, part).between(0.0, end) for part in (
             'imu', 'resets', 'control', 'variables')})) is None
@@ -212,16 +211,16 @@ def test_a_node_that_was_not_there_has_not_heard_that_it_has_control():
     end = float(run.control.arrival[run.control.value == 1.0][0]) - 0.1
     early = replace(run, starts=(), commands=run.commands.between(0.0, end), control=Numbers(
         *np.array([[0.001], [0.001], [1.0]])), variables=run.variables.between(0.01, end), duration=end)
-    assert end > 1.0 and broken(early) is None
+    assert end > 1.0 and mistake_of(early) is None
     silent = replace(early, control=Numbers.none())      # nobody has published on ctrl_relinq
-    assert broken(silent) is None
+    assert mistake_of(silent) is None
 
 
 @pytest.mark.parametrize('changes', [
     [('self.goal_x = -0.61', 'self.target_x = 0.5'), ('self.goal_x', 'self.target_x')],
     [('self.goal_yaw = 0.0', 'self.goal_yaw = 90.0'), ('(self.goal_yaw', '(math.radians(self.goal_yaw)')]])
 def test_a_goal_of_another_name_or_in_degrees_is_no_mistake(changes):
-    assert broken(replace(played(*changes), starts=(), goals=played().goals.take(slice(0, 0)))) is None
+    assert mistake_of(replace(played(*changes), starts=(), goals=played().goals.take(slice(0, 0)))) is None
 
 
 @pytest.mark.parametrize('seconds, accused', [(0.1, False), (2.0, True)])
@@ -231,7 +230,7 @@ def test_a_reset_soon_after_the_goal_begins_the_next_drive(seconds, accused, mon
     at = float(run.commands.arrival[run.commands.angular != 0.0][5])
     node_run = NodeRun(replace(run, control=Numbers.none()))
     intervals = [StateInterval('GOAL_REACHED', at, at + seconds, '', None, None)]
-    monkeypatch.setattr('tb3_labs.watch.drive_links.state_intervals', lambda node_run: intervals)
+    monkeypatch.setattr('tb3_labs.watch.drive_mistakes.state_intervals', lambda node_run: intervals)
     assert any(find_late_commands(node_run)) is accused
 
 
@@ -242,7 +241,7 @@ def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():
             ("self.state = 'MOVE_FORWARD'\n        elif", "self.state = 'AIMED'\n        elif"),
             ('self.has_control = False', 'self.has_control = False\n        self.ticks = 0')]
     run = played(*more)
-    assert 'AIMED' in run.variables.value and broken(run) is None
+    assert 'AIMED' in run.variables.value and mistake_of(run) is None
 
 
 #: The frame of all samples of a run.
@@ -258,7 +257,7 @@ def following(run, name, quantity, axis, delay=0.0):
 def test_a_place_that_comes_late():
     run = played()
     right = next(place_quantities(run.odometry, WHOLE))
-    assert 'local_x came up to 2.0 s late' in broken(following(run, 'local_x', right, np.real, 2.0)).message
+    assert 'local_x came up to 2.0 s late' in mistake_of(following(run, 'local_x', right, np.real, 2.0)).message
 
 
 def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame_is_unknown():
@@ -282,5 +281,5 @@ def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame
 def test_only_parts_that_lost_points_are_searched_for_the_mistake(parts, is_told):
     changes, words, _ = WRONG['never arrives']
     verdicts = [Verdict(criterion, Outcome.MISSED, 'so', 1.0) for criterion in CRITERIA if not criterion.is_extra]
-    found = _broken_link(Observation('move2goal', 'lab7_tf/a.py', played(*changes), parts), verdicts)
-    assert bool(found and re.search(words, found[1].message)) is is_told
+    found = _find_first_mistake(Observation('move2goal', 'lab7_tf/a.py', played(*changes), parts), verdicts)
+    assert bool(found and re.search(words, found.message)) is is_told

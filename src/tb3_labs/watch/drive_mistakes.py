@@ -1,5 +1,5 @@
-"""Checks the chain of the Transformation lab: control -> state after a reset -> references -> local
-pose -> goal -> command and end of each state -> silence.
+"""Finds the mistakes of a node of the Transformation lab, in this order: control, state after a
+reset, goal, command and end of each state, silence. The local pose is in drive_pose.py.
 """
 from itertools import product
 from typing import Any, Iterator, Optional, Tuple
@@ -10,11 +10,11 @@ from tb3_labs.geometry.arrays import last_index_before, wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
-from tb3_labs.watch.broken_link import (
-    SPEED_TOLERANCE, BrokenLink, NodeRun, find_slow_commands, is_constant)
 from tb3_labs.watch.drive_states import (
     HANDOUT_GOAL, MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, PROBE_DELAY, StateInterval,
     control_intervals, local_frames, node_poses, state_intervals)
+from tb3_labs.watch.mistake import (
+    SPEED_TOLERANCE, Mistake, NodeRun, find_slow_commands, is_constant)
 from tb3_labs.watch.variables import shortened_value
 
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
@@ -36,8 +36,8 @@ MAX_REACTION_TIME = 1.0     # [s], to send the first command in a state, or to l
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}      # [1/s]
 
 
-def find_wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each message on ctrl_relinq that has_control does not follow."""
+def find_wrong_control(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each message on ctrl_relinq that has_control does not follow."""
     series = node_run.variable('has_control')
     if series is None:
         return
@@ -49,12 +49,12 @@ def find_wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
         wrong_count = (readings.value == 1.0 - value).sum()
         if wrong_count >= MIN_WRONG_READINGS and wrong_count > len(readings.value) / 2:
             delay = readings.time[-1] - begin
-            yield BrokenLink(f'{delay:.1f} s after a {bool(value)} on ctrl_relinq {series.name} '
-                             f'was {readings.text[-1]}', readings.time[0], series.name)
+            yield Mistake(f'{delay:.1f} s after a {bool(value)} on ctrl_relinq {series.name} '
+                          f'was {readings.text[-1]}', readings.time[0], series.name)
 
 
-def find_unreset_state(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each reset that does not set `state` to ROTATE_TO_GOAL."""
+def find_unreset_state(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each reset that does not set `state` to ROTATE_TO_GOAL."""
     series = node_run.variable('state')
     if series is None:
         return
@@ -69,12 +69,12 @@ def find_unreset_state(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue
         error = node_poses(node_run, readings.time[:1]).error(ROTATE_TO_GOAL)[0]
         if error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE:
-            yield BrokenLink(f'{frame.clause}{series.name} stayed {state}; it should be '
-                             + ROTATE_TO_GOAL, frame.begin, series.name)
+            yield Mistake(f'{frame.clause}{series.name} stayed {state}; it should be '
+                          + ROTATE_TO_GOAL, frame.begin, series.name)
 
 
-def find_wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each constant variable of the goal that has a wrong value."""
+def find_wrong_goal(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each constant variable of the goal that has a wrong value."""
     goals = node_run.recording.goals
     if not len(goals) or not len(node_run.recording.starts):
         return      # outside a trial, the goals may be for another node
@@ -87,8 +87,8 @@ def find_wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             error = min(error, abs(series.value[-1] - np.degrees(requested)))
         if error > MAX_GOAL_ERROR:
             value = shortened_value(series.text[-1])
-            yield BrokenLink(f'{series.name} is {value}; it should be {requested:g}',
-                             series.time[0], series.name)
+            yield Mistake(f'{series.name} is {value}; it should be {requested:g}',
+                          series.time[0], series.name)
 
 
 def heading_errors(node_run: NodeRun,
@@ -139,8 +139,8 @@ def fitted_gain(error: np.ndarray, is_normalized: bool, command: np.ndarray,
     return gain if is_near.mean() >= MIN_CORRECT_SHARE else None
 
 
-def find_wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each mistake in the commands or at the end of a state."""
+def find_wrong_law(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each mistake in the commands or at the end of a state."""
     for interval in state_intervals(node_run):
         if interval.state not in TOLERANCES:
             yield from find_unknown_state(interval)
@@ -152,16 +152,16 @@ def find_wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
             yield from find_missing_end(node_run, interval)
 
 
-def find_unknown_state(interval: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if the node stays in a state that the handout does not have."""
+def find_unknown_state(interval: StateInterval) -> Iterator[Mistake]:
+    """Yields a Mistake if the node stays in a state that the handout does not have."""
     is_known = interval.state in STATES or interval.next_state in STATES
     if not is_known and interval.end - interval.begin >= MAX_REACTION_TIME:
-        yield BrokenLink(f"state became {interval.state}, which is none of {', '.join(STATES)}",
-                         interval.begin, 'state')
+        yield Mistake(f"state became {interval.state}, which is none of {', '.join(STATES)}",
+                      interval.begin, 'state')
 
 
-def find_wrong_drive_command(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if a state has no commands, or wrong commands."""
+def find_wrong_drive_command(node_run: NodeRun, interval: StateInterval) -> Iterator[Mistake]:
+    """Yields a Mistake if a state has no commands, or wrong commands."""
     if not len(interval.commands):
         # after a reset, a node may wait for the IMU and the odometry
         recording = node_run.recording
@@ -170,26 +170,26 @@ def find_wrong_drive_command(node_run: NodeRun, interval: StateInterval) -> Iter
         first_arrivals = [min(samples.arrival, default=np.inf) for samples in received]
         if interval.end - max(first_arrivals) >= MAX_REACTION_TIME:
             duration = interval.end - interval.begin
-            yield BrokenLink(f'in {interval.state} no command came for {duration:.1f} s',
-                             interval.begin)
+            yield Mistake(f'in {interval.state} no command came for {duration:.1f} s',
+                          interval.begin)
     elif interval.state == MOVE_FORWARD:
         speed = np.median(interval.commands.linear)
         if speed <= 0.0 or speed > MAX_LINEAR_SPEED + SPEED_TOLERANCE:
-            yield BrokenLink(f'in {interval.state} linear.x was {speed:.2f}, by the handout it is '
-                             f'{DRIVE_SPEED:g}', interval.begin, 'linear.x')
+            yield Mistake(f'in {interval.state} linear.x was {speed:.2f}, by the handout it is '
+                          f'{DRIVE_SPEED:g}', interval.begin, 'linear.x')
     else:
         yield from find_wrong_rotation(node_run, interval)
 
 
-def find_wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for a wrong formula of turning commands, and for a wrong sign."""
+def find_wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[Mistake]:
+    """Yields a Mistake for a wrong formula of turning commands, and for a wrong sign."""
     formula, gain = fitted_formula(node_run, interval)
     correct, error, _ = next(heading_errors(node_run, interval))
     angular = interval.commands.angular
     clause = f'in {interval.state} angular.z was '
     if formula and (formula != correct or gain < 0.0):
-        yield BrokenLink(f'{clause}{gain:.2g} x ({formula}); by the handout it is '
-                         f'{GAINS[interval.state]:g} x ({correct})', interval.begin, 'angular.z')
+        yield Mistake(f'{clause}{gain:.2g} x ({formula}); by the handout it is '
+                      f'{GAINS[interval.state]:g} x ({correct})', interval.begin, 'angular.z')
     is_large = np.abs(error) > 2.0 * TOLERANCES[interval.state]
     has_one_side = np.abs(error) < EITHER_SIDE_ERROR
     is_wrong = is_large & has_one_side
@@ -198,24 +198,24 @@ def find_wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[
     wrong_indices = np.flatnonzero(is_wrong)
     if len(wrong_indices) >= MIN_WRONG_TURNS:
         k = wrong_indices[0]
-        yield BrokenLink(f'{clause}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
-                         interval.commands.arrival[k], 'angular.z')
+        yield Mistake(f'{clause}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
+                      interval.commands.arrival[k], 'angular.z')
 
 
-def find_early_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each state that the node leaves or skips too early."""
+def find_early_end(node_run: NodeRun, interval: StateInterval) -> Iterator[Mistake]:
+    """Yields a Mistake for each state that the node leaves or skips too early."""
     if interval.next_state not in STATES:
         return
     first, after_last = STATES.index(interval.state), STATES.index(interval.next_state)
     for state in STATES[first:after_last]:
         error = node_poses(node_run, np.array([interval.end])).error(state)[0]
         if error > TOLERANCES[state] + POSE_TOLERANCE:
-            yield BrokenLink(f'state went from {interval.state} to {interval.next_state} at '
-                             + error_with_tolerance(state, error), interval.end, 'state')
+            yield Mistake(f'state went from {interval.state} to {interval.next_state} at '
+                          + error_with_tolerance(state, error), interval.end, 'state')
 
 
-def find_missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if the node stays in a state although the error is small."""
+def find_missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[Mistake]:
+    """Yields a Mistake if the node stays in a state although the error is small."""
     all_times = node_run.reading_times
     times = all_times[(all_times >= interval.begin) & (all_times <= interval.end)]
     error = node_poses(node_run, times).error(interval.state)
@@ -231,7 +231,7 @@ def find_missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[Bro
     is_turning = interval.commands.angular[is_later].any()
     if is_passed or not is_turning:
         error_clause = error_with_tolerance(interval.state, error[last])
-        yield BrokenLink(f'state stayed {interval.state} at {error_clause}', times[last], 'state')
+        yield Mistake(f'state stayed {interval.state} at {error_clause}', times[last], 'state')
 
 
 def error_with_tolerance(state: str, error: float) -> str:
@@ -241,8 +241,8 @@ def error_with_tolerance(state: str, error: float) -> str:
     return f'a {size}; {TOLERANCES[state]:g} is the tolerance'
 
 
-def find_late_commands(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if commands go on, or lack a zero, at the goal or without control."""
+def find_late_commands(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake if commands go on, or lack a zero, at the goal or without control."""
     commands = node_run.commands
     is_moving = (commands.linear != 0.0) | (commands.angular != 0.0)
     # without control, a node may send zeros
@@ -261,21 +261,21 @@ def find_late_commands(node_run: NodeRun) -> Iterator[BrokenLink]:
         late_indices = np.flatnonzero(is_late)
         if len(late_indices) >= MIN_LATE_COMMANDS:
             first = late_indices[0]
-            yield BrokenLink(f'{cause}, and {len(late_indices)} commands came later: '
-                             + command_text(commands, first), commands.arrival[first])
+            yield Mistake(f'{cause}, and {len(late_indices)} commands came later: '
+                          + command_text(commands, first), commands.arrival[first])
         is_recent = (commands.arrival > begin - 1.0) & (commands.arrival < seen_at)
         recent_indices = np.flatnonzero(is_recent)
         if len(recent_indices) and is_moving[recent_indices[-1]]:
             last = command_text(commands, recent_indices[-1])
-            yield BrokenLink(f'{cause}, and the last command was {last}: no zero followed', begin)
+            yield Mistake(f'{cause}, and the last command was {last}: no zero followed', begin)
 
 
 def command_text(commands: Any, k: int) -> str:
     return f'linear.x {commands.linear[k]:.2f}, angular.z {commands.angular[k]:.2f}'
 
 
-def find_slow_drive_commands(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each state whose commands are too far apart."""
+def find_slow_drive_commands(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each state whose commands are too far apart."""
     for interval in state_intervals(node_run):
         if len(interval.commands) >= MIN_PACED_COMMANDS and interval.state in TOLERANCES:
             yield from find_slow_commands(interval.commands.arrival, interval.begin)

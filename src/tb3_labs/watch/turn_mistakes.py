@@ -6,9 +6,9 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
-from tb3_labs.watch.broken_link import (
-    SPEED_TOLERANCE, UNUSED_FIELDS, BrokenLink, NodeRun, find_slow_commands, nonzero_field_text)
-from tb3_labs.watch.headings import broken_heading, heading_candidates
+from tb3_labs.watch.headings import heading_mistake, heading_candidates
+from tb3_labs.watch.mistake import (
+    SPEED_TOLERANCE, UNUSED_FIELDS, Mistake, NodeRun, find_slow_commands, nonzero_field_text)
 from tb3_labs.watch.typed_turns import (
     READING_PERIOD, TURN_OF_LETTER_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw,
     letter_turns, own_heading)
@@ -35,16 +35,16 @@ MAX_STOP_TIME = 0.5
 FINE_STOP_TIME = 2.5
 
 
-def find_wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if the variable curr_yaw is not a usable heading."""
+def find_wrong_heading(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake if the variable curr_yaw is not a usable heading."""
     series = node_run.variable('curr_yaw')
     if series is not None and own_heading(node_run) is None:
         correct = heading_candidates(node_run)[0]
-        yield broken_heading(series, correct, followed_by_curr_yaw(node_run))
+        yield heading_mistake(series, correct, followed_by_curr_yaw(node_run))
 
 
-def find_wrong_goal_yaw(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each letter that sets goal_yaw to a wrong angle, or not at all."""
+def find_wrong_goal_yaw(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each letter that sets goal_yaw to a wrong angle, or not at all."""
     series = node_run.variable('curr_yaw')
     heading = own_heading(node_run)
     goal = node_run.variable('goal_yaw')
@@ -74,11 +74,11 @@ def find_wrong_goal_yaw(node_run: NodeRun) -> Iterator[BrokenLink]:
         if correct_turn is not None:
             message += (f'; after {correct_turn.letter} with {correct_turn.begin_yaw:.4g} '
                         'it was right')
-        yield BrokenLink(message, turn.begin, goal.name)
+        yield Mistake(message, turn.begin, goal.name)
 
 
-def find_ignored_letter(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each letter after which `turning` does not become True."""
+def find_ignored_letter(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each letter after which `turning` does not become True."""
     turning = node_run.boolean_variable('turning')
     if turning is None:
         return
@@ -91,12 +91,12 @@ def find_ignored_letter(node_run: NodeRun) -> Iterator[BrokenLink]:
             if len(turn.error) and math.isfinite(turn.error[0]):
                 clause = f', at an error of {turn.error[0]:+.0f} degrees'
             value = readings.text[-1]
-            yield BrokenLink(f'after {turn.letter}{clause}, {turning.name} stayed {value}, or was '
-                             f'{value} again at once', turn.begin, turning.name)
+            yield Mistake(f'after {turn.letter}{clause}, {turning.name} stayed {value}, or was '
+                          f'{value} again at once', turn.begin, turning.name)
 
 
-def find_slow_turn_commands(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each turn whose commands are slow, pause at zero, or end early."""
+def find_slow_turn_commands(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each turn whose commands are slow, pause at zero, or end early."""
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
         if len(moving) >= MIN_PACED_COMMANDS:
@@ -105,31 +105,31 @@ def find_slow_turn_commands(node_run: NodeRun) -> Iterator[BrokenLink]:
             yield from find_slow_commands(turn.time[span], turn.begin)
             becomes_zero = is_zero[1:] & ~is_zero[:-1]
             if becomes_zero.sum() >= MIN_ZERO_PAUSES:
-                yield BrokenLink(
+                yield Mistake(
                     f'{is_zero.sum()} of {len(is_zero)} commands in the turn after {turn.letter} '
                     'were zero: another callback publishes, too', turn.begin)
         elif turn.lacks_zero:
             count = 'once' if len(moving) == 1 else 'twice'
-            yield BrokenLink(f'after {turn.letter} the command {turn.command[-1]:+.2f} rad/s came '
-                             f'{count}, and then none', turn.begin)
+            yield Mistake(f'after {turn.letter} the command {turn.command[-1]:+.2f} rad/s came '
+                          f'{count}, and then none', turn.begin)
 
 
-def find_wrong_turn_command(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each turn by zeros, to the wrong side, too fast, or forward."""
+def find_wrong_turn_command(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each turn by zeros, to the wrong side, too fast, or forward."""
     for turn in letter_turns(node_run):
         has_only_zeros = len(turn.time) >= MIN_ZERO_COMMANDS and not turn.command.any()
         if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
             fields = (*UNUSED_FIELDS, ('linear', 'linear.x'))
             clause = nonzero_field_text(node_run.commands, fields)
             clause = f'angular.z stayed 0; {clause}' if clause else 'angular.z stayed 0'
-            yield BrokenLink(f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, '
-                             + clause, turn.begin, 'angular.z')
+            yield Mistake(f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, '
+                          + clause, turn.begin, 'angular.z')
     yield from find_wrong_side(node_run)
     yield from find_exceeded_limits(node_run)
 
 
-def find_wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for the first command that turns the robot away from the goal."""
+def find_wrong_side(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for the first command that turns the robot away from the goal."""
     commands_away = []
     for turn in letter_turns(node_run):
         error_size = np.abs(turn.error)
@@ -138,11 +138,11 @@ def find_wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
         commands_away += [(turn, k) for k in np.flatnonzero(has_one_side & turns_away)]
     if len(commands_away) >= MIN_COMMANDS_AWAY:
         turn, k = commands_away[0]
-        yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
+        yield Mistake(turn.command_text(k), turn.time[k], 'angular.z')
 
 
-def find_exceeded_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each turn that is too fast, or that also goes forward."""
+def find_exceeded_limits(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each turn that is too fast, or that also goes forward."""
     commands = node_run.commands
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
@@ -150,17 +150,17 @@ def find_exceeded_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue
         fastest = int(np.argmax(np.abs(turn.command)))
         if abs(turn.command[fastest]) > MAX_ANG_Z + SPEED_TOLERANCE:
-            yield BrokenLink(f'{turn.command_text(fastest)}, at most {MAX_ANG_Z:g} are asked for',
-                             turn.time[fastest], 'angular.z')
+            yield Mistake(f'{turn.command_text(fastest)}, at most {MAX_ANG_Z:g} are asked for',
+                          turn.time[fastest], 'angular.z')
         forward = commands.linear[np.isin(commands.arrival, turn.time[moving])]
         if (np.abs(forward) > SPEED_TOLERANCE).sum() >= MIN_FORWARD_COMMANDS:
             speed = forward[np.argmax(np.abs(forward))]
-            yield BrokenLink(f'in the turn after {turn.letter} linear.x was {speed:.2g}',
-                             turn.begin, 'linear.x')
+            yield Mistake(f'in the turn after {turn.letter} linear.x was {speed:.2g}',
+                          turn.begin, 'linear.x')
 
 
-def find_wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each turn that does not end as in the handout."""
+def find_wrong_stop(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each turn that does not end as in the handout."""
     for turn in letter_turns(node_run):
         if len(turn.moving_indices):
             yield from find_wrong_last_command(node_run, turn)
@@ -168,23 +168,23 @@ def find_wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
     yield from find_turning_still_true(node_run)
 
 
-def find_wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if no zero ends the turn, or if it ends outside the tolerance."""
+def find_wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[Mistake]:
+    """Yields a Mistake if no zero ends the turn, or if it ends outside the tolerance."""
     last = turn.moving_indices[-1]
     if turn.is_ended:
         error = turn.error[last + 1]
         if abs(error) > HDG_TOL + MAX_EXCESS_DEG:
-            yield BrokenLink(
+            yield Mistake(
                 f'the turn after {turn.letter} was ended at an error of {error:+.0f} degrees; '
                 f'{HDG_TOL:g} are the tolerance{own_tolerance_text(node_run)}',
                 turn.time[last + 1], 'turning')
     elif turn.lacks_zero:
-        yield BrokenLink(f'no zero followed the last command of the turn after {turn.letter}: '
-                         + turn.command_text(last), turn.time[last], 'angular.z')
+        yield Mistake(f'no zero followed the last command of the turn after {turn.letter}: '
+                      + turn.command_text(last), turn.time[last], 'angular.z')
 
 
-def find_late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink if the turn goes on although its error is small."""
+def find_late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[Mistake]:
+    """Yields a Mistake if the turn goes on although its error is small."""
     last = turn.moving_indices[-1]
     error_size = np.abs(turn.error[:last + 1])
     small_indices = np.flatnonzero(error_size < HDG_TOL / 2.0)
@@ -196,8 +196,8 @@ def find_late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
     is_fine = error_size[first:].max() < HDG_TOL and (turn.is_ended or turn.is_cut)
     max_stop_time = FINE_STOP_TIME if is_fine else MAX_STOP_TIME
     if stop_time > max_stop_time:
-        yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
-                         + own_tolerance_text(node_run), turn.time[first], 'turning')
+        yield Mistake(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
+                      + own_tolerance_text(node_run), turn.time[first], 'turning')
 
 
 def own_tolerance_text(node_run: NodeRun) -> str:
@@ -208,14 +208,14 @@ def own_tolerance_text(node_run: NodeRun) -> str:
     return f'; its HDG_TOL is {shortened_value(series.text[-1])}, the handout has {HDG_TOL:g}'
 
 
-def find_turning_still_true(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a BrokenLink for each letter that is typed while `turning` is still True."""
+def find_turning_still_true(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake for each letter that is typed while `turning` is still True."""
     turning = node_run.boolean_variable('turning')
     if turning is None or not len(node_run.recording.letters):
         return
     was_cut = False
     for turn in letter_turns(node_run):
         if turning.at(turn.begin - READING_PERIOD) == 1.0 and not was_cut:
-            yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
-                             'not become False at the goal before', turn.begin, turning.name)
+            yield Mistake(f'{turning.name} was still True when {turn.letter} was typed: it did '
+                          'not become False at the goal before', turn.begin, turning.name)
         was_cut = turn.is_cut
