@@ -18,8 +18,8 @@ try:
     from tb3_labs.doctor import finding_text, summary_text
     from tb3_labs.doctor.checks import examine
     from tb3_labs.safe_output import run_tool
-except ImportError as missing:
-    sys.exit(f'no package {missing.name}: source scripts/setup.sh')
+except ImportError as error:
+    sys.exit(f'no package {error.name}: source scripts/setup.sh')
 
 
 def checked_namespace(word):

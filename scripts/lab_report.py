@@ -35,8 +35,8 @@ def parse(argv):
     if arguments.goal is not None:
         try:
             arguments.goal = TypedPose(*arguments.goal).pose
-        except ValueError as problem:
-            parser.error(f'--goal: {problem}')
+        except ValueError as error:
+            parser.error(f'--goal: {error}')
     return arguments
 
 
@@ -54,14 +54,14 @@ def main(argv):
         folder = arguments.folder or arguments.bag.with_name(arguments.bag.stem + '_report')
         page, *others = write_report(run, model_of_environment(os.environ), folder)
         print(f'Report: {page}\nBeside it: {", ".join(path.name for path in others)}')
-    except ImportError as problem:
-        return _fail(f'{problem}; install it: sudo apt install --no-install-recommends '
+    except ImportError as error:
+        return _fail(f'{error}; install it: sudo apt install --no-install-recommends '
                      'python3-matplotlib')
-    except OSError as problem:
-        return _fail(f'cannot write the report: {error_text(problem)}; '
+    except OSError as error:
+        return _fail(f'cannot write the report: {error_text(error)}; '
                      'choose another folder with -o')
-    except ValueError as problem:
-        return _fail(problem)
+    except ValueError as error:
+        return _fail(error)
     except KeyboardInterrupt:
         return 130
     return 0

@@ -75,8 +75,8 @@ def main(argv):
                 if not is_nohup:
                     signal.signal(number, interrupt)
             return mark_class(arguments, Path(work))
-        except (OSError, ValueError, NotJudged) as problem:
-            print_error(error_text(problem))
+        except (OSError, ValueError, NotJudged) as error:
+            print_error(error_text(error))
             return 2
         except KeyboardInterrupt:
             print_error('interrupted')
@@ -201,11 +201,11 @@ class ClassMarker:
             self._mark_if_changed(submission, label)
         except MarkingInterrupted:
             pass
-        except NotJudged as problem:
+        except NotJudged as error:
             print_line(f'{label}: {NOT_JUDGED}')
-            self._write_marks(marks_before_trial(submission, str(problem)), digest='')
-        except Exception as problem:    # an error with one submission must not end the marking
-            reason = error_sentence(problem)
+            self._write_marks(marks_before_trial(submission, str(error)), digest='')
+        except Exception as error:    # an error with one submission must not end the marking
+            reason = error_sentence(error)
             print_error(f'{label}: {NOT_JUDGED}: {reason}')
             self._write_marks(marks_before_trial(submission, reason), digest='')
 

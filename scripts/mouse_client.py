@@ -37,8 +37,8 @@ class MouseNode:
                                           tcp_nodelay=True, latch=True)
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
-        except ValueError as problem:    # this node ends with exit status 0, and other nodes go on
-            rospy.logwarn(str(problem))
+        except ValueError as error:    # this node ends with exit status 0, and other nodes go on
+            rospy.logwarn(str(error))
             begin_shutdown()
             return
         rospy.on_shutdown(self._close)
@@ -62,8 +62,8 @@ class MouseNode:
         while not rospy.is_shutdown():
             try:
                 position = self._pointer.position()
-            except ValueError as problem:
-                begin_shutdown(str(problem))
+            except ValueError as error:
+                begin_shutdown(str(error))
                 return
             with self._lock:
                 if not self._is_closed:
@@ -103,8 +103,8 @@ class Pointer:
         try:
             from pynput import mouse
             from Xlib import display
-        except ImportError as problem:    # pynput also raises ImportError if there is no display
-            if (problem.name or '').startswith('pynput'):
+        except ImportError as error:    # pynput also raises ImportError if there is no display
+            if (error.name or '').startswith('pynput'):
                 raise ValueError('the mouse needs the Python package pynput: source '
                                  'scripts/setup.sh installs it') from None
             raise ValueError(f'cannot open the display {os.environ["DISPLAY"]}') from None
@@ -122,8 +122,8 @@ class Pointer:
             screen = self._root.get_geometry()
             pixel_x, pixel_y = self._mouse.position
             return screen_position(pixel_x, pixel_y, screen.width, screen.height)
-        except Exception as problem:    # some classes of Xlib's exceptions are private
-            raise ValueError(f'lost the display of the mouse ({problem})') from None
+        except Exception as error:    # some classes of Xlib's exceptions are private
+            raise ValueError(f'lost the display of the mouse ({error})') from None
 
 
 def screen_position(pixel_x, pixel_y, width, height):

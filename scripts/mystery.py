@@ -52,8 +52,8 @@ def main(argv):
     answer = parse(argv)
     try:
         is_right, verdict = judge(answer.number, answer.fault, answer.value)
-    except ValueError as problem:
-        print(f'mystery.py: {problem}', file=sys.stderr)
+    except ValueError as error:
+        print(f'mystery.py: {error}', file=sys.stderr)
         return 2
     print(verdict)
     return int(not is_right)

@@ -88,8 +88,8 @@ class Gamepad:
                 rospy.loginfo('Pose reset successfully.')
             else:
                 rospy.logerr('Pose reset failed.')
-        except Exception as e:
-            rospy.logerr(f'Service call failed: {e}')
+        except Exception as error:
+            rospy.logerr(f'Service call failed: {error}')
 
 
 if __name__ == '__main__':

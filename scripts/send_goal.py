@@ -102,8 +102,8 @@ def main(argv):
             raise ValueError(HELP)
         goal = TypedPose(*numbers).pose
         require_master()
-    except ValueError as problem:
-        print(f'send_goal: {problem}', file=sys.stderr)
+    except ValueError as error:
+        print(f'send_goal: {error}', file=sys.stderr)
         return 2
     catch_signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
     try:

@@ -70,8 +70,8 @@ def main(argv):
         target = options.folder.expanduser().resolve() / package
         write_package(package_files(templates, package), target)
     # expanduser() raises RuntimeError for an unknown user, such as ~nobody
-    except (OSError, RuntimeError, ValueError) as problem:
-        print(f'skeleton.py: {error_text(problem)}', file=sys.stderr)
+    except (OSError, RuntimeError, ValueError) as error:
+        print(f'skeleton.py: {error_text(error)}', file=sys.stderr)
         return 2
     print(f'{target} is written. The TODOs are in its folder src. Next: cd {target.parent.parent}; '
           f'catkin_make; source devel/setup.bash; roslaunch {package} {options.lab}.launch '

@@ -29,8 +29,8 @@ def main(command):
         return 2
     try:
         os.execvpe(command[0], command, with_probe(os.environ))
-    except OSError as problem:
-        print(f'watch.py: {command[0]} cannot be started: {problem.strerror}', file=sys.stderr)
+    except OSError as error:
+        print(f'watch.py: {command[0]} cannot be started: {error.strerror}', file=sys.stderr)
         return 127
 
 

@@ -147,9 +147,9 @@ def main():
     rospy.init_node('check')
     try:
         marks = run_trial_and_judge()
-    except (OSError, ValueError) as problem:
-        print_line(f'check_lab.py: nothing was judged: {problem}')
-        return report([Check('test_runs', f'nothing was judged: {problem}')])
+    except (OSError, ValueError) as error:
+        print_line(f'check_lab.py: nothing was judged: {error}')
+        return report([Check('test_runs', f'nothing was judged: {error}')])
     if marks is None:
         return report([])
     lines = [verdict.line for verdict in marks.graded_verdicts]

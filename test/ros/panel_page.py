@@ -126,8 +126,8 @@ class PanelPage:
     async def _connect(self, opened):
         try:
             self._socket = await websocket_connect(self._request)
-        except Exception as problem:    # any exception; the test reads its text
-            self.refusal = str(problem)
+        except Exception as error:    # any exception; the test reads its text
+            self.refusal = str(error)
             return
         opened.set()
         repetition = asyncio.ensure_future(self._repeat())

@@ -103,10 +103,10 @@ def tried_again(test):
                 return test(case)
             except unittest.SkipTest:
                 raise
-            except Exception as problem:    # any exception; on a quiet machine it is raised again
-                words, late, load = str(problem), case.hiccups.longest(begun), os.getloadavg()[0]
+            except Exception as error:    # any exception; on a quiet machine it is raised again
+                words, late, load = str(error), case.hiccups.longest(begun), os.getloadavg()[0]
                 if len(words) > 2 * SHOWN:
-                    problem.args = (words[:SHOWN] + '\n...\n' + words[-SHOWN:],)
+                    error.args = (words[:SHOWN] + '\n...\n' + words[-SHOWN:],)
                 reason = getattr(case, 'excuse', lambda _begun: '')(steady)
                 if late > LATE:
                     reason = reason or 'a thread was woken {:.2f} s late'.format(late)
@@ -115,7 +115,7 @@ def tried_again(test):
                 if not reason or attempt == ATTEMPTS:
                     raise
                 print('once more: {}: {}; it failed: {}'.format(
-                    case.id(), reason, problem), flush=True)
+                    case.id(), reason, error), flush=True)
             case.tearDown()
             case.doCleanups()
             case.setUp()

@@ -212,8 +212,8 @@ class SheetsTest(unittest.TestCase):
                 began = time.monotonic()
                 try:
                     student.do(step)
-                except (AssertionError, RuntimeError) as problem:
-                    self.fail('{}, line {}: {}\n{}'.format(page, step.line, step.text, problem))
+                except (AssertionError, RuntimeError) as error:
+                    self.fail('{}, line {}: {}\n{}'.format(page, step.line, step.text, error))
                 print('{:6.1f} s  {}:{}  {}'.format(time.monotonic() - began, page, step.line, step.text.split(
                     '\n')[0] or step.argument), flush=True)
             student.end_all()

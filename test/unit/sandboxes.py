@@ -26,8 +26,8 @@ def _missing():
     """Returns the reason why this machine can make no sandboxes, or ''."""
     try:
         subprocess.run(BARE, check=True, timeout=600.0)
-    except (OSError, subprocess.SubprocessError) as problem:
-        return 'no sandboxes on this machine: {}'.format(problem)
+    except (OSError, subprocess.SubprocessError) as error:
+        return 'no sandboxes on this machine: {}'.format(error)
     return ''
 
 

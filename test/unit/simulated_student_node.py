@@ -65,8 +65,8 @@ class SimulatedNode:
     def call(self, function, *values):
         try:
             function(*values)
-        except AttributeError as problem:
-            self.problem = problem
+        except AttributeError as error:
+            self.problem = error
 
     def say(self, topic, message):
         if topic in self.heard:

@@ -130,7 +130,7 @@ def test_a_message_is_read_as_finite_numbers_or_refused_with_a_reason(numbers, i
                           (to_mouse, mouse)):
         try:
             sample = read(message)
-        except ValueError as problem:
-            assert str(problem) and 'math domain' not in str(problem)
+        except ValueError as error:
+            assert str(error) and 'math domain' not in str(error)
         else:
             assert all(map(math.isfinite, numbers_in(sample)))

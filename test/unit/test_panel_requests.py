@@ -211,7 +211,7 @@ def is_valid(value):
 def test_any_text_gives_a_request_or_a_reason(text):
     try:
         request = read_request(text)
-    except ValueError as problem:
-        assert str(problem)
+    except ValueError as error:
+        assert str(error)
     else:
         assert isinstance(request, PageRequest) and request.type in VALID and is_valid(request)

@@ -171,8 +171,8 @@ class SleepingPage(SleepingCore):
     def ask(self, question, *details):
         try:
             self.has_moved = question(self.core.stops, self.now, *details) is not False
-        except ValueError as problem:
-            self.tell(str(problem))
+        except ValueError as error:
+            self.tell(str(error))
 
 
 #: Inputs that a person holds. No line is logged for them.

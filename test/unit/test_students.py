@@ -17,8 +17,8 @@ SOLUTIONS = LAB_NODES + ['src/tb3_labs/nodes/{}/ros_node.py'.format(room)
                          for room in ('controller', 'gamepad', 'move_to_goal')]
 #: Lines of the solutions that other files may have too.
 IDIOMS = {'rospy.on_shutdown(self._close)', 'self._lock = threading.Lock()',
-          'self._changed.notify_all()', 'except ValueError as problem:',
-          'except rospy.ROSException:', "rospy.logwarn('%s', problem)",
+          'self._changed.notify_all()', 'except ValueError as error:',
+          'except rospy.ROSException:', "rospy.logwarn('%s', error)",
           "rospy.loginfo('Pose reset successfully.')"}     # which a skeleton has, too
 
 

@@ -290,8 +290,8 @@ def test_whatever_eats_the_memory_of_its_reader_ends_the_reader_alone(tmp_path, 
     try:
         parsed = read_submission(Submission('eve', {folder: ''}), tmp_path / 'copy', TURN)
         assert parsed.node == 'turtlebot_controller.py'
-    except NotJudged as problem:
-        assert 'its reading takes too much memory' in str(problem)
+    except NotJudged as error:
+        assert 'its reading takes too much memory' in str(error)
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < max(3.3e5, before + 1)
 
 

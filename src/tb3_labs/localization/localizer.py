@@ -214,8 +214,8 @@ class Localizer:
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:
         try:
             reset.declared_pose = reset.requested_pose.to_local(self.odom_T_local)
-        except ValueError as reason:
-            reset.reason = str(reason)
+        except ValueError as error:
+            reset.reason = str(error)
             return
         if self.frame is not None:
             reset.pose_before = self.frame.pose(odom_T_base, imu_yaw)

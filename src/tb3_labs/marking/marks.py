@@ -175,9 +175,9 @@ def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], la
             marks.remarks += lab_mistakes.remarks(observation.recording, lab)
         else:
             marks.first_mistake = _find_first_mistake(observation, marks.graded_verdicts)
-    except Exception as problem:        # a node's variables may have any value
+    except Exception as error:        # a node's variables may have any value
         marks.findings.append('The marker could not look inside the node '
-                              f'({type(problem).__name__}: {problem}).')
+                              f'({type(error).__name__}: {error}).')
     marks.findings += observation.findings + version_errors(observation)
     if marks.delay_sentence:
         marks.remarks.append(marks.delay_sentence)
@@ -249,7 +249,7 @@ def read_points(path: Optional[Path]) -> Any:
     try:
         with open(str(path), encoding='utf-8') as file:
             return yaml.safe_load(file)
-    except OSError as problem:
-        raise ValueError(f'the points, {path}, cannot be read: {problem.strerror}') from None
-    except (UnicodeDecodeError, yaml.YAMLError) as problem:
-        raise ValueError(f'the points, {path}, are not YAML: {error_text(problem)}') from None
+    except OSError as error:
+        raise ValueError(f'the points, {path}, cannot be read: {error.strerror}') from None
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ValueError(f'the points, {path}, are not YAML: {error_text(error)}') from None

@@ -41,8 +41,8 @@ class MarksTable:
         reader = csv.DictReader(io.StringIO(text, newline=''), restval='', delimiter=delimiter)
         try:
             self._rows = list(reader)
-        except csv.Error as problem:
-            raise ValueError(str(problem)) from None
+        except csv.Error as error:
+            raise ValueError(str(error)) from None
         self._columns = list(reader.fieldnames or ())
         if not set(FIRST_COLUMNS) <= set(self._columns):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))

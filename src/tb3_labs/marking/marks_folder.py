@@ -150,8 +150,8 @@ class MarksFolder:
             return MarksTable(path.read_text(encoding='utf-8'))
         except UnicodeDecodeError:
             reason = 'a spreadsheet must save it as "CSV UTF-8"'
-        except ValueError as problem:
-            reason = str(problem)
+        except ValueError as error:
+            reason = str(error)
         raise ValueError(f'{path} cannot be read, and may hold what a person wrote: {reason}')
 
     def _judge_and_write(self, record):
@@ -164,12 +164,12 @@ class MarksFolder:
                 if record.get('bag') != self._bag_digest(trial_marks.student):
                     raise ValueError(f'it is not in {bag} any more')
                 observation = read_trial(bag, trial_marks.path_prefixes)
-            except ValueError as problem:
-                trial_marks.unjudged = f'Its trial cannot be judged: {error_text(problem)}.'
+            except ValueError as error:
+                trial_marks.unjudged = f'Its trial cannot be judged: {error_text(error)}.'
         try:
             marks, page = self._marks_and_page(trial_marks, observation)
-        except Exception as problem:    # an error with one student must not end the run
-            trial_marks = replace(trial_marks, unjudged=error_sentence(problem))
+        except Exception as error:    # an error with one student must not end the run
+            trial_marks = replace(trial_marks, unjudged=error_sentence(error))
             marks, page = self._marks_and_page(trial_marks, None)
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)

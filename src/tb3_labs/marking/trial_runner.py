@@ -79,8 +79,8 @@ class TrialRunner:
         self.folder.bag(marks.student).unlink(missing_ok=True)
         try:
             self._record_trial(marks, parsed, work, identity)
-        except NotJudged as problem:
-            marks.unjudged = str(problem)
+        except NotJudged as error:
+            marks.unjudged = str(error)
         finally:
             kill_processes(identity)
         return marks
@@ -119,8 +119,8 @@ class TrialRunner:
         write_output(self.folder.bag(marks.student), bag.read_bytes())
         try:
             processes = read_trial(bag).processes
-        except ValueError as problem:
-            raise NotJudged(f'Its trial cannot be judged: {problem}.') from None
+        except ValueError as error:
+            raise NotJudged(f'Its trial cannot be judged: {error}.') from None
         failed_import = import_error(processes)
         if failed_import:
             raise NotJudged(f'{marks.node} ended at once: {failed_import}.')

@@ -124,8 +124,8 @@ class PanelRobot:
         def reset_and_answer():
             try:
                 outcome = True, call_reset(typed.x, typed.y, typed.yaw_deg)
-            except Exception as problem:    # no exception may end the panel, which must stop robots
-                outcome = False, str(problem)
+            except Exception as error:    # no exception may end the panel, which must stop robots
+                outcome = False, str(error)
             self._server.call_soon(lambda: page.answer(request, *outcome))
         run_in_thread(reset_and_answer)
 
@@ -228,6 +228,6 @@ class PanelRobot:
     def _read_pad_config(self):
         try:
             self._pad_config = read_config(PadConfig, other_node=rospy.resolve_name('gamepad'))
-        except Exception as problem:    # no exception may end the panel, which must stop robots
-            rospy.logwarn('the pad has the usual numbers: %s', problem)
+        except Exception as error:    # no exception may end the panel, which must stop robots
+            rospy.logwarn('the pad has the usual numbers: %s', error)
             self._pad_config = PadConfig()

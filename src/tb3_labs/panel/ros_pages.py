@@ -114,12 +114,12 @@ class Pages:
             if not self._greeting['control']:
                 raise ValueError('this panel only shows: it was started with control:=false')
             answer = self._robot.carry_out(page, request)
-        except ValueError as problem:
-            page.answer(request, is_fulfilled=False, text=str(problem))
-        except Exception as problem:    # no exception may end the panel, which must stop robots
-            rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
+        except ValueError as error:
+            page.answer(request, is_fulfilled=False, text=str(error))
+        except Exception as error:    # no exception may end the panel, which must stop robots
+            rospy.logerr('a page asked for what cannot be done (%s): %s', error, text)
             self._robot.on_page_lost(page)
-            page.answer(request, is_fulfilled=False, text=f'this cannot be done: {problem}')
+            page.answer(request, is_fulfilled=False, text=f'this cannot be done: {error}')
         else:
             if answer is not None:
                 page.answer(request, is_fulfilled=True, text=answer)

@@ -152,9 +152,9 @@ def _bind(port, address):
     for tried_port in range(port, port + MAX_TRIED_PORTS):
         try:
             sockets = netutil.bind_sockets(tried_port, address)
-        except OSError as problem:
-            last_problem = problem
-            if problem.errno != errno.EADDRINUSE:
+        except OSError as error:
+            last_problem = error
+            if error.errno != errno.EADDRINUSE:
                 break
         else:
             if tried_port != port:

@@ -80,8 +80,8 @@ class Bag:
                     raise BagProblem(NOT_A_BAG.format(quote(path)))
                 try:
                     self._read_records(data, len(BAG_VERSION))
-                except ReadingEnded as reason:
-                    self.problem = str(reason)
+                except ReadingEnded as error:
+                    self.problem = str(error)
                 except (ValueError, LookupError, struct.error, OSError):
                     self.problem = 'the recording was cut off, or is damaged'
 

@@ -42,8 +42,8 @@ def read_run(path, namespace=None):
     recorded, only the robot in `namespace` is read. The `notes` name the parts not read."""
     try:
         return _run_of_bag(Bag(str(path), _class_of), str(path), namespace)
-    except BagProblem as problem:
-        raise BagProblem(f'{path}: {problem}') from None
+    except BagProblem as error:
+        raise BagProblem(f'{path}: {error}') from None
     except Exception as error:      # a stranger's bytes may cause any error
         problem = getattr(error, 'strerror', None) or error
         raise BagProblem(f'{path}: cannot be read ({problem})') from None
@@ -70,11 +70,11 @@ def _run_of_bag(bag, path, namespace):
         for field in ('imu', 'odometry'):
             if not len(samples[field]):
                 raise BagProblem(f'not one good message on {topics[field]} (bad quaternions?)')
-    except BagProblem as problem:
+    except BagProblem as error:
         if not bag.problem:
             raise
         raise BagProblem(
-            f'was not read to its end: {bag.problem}; until there: {problem}') from None
+            f'was not read to its end: {bag.problem}; until there: {error}') from None
     clock = RecordedClock.of(samples['odometry'].arrival, samples['odometry'].time)
     for field, stamped in samples.items():
         time = times_on_recorder_clock(stamped.arrival, stamped.time, clock)

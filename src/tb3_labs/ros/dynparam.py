@@ -39,8 +39,8 @@ def change(node, name, text):
     value = text.lower() == 'true' if is_bool else number_or_text(text)
     try:
         settings = rospy.ServiceProxy(service, Reconfigure)(encode({name: value})).config
-    except rospy.ServiceException as problem:
-        raise ValueError(REFUSAL.sub(r'\2', str(problem))) from None
+    except rospy.ServiceException as error:
+        raise ValueError(REFUSAL.sub(r'\2', str(error))) from None
     print(f'{name} is {decode(settings)[name]} now')
 
 
@@ -55,8 +55,8 @@ def main(argv):
         require_master()
         rospy.init_node('dynparam', anonymous=True, disable_rosout=True)
         change(*argv[1:])
-    except (ValueError, rospy.ROSException) as problem:
-        print(f'dynparam: {problem}', file=sys.stderr)
+    except (ValueError, rospy.ROSException) as error:
+        print(f'dynparam: {error}', file=sys.stderr)
         return 1
     return 0
 

@@ -13,8 +13,8 @@ if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IG
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:
     import numpy, squaternion    # noqa: E401, F401 (the other files of this package need them)
-except ImportError as missing:    # rosdep was not run
+except ImportError as error:    # rosdep was not run
     raise SystemExit(
         'tb3_labs: {} has no package {}. On Noetic, in the workspace: rosdep install --from-paths '
         'src --ignore-src -y. On Debian: source src/tb3_labs/scripts/setup.sh; rm -rf build devel; '
-        'catkin_make'.format(sys.executable, missing.name)) from None
+        'catkin_make'.format(sys.executable, error.name)) from None

@@ -58,9 +58,9 @@ class LiveSettings:
             changed = replace(self._current, **values)
             if changed != self._current:
                 self._apply_config(changed)
-        except ValueError as problem:
-            rospy.logwarn('not changed: %s', problem)
-            raise rospy.ServiceException(str(problem)) from None
+        except ValueError as error:
+            rospy.logwarn('not changed: %s', error)
+            raise rospy.ServiceException(str(error)) from None
         for name, value in asdict(changed).items():
             if value != getattr(self._current, name):
                 rospy.loginfo('%s is now %s', name, value)

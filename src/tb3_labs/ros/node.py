@@ -62,10 +62,10 @@ def run_node(name, start_node, interface):
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
             interruptible_sleep(MAIN_THREAD_POLL_PERIOD)
-    except (ValueError, OverflowError) as problem:
+    except (ValueError, OverflowError) as error:
         ignore_signals()
         end_roslaunch()
-        failure = str(problem).replace(XML_RPC_LIMIT_TEXT, 'a whole number beyond 2147483647')
+        failure = str(error).replace(XML_RPC_LIMIT_TEXT, 'a whole number beyond 2147483647')
         begin_shutdown(failure)
     except Interrupted:
         begin_shutdown()
@@ -89,13 +89,13 @@ def guarded(callback):
             return callback(*args, **kwargs)
         except rospy.ServiceException:
             raise    # rospy sends the reason to the client
-        except Exception as problem:    # after any exception the robot must not drive on
-            raised_in = traceback.extract_tb(problem.__traceback__)[-1]
+        except Exception as error:    # after any exception the robot must not drive on
+            raised_in = traceback.extract_tb(error.__traceback__)[-1]
             rospy.logdebug('%s', traceback.format_exc())
             # while the node ends, a publisher that is closed already may raise an exception
             if not (_shutdown_has_begun.is_set() or rospy.is_shutdown()):
                 place = f'{os.path.basename(raised_in.filename)} line {raised_in.lineno}'
-                begin_shutdown(f'{type(problem).__name__}: {problem} ({place})')
+                begin_shutdown(f'{type(error).__name__}: {error} ({place})')
     return call
 
 

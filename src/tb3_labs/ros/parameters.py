@@ -33,8 +33,8 @@ def read_config(*config_types, other_node=None, typed_values=()):
             raise ValueError(f'parameter {node}/{name} is unknown; {remedy}')
     try:
         configs = [from_parameters(config_type, values) for config_type in config_types]
-    except ValueError as problem:
-        raise ValueError(f'parameter {node}/{problem}') from None
+    except ValueError as error:
+        raise ValueError(f'parameter {node}/{error}') from None
     return configs[0] if len(configs) == 1 else configs
 
 

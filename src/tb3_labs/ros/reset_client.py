@@ -30,7 +30,7 @@ def _call_set_pose(x, y, yaw_deg):
     message.pose.pose.orientation = Quaternion(z=math.sin(half_yaw), w=math.cos(half_yaw))
     try:
         rospy.ServiceProxy(SET_POSE_SERVICE, SetInitialPose)(message)
-    except (rospy.ROSException, rospy.ServiceException) as problem:
-        raise ValueError(str(problem)) from None
+    except (rospy.ROSException, rospy.ServiceException) as error:
+        raise ValueError(str(error)) from None
     return (f'{rospy.resolve_name(SET_POSE_SERVICE)} was called with x={x:.3f}, y={y:.3f}, '
             f'yaw={yaw_deg:.1f} deg')

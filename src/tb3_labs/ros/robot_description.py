@@ -77,8 +77,8 @@ def main(model, prefix='', *_):
     """Print the URDF. Returns 0, or an error text if `model` is unknown."""
     try:
         print(urdf(robot_model(model), prefix))
-    except ValueError as problem:
-        return f'robot_description: {problem}'
+    except ValueError as error:
+        return f'robot_description: {error}'
     return 0
 
 

@@ -53,8 +53,8 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
     def on_message(message):
         try:
             value = message if read is None else read(message)
-        except ValueError as problem:
-            warnings.warn('invalid message on %s dropped: %s', topic, problem)
+        except ValueError as error:
+            warnings.warn('invalid message on %s dropped: %s', topic, error)
             INVALID_COUNTS[topic] += 1
             return
         callback(value)

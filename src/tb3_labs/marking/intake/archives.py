@@ -154,9 +154,9 @@ class SubmissionCopy:
             with zipfile.ZipFile(str(file)) as archive:
                 for entry in archive.infolist():    # zipfile reads at most the declared size
                     self._add_entry(archive, entry, folder)
-        except ZIP_ERRORS as problem:
+        except ZIP_ERRORS as error:
             # unlike str(problem), strerror has no path of the marking machine
-            reason = getattr(problem, 'strerror', None) or str(problem) or type(problem).__name__
+            reason = getattr(error, 'strerror', None) or str(error) or type(error).__name__
             raise NotJudged(f'The zip file {printable(file.name)} cannot be unpacked: '
                             f"{reason.rstrip('.')}.") from None
 

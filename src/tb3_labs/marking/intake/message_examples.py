@@ -44,9 +44,9 @@ def make_modules(search, definitions):
         try:
             GENERATORS[kind]().generate(genmsg.MsgContext.create_default(), f'{package}/{name}',
                                         f'in/{file}', str(target), search)
-        except Exception as problem:    # an invalid file must not end the program
-            reason = str(problem).replace(f'in/{file}: ', '')
-            result['problems'][file] = reason or repr(problem)
+        except Exception as error:    # an invalid file must not end the program
+            reason = str(error).replace(f'in/{file}: ', '')
+            result['problems'][file] = reason or repr(error)
             (target / f'_{name}.py').unlink(missing_ok=True)
         if target.is_dir():
             write_modules(str(target))

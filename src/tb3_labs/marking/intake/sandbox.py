@@ -53,9 +53,9 @@ os.environ.pop('{IDENTITY_VARIABLE}', None)
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:
     os.execvp(command[0], command)
-except OSError as problem:
+except OSError as error:
     wrong_line = 'its first line is not #!/usr/bin/env python3'
-    reason = wrong_line if problem.errno == errno.ENOEXEC else problem.strerror
+    reason = wrong_line if error.errno == errno.ENOEXEC else error.strerror
     sys.exit('rosrun cannot start it: ' + reason)
 '''
 NO_SANDBOX_WARNING = (

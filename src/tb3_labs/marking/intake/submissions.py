@@ -41,8 +41,8 @@ del sys.path[0]
 from tb3_labs.marking.intake import submissions
 try:
     answer = submissions.read_in_this_process(*json.load(sys.stdin)), None
-except submissions.NotJudged as problem:
-    answer = None, str(problem)
+except submissions.NotJudged as error:
+    answer = None, str(error)
 json.dump(answer, sys.stdout)
 '''
 

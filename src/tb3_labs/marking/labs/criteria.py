@@ -104,11 +104,11 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
         try:
             reason = criterion.judge(observation)
             outcome = Outcome.MISSED if reason else Outcome.MET
-        except NotObserved as problem:
-            outcome = Outcome.NOT_OFFERED if isinstance(problem, NotOffered) else Outcome.MISSED
-            reason = why_not_judged(problem, observation)
+        except NotObserved as error:
+            outcome = Outcome.NOT_OFFERED if isinstance(error, NotOffered) else Outcome.MISSED
+            reason = why_not_judged(error, observation)
             is_repeated = any(verdict.reason == reason for verdict in verdicts)
-            if isinstance(problem, NotTried) and is_repeated:
+            if isinstance(error, NotTried) and is_repeated:
                 reason = NOT_TRIED
         verdicts.append(Verdict(criterion, outcome, reason, points_by_criterion[criterion.name],
                                 observation.moment))

@@ -103,8 +103,8 @@ class ResetCaller:
                 response = rospy.ServiceProxy(self.name, self._service_class)(request)
                 if getattr(response, 'success', True) is False:
                     problem = f"it was refused: {getattr(response, 'message', '')}"
-            except (rospy.ServiceException, rospy.ROSException, TypeError) as exception:
-                problem = str(exception)
+            except (rospy.ServiceException, rospy.ROSException, TypeError) as error:
+                problem = str(error)
             answers.append(problem[:200])
         threading.Thread(target=get_answer, daemon=True).start()
         if not wait_until(lambda: answers, stimuli.RESET_REPLY_TIME):

@@ -136,8 +136,8 @@ def start_mouse(trial, names):
         message_class = graph.types.message_class(MouseController._type)
     try:
         field_names, remarks = mouse_fields(message_class.fields)
-    except ValueError as problem:
-        trial.skip_part(names, str(problem))
+    except ValueError as error:
+        trial.skip_part(names, str(error))
     trial.add_remarks(remarks)
     package = message_class._type.split('/')[0]
     client_y_sign = trial.source_findings(package)['mouse_y_sign']

@@ -127,8 +127,8 @@ class TrialBag:
                                        raw=isinstance(message, tuple))
                     self.is_full = os.path.getsize(self._path) > FULL_BAG_BYTES
             self._rosbag.close()
-        except OSError as problem:      # for example a full disk
-            self.problem = problem
+        except OSError as error:      # for example a full disk
+            self.problem = error
             os.remove(self._path)
 
 

@@ -213,9 +213,9 @@ def record_trial(lab, package, executable, parts, bag_path, pad, print_line):
                 print_line(f'{name}: the node is started')
                 with suppress(NotOffered, NotTried):    # an untried part does not end the trial
                     act(trial)
-    except Exception as problem:
+    except Exception as error:
         # the node must not lose points because of an error of the marker
-        trial.bag.add_event('broken', text=f'{type(problem).__name__}: {problem}')
+        trial.bag.add_event('broken', text=f'{type(error).__name__}: {error}')
         raise
     finally:
         trial.node.stop()

@@ -94,8 +94,8 @@ class ControllerCore:
     def _request_or_log(self, request: 'IncomingMessage[float]', now: float) -> None:
         try:
             self.request_turn(request.content, now)
-        except ValueError as problem:
-            self._log_refusal(str(problem), request.arrived_at)
+        except ValueError as error:
+            self._log_refusal(str(error), request.arrived_at)
 
     def _log_refusal(self, text: str, steady_now: float) -> None:
         if steady_now - self._refusal_logged_at >= REFUSAL_LOG_PERIOD:

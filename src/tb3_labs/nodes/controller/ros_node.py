@@ -72,8 +72,8 @@ class ControllerNode:
             return
         try:
             degrees = parse_turn(line.lower())
-        except ValueError as problem:
-            rospy.logwarn('%s', problem)
+        except ValueError as error:
+            rospy.logwarn('%s', error)
             return
         wait_until(lambda: self._core.imu.is_fresh(ros_time()),
                    self._robot_deadline - time.monotonic())

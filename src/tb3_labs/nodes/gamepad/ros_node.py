@@ -70,5 +70,5 @@ def _reset():
     try:
         call_reset(0.0, 0.0, 0.0)
         rospy.loginfo(PRINTED_RESET + '.')
-    except ValueError as problem:
-        rospy.logwarn('Pose not reset: %s', problem)
+    except ValueError as error:
+        rospy.logwarn('Pose not reset: %s', error)

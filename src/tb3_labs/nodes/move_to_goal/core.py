@@ -105,8 +105,8 @@ class MoveToGoalCore:
         requests = self._requests
         try:
             goal = requests.pose_of(request, sender_goal, self.odom_T_local)
-        except ValueError as problem:
-            requests.refuse(request, str(problem))
+        except ValueError as error:
+            requests.refuse(request, str(error))
             return
         is_current = self._machine.is_active and self._machine.goal == goal
         is_repetition = is_current and requests.repeats_current(sender_goal)

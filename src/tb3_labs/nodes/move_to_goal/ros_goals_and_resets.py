@@ -120,9 +120,9 @@ class GoalServer(ActionServer):
                                   name=goal_id.id, stamp=goal_id.stamp.to_nsec(), client=handle)
             try:
                 request = request._replace(goal=to_requested_pose(target.header, target.pose))
-            except ValueError as problem:
+            except ValueError as error:
                 if handle:
-                    self.send_answers([(request, GoalOutcome.REJECTED, str(problem))])
+                    self.send_answers([(request, GoalOutcome.REJECTED, str(error))])
                 return
             method = self._core.on_goal if handle else self._core.register_goal
             self._runner.decide_after(lambda: method(request, steady_time()))
@@ -151,8 +151,8 @@ class ResetServer:
         try:
             typed_pose = TypedPose(request.x, request.y, request.yaw_deg)
             reset = self._reset(RequestedPose(typed_pose.pose))
-        except ValueError as problem:
-            return ResetPoseResponse(message=self._log_refusal(problem))
+        except ValueError as error:
+            return ResetPoseResponse(message=self._log_refusal(error))
         response = ResetPoseResponse(success=True, message=reset.answer, stamp=reset.stamp,
                                      after=_in_degrees(reset.declared_pose))
         if reset.pose_before is not None:
@@ -169,8 +169,8 @@ class ResetServer:
         """Returns the reason of a refusal, or None."""
         try:
             self._reset(to_requested_pose(stamped.header, stamped.pose.pose))
-        except ValueError as problem:
-            return self._log_refusal(problem)
+        except ValueError as error:
+            return self._log_refusal(error)
         return None
 
     def _log_refusal(self, reason):

@@ -47,8 +47,8 @@ def leave_the_path():
     this_module = sys.modules.pop(__name__)
     try:
         import sitecustomize    # noqa: F401
-    except ImportError as problem:
-        if problem.name != __name__:
+    except ImportError as error:
+        if error.name != __name__:
             raise
     finally:
         sys.modules.setdefault(__name__, this_module)
