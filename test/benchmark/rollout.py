@@ -18,7 +18,7 @@ from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn_law
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
-from tb3_labs.robot.samples import MAX_REST_TURN_RATE, MAX_REST_SPEED, ImuSample, Sample
+from tb3_labs.robot.samples import MAX_REST_SPEED, MAX_REST_TURN_RATE, ImuSample, Sample
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig

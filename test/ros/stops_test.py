@@ -18,7 +18,7 @@ from std_msgs.msg import Bool, Float64, String
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, MAX_REPEAT_GAP
+from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, MAX_TRANSIT_TIME
 
 from masters import process_of
 from drive_case import DriveCase

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from tb3_labs.config import Config, from_parameters, spelling_hint, setting
+from tb3_labs.config import Config, from_parameters, setting, spelling_hint
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from sandboxes import hand_in, skip_if_closed
 from tb3_labs.marking.intake import archives
 from tb3_labs.marking.intake.archives import NotJudged, SubmissionCopy, copy_submission, digest_of, submitted_files
 from tb3_labs.marking.intake.submissions import (
-    PlatformName, Submission, grouped_by_student, valid_file_name, platform_name_of, submissions_in)
+    PlatformName, Submission, grouped_by_student, platform_name_of, submissions_in, valid_file_name)
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 

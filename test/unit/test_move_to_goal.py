@@ -17,7 +17,7 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import IncomingMessage
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest, RequestedPose
-from tb3_labs.supervision.timeouts import RESUME_TIME, MAX_REPEAT_GAP
+from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, RESUME_TIME
 
 START = 100.0
 

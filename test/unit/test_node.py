@@ -24,8 +24,7 @@ from rospy.impl.tcpros_pubsub import TCPROSPub
 from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.node import Interrupted, catch_signals, end_roslaunch, exit_process, interruptible_sleep
-from tb3_labs.ros.rospy_internals import (
-    join_publisher_lists, serve_connections_in_threads, make_writes_immediate)
+from tb3_labs.ros.rospy_internals import join_publisher_lists, make_writes_immediate, serve_connections_in_threads
 
 
 class Child:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.panel.requests import BrowserPad, HeldInputs, PageRequest, OpenPage, read_request
+from tb3_labs.panel.requests import BrowserPad, HeldInputs, OpenPage, PageRequest, read_request
 from tb3_labs.supervision.goal_requests import TypedPose
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'y': False, 'hold': True}

@@ -10,7 +10,7 @@ from std_msgs.msg import Header
 from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
-    MAX_STAMP, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_TURN_RATE, OdometrySample,
+    MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_TURN_RATE, MAX_STAMP, OdometrySample,
     checked_number)
 
 #: This environment variable is the path of a pipe, to which a simulated robot writes true poses. A

@@ -8,7 +8,7 @@ from sensor_msgs.msg import JointState
 
 from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.robot.samples import (
-    MAX_WHEEL_ANGLE, MAX_GYRO_RATE, MAX_STAMP, ImuSample, WheelSample, checked_number)
+    MAX_GYRO_RATE, MAX_STAMP, MAX_WHEEL_ANGLE, ImuSample, WheelSample, checked_number)
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 

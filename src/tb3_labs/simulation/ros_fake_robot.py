@@ -23,7 +23,7 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.conversions import (
     TRUTH_PIPE, frame_name, to_pose_stamped, to_quaternion, to_transform, to_twist)
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import publish_together, make_writes_immediate
+from tb3_labs.ros.rospy_internals import make_writes_immediate, publish_together
 from tb3_labs.simulation.sensors import MAX_SAMPLES
 from tb3_labs.simulation.simulator import Simulator
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.watch.drive_states import (
-    MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, REFERENCES_OF, PROBE_DELAY, NodeFrame,
+    MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, PROBE_DELAY, REFERENCES_OF, NodeFrame,
     index_from, local_frames, readings_with_control, unit_of)
 from tb3_labs.watch.headings import angles_of
 from tb3_labs.watch.mistake import Mistake, NodeRun, worst_index

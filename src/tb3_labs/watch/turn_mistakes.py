@@ -6,7 +6,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
-from tb3_labs.watch.headings import heading_mistake, heading_candidates
+from tb3_labs.watch.headings import heading_candidates, heading_mistake
 from tb3_labs.watch.mistake import (
     SPEED_TOLERANCE, UNUSED_FIELDS, Mistake, NodeRun, find_slow_commands, nonzero_field_text)
 from tb3_labs.watch.typed_turns import (

@@ -17,8 +17,8 @@ from tb3_labs.marking.trial.remarks import (
 from tb3_labs.watch.lab_mistakes import IMU_SHEET, TRANSFORMATION_SHEET
 from tb3_labs.watch.mistake import SheetStep
 
-#: Why a node does not meet a criterion, a clause; '' if it meets the criterion. The functions
-#: why_... return a Reason. The expression `a or b` gives the first Reason that is not ''.
+#: A clause that says why a node does not meet a criterion; '' if the node meets it. The functions
+#: judge_... return a Reason. The expression `a or b` gives the first Reason that is not ''.
 Reason = str
 #: The Reason of an untried criterion, if an earlier verdict already names the true reason.
 NOT_TRIED = 'this could not be tried'
@@ -125,7 +125,7 @@ START_LIMITS = within(stimuli.START_TIME)
 STOP_LIMITS = within(stimuli.STOP_TIME)
 
 
-def why_not_started(observation: Observation) -> Reason:
+def judge_start(observation: Observation) -> Reason:
     """Judges whether the node's first process subscribed to the robot's topic."""
     if observation.processes and observation.processes[0].ready is not None:
         return ''
@@ -136,11 +136,11 @@ def clean_exit_criterion(part: str, sheet_step: SheetStep) -> Criterion:
     """Returns the criterion that a node ends by itself at Ctrl+C and prints no traceback."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', sheet_step,
-        _why_no_clean_exit,
+        _judge_exit,
         limits=f'{within(stimuli.EXIT_TIME)}; "{CLOSED_TOPIC}", which rospy raises, does not count')
 
 
-def _why_no_clean_exit(observation: Observation) -> Reason:
+def _judge_exit(observation: Observation) -> Reason:
     for scene in observation.enter_scenes(CTRL_C, may_die=True):
         if scene.facts[stimuli.EXIT_SECONDS] is None:
             return f'it was still running {stimuli.EXIT_TIME:g} s after Ctrl+C and had to be killed'
@@ -152,7 +152,7 @@ def _why_no_clean_exit(observation: Observation) -> Reason:
     return ''
 
 
-def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
+def judge_stop_at_ctrl_c(observation: Observation) -> Reason:
     """Judges whether the node sent a zero velocity after at least one Ctrl+C."""
     scenes = [scene for scene in observation.enter_scenes(CTRL_C, may_die=True)
               if scene.facts[WAS_MOVING]]
@@ -167,7 +167,7 @@ def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 
-def why_not_printed(observation: Observation, text: str) -> Reason:
+def judge_line_at_ctrl_c(observation: Observation, text: str) -> Reason:
     """Judges whether the node printed `text` at Ctrl+C."""
     scene = observation.enter_scene(CTRL_C[0], may_die=True)
     return '' if text in scene.printed else f'"{text}" was not printed at Ctrl+C'
@@ -184,8 +184,8 @@ def ends_in_motion(commands: np.ndarray) -> bool:
     return len(commands) > 0 and bool(commands[-1, LINEAR:].any())
 
 
-def why_not_stopped(observation: Observation, name: str, cause: str,
-                    limit: float = stimuli.STOP_TIME) -> Reason:
+def judge_stop(observation: Observation, name: str, cause: str,
+               limit: float = stimuli.STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
     start of the stimulus `name`. The `cause` is a clause on this start."""
     soon, later = observation.enter_scene(name).commands_before_and_after(limit)
@@ -199,13 +199,13 @@ def why_not_stopped(observation: Observation, name: str, cause: str,
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
                           sheet_step: SheetStep) -> Criterion:
     """Returns a criterion beyond the handout: if a `device` falls silent, the robot must stop."""
-    def why_not_stopped_when_lost(observation: Observation) -> Reason:
+    def judge_stop_when_lost(observation: Observation) -> Reason:
         if not observation.enter_scene(stimulus).facts[WAS_MOVING]:
             return f'the robot was not moving when {device} fell silent'
-        return why_not_stopped(
+        return judge_stop(
             observation, stimulus, device + ' fell silent', stimuli.LOST_STOP_TIME)
     return Criterion(name, stimuli.DEVICE_LOST, f'{meaning} after {device} fell silent', sheet_step,
-                     why_not_stopped_when_lost, is_extra=True,
+                     judge_stop_when_lost, is_extra=True,
                      limits=within(stimuli.LOST_STOP_TIME))
 
 
@@ -219,8 +219,8 @@ ANY_BOUNDS = (-np.inf, np.inf)
 ROUNDING = 0.005
 
 
-def why_not_steered(observation: Observation, name: str, linear: Bounds = ZERO_BOUNDS,
-                    angular: Bounds = ZERO_BOUNDS, skip_zeros: bool = False) -> Reason:
+def judge_steering(observation: Observation, name: str, linear: Bounds = ZERO_BOUNDS,
+                   angular: Bounds = ZERO_BOUNDS, skip_zeros: bool = False) -> Reason:
     """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
     [m/s] and `angular` [rad/s]. If `skip_zeros` is True, zero commands are left out."""
     scene = observation.enter_scene(name)

@@ -12,8 +12,8 @@ from tb3_labs.handout import (
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
     ANY_BOUNDS, EXTRAS, ROUNDING, START_LIMITS, STOP_LIMITS, ZERO_BOUNDS, ZERO_TOLERANCE, Bounds,
-    Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
-    why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
+    Criterion, Reason, clean_exit_criterion, judge_start, judge_steering, judge_stop,
+    judge_stop_at_ctrl_c, lost_device_criterion, scaled, within)
 from tb3_labs.marking.trial.observation import ANGULAR, LINEAR, TIME, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import clause_on_other_topics, exceptions_in, last_line
 from tb3_labs.watch.lab_mistakes import GAMEPAD_SECTION
@@ -45,12 +45,12 @@ def pad_text(name: str) -> str:
                 name, **pad_called(name))
 
 
-def _why_stick_failed(observation, column, positive, negative, full_bounds, full_scene):
+def _judge_stick(observation, column, positive, negative, full_bounds, full_scene):
     """Judges one stick at its two ends, the stimuli `positive` and `negative`, and at half of
     `full_scene`, one of the two. The stick commands the `column` LINEAR or ANGULAR."""
     def judge(name, bounds, other_bounds=ZERO_BOUNDS):
         linear, angular = (bounds, other_bounds) if column == LINEAR else (other_bounds, bounds)
-        return why_not_steered(observation, name, linear, angular)
+        return judge_steering(observation, name, linear, angular)
     reason = judge(positive, full_bounds) or judge(negative, scaled(full_bounds, -1.0))
     if reason:
         return reason
@@ -58,13 +58,13 @@ def _why_stick_failed(observation, column, positive, negative, full_bounds, full
     return judge(stimuli.BOTH_STICKS, scaled(HALF_STICK_SHARES, full_speed), ANY_BOUNDS)
 
 
-def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
+def _judge_stop_when_let_go(observation: Observation) -> Reason:
     if not len(observation.enter_scene(stimuli.RIGHT_STICK_RIGHT).moving_commands):
         raise NotObserved('the sticks did not move the robot at all')
-    return why_not_stopped(observation, stimuli.STICKS_LET_GO, 'the sticks were let go')
+    return judge_stop(observation, stimuli.STICKS_LET_GO, 'the sticks were let go')
 
 
-def _why_not_published(observation: Observation, name: str, expected: bool) -> Reason:
+def _judge_ctrl_relinq(observation: Observation, name: str, expected: bool) -> Reason:
     scene = observation.enter_scene(name)
     published = scene.facts[stimuli.RELINQ_VALUE]
     if published is expected:
@@ -77,26 +77,26 @@ def _why_not_published(observation: Observation, name: str, expected: bool) -> R
 
 
 def _require_hand_over(observation):
-    if _why_not_published(observation, stimuli.HAND_OVER, expected=True):
+    if _judge_ctrl_relinq(observation, stimuli.HAND_OVER, expected=True):
         raise NotObserved('A did not hand the robot over')
 
 
-def _why_not_silent(observation: Observation) -> Reason:
+def _judge_silence(observation: Observation) -> Reason:
     _require_hand_over(observation)
     if not len(observation.enter_scene(stimuli.STICK_UP_AFTER_A).commands):
         return ''
     return 'the stick still sent velocities while the robot was handed over'
 
 
-def _why_not_regained(observation: Observation) -> Reason:
+def _judge_regain(observation: Observation) -> Reason:
     _require_hand_over(observation)
-    reason = _why_not_published(observation, stimuli.TAKE_BACK, expected=False)
+    reason = _judge_ctrl_relinq(observation, stimuli.TAKE_BACK, expected=False)
     if reason or len(observation.enter_scene(stimuli.STICK_UP_AFTER_B).moving_commands):
         return reason
     return 'after B the stick did not move the robot'
 
 
-def _why_reset_not_called(observation: Observation) -> Reason:
+def _judge_reset_call(observation: Observation) -> Reason:
     scene = observation.enter_scene(stimuli.RESET_BUTTON)
     facts = scene.facts
     if not facts[stimuli.CALL_COUNT]:
@@ -115,7 +115,7 @@ def _why_reset_not_called(observation: Observation) -> Reason:
             'length 1')
 
 
-def _why_blocked(observation: Observation) -> Reason:
+def _judge_blocking(observation: Observation) -> Reason:
     scene = observation.enter_scene(stimuli.RESET_WITHOUT_SERVICE)
     if not len(scene.moving_commands):
         return 'after Y without a reset service the stick did not drive any more'
@@ -125,7 +125,7 @@ def _why_blocked(observation: Observation) -> Reason:
     return f'after Y without a reset service the stick did not drive for {delay:.1f} s'
 
 
-def _why_no_error_printed(observation: Observation) -> Reason:
+def _judge_printed_error(observation: Observation) -> Reason:
     scene = observation.enter_scene(stimuli.RESET_WITHOUT_SERVICE)
     if exceptions_in(scene):
         return 'after Y without a reset service there was a traceback'
@@ -140,20 +140,20 @@ def _why_no_error_printed(observation: Observation) -> Reason:
     return reason
 
 
-def _why_no_success_printed(observation: Observation) -> Reason:
+def _judge_printed_success(observation: Observation) -> Reason:
     printed = observation.enter_scene(stimuli.RESET_BUTTON).printed
     if PRINTED_RESET.lower() in printed.lower():
         return ''
     return f'"{PRINTED_RESET}." was not printed after Y'
 
 
-def _why_not_latched(observation: Observation) -> Reason:
+def _judge_latching(observation: Observation) -> Reason:
     if observation.enter_scene(stimuli.HAND_OVER).facts[stimuli.IS_LATCHED]:
         return ''
     return 'a subscriber that came after A heard nothing on ctrl_relinq'
 
 
-def _why_not_called_once(observation: Observation) -> Reason:
+def _judge_call_count(observation: Observation) -> Reason:
     call_count = observation.enter_scene(stimuli.RESET_BUTTON).facts[stimuli.CALL_COUNT]
     return '' if call_count == 1 else f'Y, held for a moment, called the reset {call_count} times'
 
@@ -165,50 +165,50 @@ def _stick_limits(bounds: Bounds, unit: str) -> str:
 
 
 CRITERIA = [
-    Criterion('starts', stimuli.STICKS, 'runs and listens to joy', GAMEPAD_SECTION, why_not_started,
+    Criterion('starts', stimuli.STICKS, 'runs and listens to joy', GAMEPAD_SECTION, judge_start,
               limits=START_LIMITS),
     Criterion('drives', stimuli.STICKS,
               f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} m/s',
               GAMEPAD_SECTION,
-              partial(_why_stick_failed, column=LINEAR, positive=stimuli.LEFT_STICK_UP,
+              partial(_judge_stick, column=LINEAR, positive=stimuli.LEFT_STICK_UP,
                       negative=stimuli.LEFT_STICK_DOWN, full_scene=stimuli.LEFT_STICK_UP,
                       full_bounds=FULL_LINEAR_BOUNDS),
               limits=_stick_limits(FULL_LINEAR_BOUNDS, 'm/s')),
     Criterion('turns', stimuli.STICKS,
               f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} rad/s',
               GAMEPAD_SECTION,
-              partial(_why_stick_failed, column=ANGULAR, positive=stimuli.RIGHT_STICK_LEFT,
+              partial(_judge_stick, column=ANGULAR, positive=stimuli.RIGHT_STICK_LEFT,
                       negative=stimuli.RIGHT_STICK_RIGHT, full_scene=stimuli.RIGHT_STICK_RIGHT,
                       full_bounds=FULL_ANGULAR_BOUNDS),
               limits=_stick_limits(FULL_ANGULAR_BOUNDS, 'rad/s')),
     Criterion('lets_go', stimuli.STICKS, 'the robot stops when the sticks are let go',
-              GAMEPAD_SECTION, _why_not_stopped_when_let_go, limits='zero velocity ' + STOP_LIMITS),
+              GAMEPAD_SECTION, _judge_stop_when_let_go, limits='zero velocity ' + STOP_LIMITS),
     Criterion('relinquishes', stimuli.BUTTONS, 'A publishes True on ctrl_relinq', GAMEPAD_SECTION,
-              partial(_why_not_published, name=stimuli.HAND_OVER, expected=True),
+              partial(_judge_ctrl_relinq, name=stimuli.HAND_OVER, expected=True),
               limits=within(stimuli.PUBLISH_TIME)),
     Criterion('silent_meanwhile', stimuli.BUTTONS,
-              'sends no velocity while the robot is handed over', GAMEPAD_SECTION, _why_not_silent,
+              'sends no velocity while the robot is handed over', GAMEPAD_SECTION, _judge_silence,
               limits=f'the stick is up for {stimuli.STICK_HOLD_TIME:g} s'),
     Criterion('regains', stimuli.BUTTONS,
               'B publishes False on ctrl_relinq, and the sticks drive again', GAMEPAD_SECTION,
-              _why_not_regained, limits=f'{within(stimuli.PUBLISH_TIME)}; the stick '
+              _judge_regain, limits=f'{within(stimuli.PUBLISH_TIME)}; the stick '
               f'{within(stimuli.STICK_HOLD_TIME)}'),
     Criterion('resets', stimuli.BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP,
-              _why_reset_not_called,
+              _judge_reset_call,
               limits=f'{within(stimuli.CALL_AFTER_Y_TIME)}, by a quaternion of length 1'),
     Criterion('says_success', stimuli.BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
-              _why_no_success_printed, limits=within(stimuli.CALL_AFTER_Y_TIME)),
+              _judge_printed_success, limits=within(stimuli.CALL_AFTER_Y_TIME)),
     clean_exit_criterion(stimuli.BUTTONS, GAMEPAD_SECTION),
     Criterion('says_why_not', stimuli.NO_SERVICE, 'says why the reset failed without a service',
-              GAMEPAD_SECTION, _why_no_error_printed, limits=within(stimuli.CALL_AFTER_Y_TIME)),
+              GAMEPAD_SECTION, _judge_printed_error, limits=within(stimuli.CALL_AFTER_Y_TIME)),
     Criterion('stops_robot', stimuli.BUTTONS, 'at Ctrl+C while driving sends zero velocity', EXTRAS,
-              why_not_stopped_at_ctrl_c, is_extra=True, limits=STOP_LIMITS),
+              judge_stop_at_ctrl_c, is_extra=True, limits=STOP_LIMITS),
     Criterion('not_blocked', stimuli.NO_SERVICE, 'Y without a service does not block the sticks',
-              EXTRAS, _why_blocked, is_extra=True,
+              EXTRAS, _judge_blocking, is_extra=True,
               limits='the stick drives ' + within(UNBLOCKED_TIME)),
-    Criterion('once', stimuli.BUTTONS, 'a long Y is one call', EXTRAS, _why_not_called_once,
+    Criterion('once', stimuli.BUTTONS, 'a long Y is one call', EXTRAS, _judge_call_count,
               is_extra=True),
-    Criterion('latched', stimuli.BUTTONS, 'ctrl_relinq is latched', EXTRAS, _why_not_latched,
+    Criterion('latched', stimuli.BUTTONS, 'ctrl_relinq is latched', EXTRAS, _judge_latching,
               is_extra=True, limits='heard ' + within(stimuli.PUBLISH_TIME)),
     lost_device_criterion('lost_pad', 'stops the robot', 'the pad', stimuli.PAD_SILENT, EXTRAS),
 ]

@@ -6,8 +6,8 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
-    IMU_EXTRAS, START_LIMITS, Criterion, Reason, clean_exit_criterion, why_not_printed,
-    why_not_started, within)
+    IMU_EXTRAS, START_LIMITS, Criterion, Reason, clean_exit_criterion, judge_line_at_ctrl_c,
+    judge_start, within)
 from tb3_labs.marking.trial.observation import CTRL_C, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
 from tb3_labs.watch.lab_mistakes import HEADING_SECTION
@@ -41,14 +41,14 @@ def _headings_at_rest(observation):
         yield scene.facts[stimuli.HEADING_DEG], printed_headings(scene.printed)
 
 
-def _why_no_heading(observation: Observation) -> Reason:
+def _judge_print(observation: Observation) -> Reason:
     for expected, headings in _headings_at_rest(observation):
         if not headings:
             return f'nothing was printed while the robot stood at {expected:.0f} degrees'
     return ''
 
 
-def _why_wrong_heading(observation: Observation) -> Reason:
+def _judge_heading(observation: Observation) -> Reason:
     for expected, headings in _headings_at_rest(observation):
         for heading in headings:
             if abs(wrap_all(heading - expected, 360.0)) > HEADING_TOLERANCE_DEG:
@@ -56,7 +56,7 @@ def _why_wrong_heading(observation: Observation) -> Reason:
     return ''
 
 
-def _why_not_from_0_to_360(observation: Observation) -> Reason:
+def _judge_range(observation: Observation) -> Reason:
     for expected, headings in _headings_at_rest(observation):
         for heading in headings:
             if not 0.0 <= heading < 360.0:
@@ -64,8 +64,8 @@ def _why_not_from_0_to_360(observation: Observation) -> Reason:
     return ''
 
 
-def _why_no_goodbye(observation: Observation) -> Reason:
-    reason = why_not_printed(observation, IMU_GOODBYE)
+def _judge_goodbye(observation: Observation) -> Reason:
+    reason = judge_line_at_ctrl_c(observation, IMU_GOODBYE)
     if reason:
         return reason
     printed = observation.enter_scene(CTRL_C[0], may_die=True).printed
@@ -75,7 +75,7 @@ def _why_no_goodbye(observation: Observation) -> Reason:
     return f'{late_count} headings were printed after "{IMU_GOODBYE}"'
 
 
-def _why_360_printed(observation: Observation) -> Reason:
+def _judge_rounding_to_360(observation: Observation) -> Reason:
     headings = printed_headings(observation.enter_scene(stimuli.JUST_BELOW_ZERO).printed)
     if not headings:
         return 'nothing was printed while the IMU was just below zero'
@@ -83,7 +83,7 @@ def _why_360_printed(observation: Observation) -> Reason:
     return '' if greatest < 360.0 else f'printed {greatest:.6f} degrees for an IMU just below zero'
 
 
-def _why_not_survived(observation: Observation) -> Reason:
+def _judge_survival(observation: Observation) -> Reason:
     scene = observation.enter_scene(stimuli.ZERO_QUATERNION)
     if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
@@ -95,20 +95,20 @@ def _why_not_survived(observation: Observation) -> Reason:
 
 CRITERIA = [
     Criterion('starts', stimuli.HEADING, 'runs and listens to imu', HEADING_SECTION.at_step(2),
-              why_not_started, limits=START_LIMITS),
+              judge_start, limits=START_LIMITS),
     Criterion('prints_heading', stimuli.HEADING, f'prints "{PRINTED_HEADING.format("...")}."',
-              EXERCISE_STEP, _why_no_heading,
+              EXERCISE_STEP, _judge_print,
               limits=f'{within(stimuli.READING_TIME)} at each heading'),
     Criterion('heading_right', stimuli.HEADING, 'prints the heading of the IMU', EXERCISE_STEP,
-              _why_wrong_heading, limits=f'within {HEADING_TOLERANCE_DEG:g} degree'),
+              _judge_heading, limits=f'within {HEADING_TOLERANCE_DEG:g} degree'),
     Criterion('from_0_to_360', stimuli.HEADING, 'counts the heading from 0 to 360 degrees',
-              EXERCISE_STEP, _why_not_from_0_to_360),
+              EXERCISE_STEP, _judge_range),
     Criterion('says_goodbye', stimuli.HEADING, f'at Ctrl+C says "{IMU_GOODBYE}", then nothing',
-              CTRL_C_STEP, _why_no_goodbye, limits=f'{MAX_LATE_HEADINGS} more heading may follow'),
+              CTRL_C_STEP, _judge_goodbye, limits=f'{MAX_LATE_HEADINGS} more heading may follow'),
     clean_exit_criterion(stimuli.HEADING, CTRL_C_STEP),
     Criterion('never_360', stimuli.ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS,
-              _why_360_printed, is_extra=True),
+              _judge_rounding_to_360, is_extra=True),
     Criterion('survives_nonsense', stimuli.ODD_SAMPLES, 'goes on after a quaternion of zeros',
-              IMU_EXTRAS, _why_not_survived, is_extra=True,
+              IMU_EXTRAS, _judge_survival, is_extra=True,
               limits=within(stimuli.VALID_HEADING_TIME)),
 ]

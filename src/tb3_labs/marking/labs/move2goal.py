@@ -14,8 +14,8 @@ from tb3_labs.handout import (
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
     EXTRAS, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS, Criterion, Reason,
-    clean_exit_criterion, ends_in_motion, lost_device_criterion, why_not_started, why_not_stopped,
-    why_not_stopped_at_ctrl_c, within)
+    clean_exit_criterion, ends_in_motion, judge_start, judge_stop, judge_stop_at_ctrl_c,
+    lost_device_criterion, within)
 from tb3_labs.marking.trial.observation import (
     ANGULAR, GOAL_POSE, LINEAR, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation,
     Scene)
@@ -42,8 +42,8 @@ HEADING_LIMITS = (
 SECOND_DRIVE_STEP = RESET_SECTION.at_step(2)
 
 
-def _why_not_at_place(observation: Observation, name: str,
-                      tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
+def _judge_place(observation: Observation, name: str,
+                 tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
     scene = _enter_drive(observation, name)
     distance = _final_pose(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
@@ -51,8 +51,8 @@ def _why_not_at_place(observation: Observation, name: str,
     return '' if distance <= tolerance else f'it stopped {distance:.2f} m from the goal'
 
 
-def _why_not_at_heading(observation: Observation, name: str,
-                        tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
+def _judge_heading(observation: Observation, name: str,
+                   tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
     scene = _enter_drive(observation, name)
     if not scene.facts[RESTED]:
         return _clause_on_exceeded_limit(scene)
@@ -89,14 +89,14 @@ def _final_pose(scene: Scene) -> Pose2:
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 
-def _why_not_printed_once(observation: Observation) -> Reason:
+def _judge_printed_arrival(observation: Observation) -> Reason:
     names = (stimuli.FIRST_DRIVE, stimuli.AT_GOAL)
     printed = ''.join(observation.enter_scene(name).printed for name in names)
     count = len(re.findall(PRINTED_REACHED, printed, re.IGNORECASE))
     return '' if count == 1 else f'"{PRINTED_REACHED}!" was printed {count} times'
 
 
-def _why_not_silent_at_goal(observation: Observation) -> Reason:
+def _judge_silence_at_goal(observation: Observation) -> Reason:
     drive = _enter_drive(observation, stimuli.FIRST_DRIVE)
     if not drive.facts[RESTED]:
         return 'it never arrived'
@@ -106,7 +106,7 @@ def _why_not_silent_at_goal(observation: Observation) -> Reason:
     return 'it went on sending commands on cmd_vel after it had arrived' if len(later) else ''
 
 
-def _why_not_within_limits(observation: Observation) -> Reason:
+def _judge_speeds(observation: Observation) -> Reason:
     drives = observation.enter_scenes((stimuli.FIRST_DRIVE, stimuli.SECOND_DRIVE))
     commands = np.vstack([drive.commands for drive in drives])
     if not len(commands):
@@ -118,7 +118,7 @@ def _why_not_within_limits(observation: Observation) -> Reason:
     return ''
 
 
-def _why_reset_failed(observation: Observation, name: str = stimuli.RESET_TO_ORIGIN) -> Reason:
+def _judge_answer_of_reset(observation: Observation, name: str = stimuli.RESET_TO_ORIGIN) -> Reason:
     problem = observation.enter_scene(name).facts[stimuli.RESET_PROBLEM]
     if not problem:
         return ''
@@ -126,15 +126,15 @@ def _why_reset_failed(observation: Observation, name: str = stimuli.RESET_TO_ORI
     return f'the reset failed: {problem}{advice}'
 
 
-def _why_not_reset(observation: Observation) -> Reason:
-    reason = _why_reset_failed(observation)
+def _judge_reset(observation: Observation) -> Reason:
+    reason = _judge_answer_of_reset(observation)
     if reason:
         return reason
     wrong_name = observation.enter_scene(stimuli.RESET_TO_ORIGIN).facts[stimuli.WRONG_NAME]
     if wrong_name:
         return f'its reset is called {wrong_name}, not /{SET_POSE_SERVICE}'
     scene = observation.enter_scene(stimuli.RESET_IN_DRIVE)
-    reason = _why_reset_failed(observation, stimuli.RESET_IN_DRIVE)
+    reason = _judge_answer_of_reset(observation, stimuli.RESET_IN_DRIVE)
     if not scene.facts[WAS_MOVING]:
         return reason
     if not scene.facts[stimuli.DROVE_STRAIGHT]:
@@ -146,7 +146,7 @@ def _why_not_reset(observation: Observation) -> Reason:
             f'but by {scene.turned_deg:.0f} degrees in {stimuli.TURN_TIME_IN_DRIVE:g} s')
 
 
-def _why_not_waited(observation: Observation) -> Reason:
+def _judge_wait(observation: Observation) -> Reason:
     """Judges whether the robot rested while the node had no control: after the start of the node,
     and during a reset."""
     has_moved = len(observation.enter_scene(stimuli.WITHOUT_CONTROL).moving_commands) > 0
@@ -159,33 +159,33 @@ def _why_not_waited(observation: Observation) -> Reason:
             'which True on ctrl_relinq sets and False clears?')
 
 
-def _why_control_kept(observation: Observation) -> Reason:
+def _judge_stop_without_control(observation: Observation) -> Reason:
     if not observation.enter_scene(stimuli.CONTROL_TAKEN).facts[WAS_MOVING]:
         return 'it did not move the robot, so that a stop could not be seen'
-    return why_not_stopped(observation, stimuli.CONTROL_TAKEN, 'control was taken')
+    return judge_stop(observation, stimuli.CONTROL_TAKEN, 'control was taken')
 
 
-def _why_not_exact(observation: Observation) -> Reason:
+def _judge_accuracy(observation: Observation) -> Reason:
     has_first_drive = stimuli.DRIVE in dict(observation.parts)
     first_drives = [stimuli.FIRST_DRIVE] if has_first_drive else []
     for name in (*first_drives, stimuli.SECOND_DRIVE):
-        reason = (_why_not_at_place(observation, name, EXACT_DISTANCE)
-                  or _why_not_at_heading(observation, name, EXACT_DEG))
+        reason = (_judge_place(observation, name, EXACT_DISTANCE)
+                  or _judge_heading(observation, name, EXACT_DEG))
         if reason:
             return reason
     return ''
 
 
-def _why_not_arrived(observation: Observation, name: str) -> Reason:
-    return _why_not_at_place(observation, name) or _why_not_at_heading(observation, name)
+def _judge_arrival(observation: Observation, name: str) -> Reason:
+    return _judge_place(observation, name) or _judge_heading(observation, name)
 
 
-def _why_failed_after_reset(observation, reset, judge, name):
+def _judge_after_reset(observation, reset, judge, name):
     """Judges the stimulus `reset`, then the drive `name` by ``judge(observation, name)``."""
-    return _why_reset_failed(observation, reset) or judge(observation, name)
+    return _judge_answer_of_reset(observation, reset) or judge(observation, name)
 
 
-def _why_no_reset_printed(observation: Observation) -> Reason:
+def _judge_printed_reset(observation: Observation) -> Reason:
     printed = observation.enter_scene(stimuli.RESET_TO_ORIGIN).printed
     if PRINTED_POSE_SET.lower() in printed.lower():
         return ''
@@ -193,55 +193,55 @@ def _why_no_reset_printed(observation: Observation) -> Reason:
 
 
 CRITERIA = [
-    Criterion('starts', stimuli.DRIVE, 'runs and listens to odom', STATES_SECTION, why_not_started,
+    Criterion('starts', stimuli.DRIVE, 'runs and listens to odom', STATES_SECTION, judge_start,
               limits=START_LIMITS),
     Criterion('waits', stimuli.DRIVE, 'does not move before it has control', STATES_SECTION,
-              _why_not_waited, limits=f'for {stimuli.OBSERVATION_TIME:g} s, and after a reset'),
+              _judge_wait, limits=f'for {stimuli.OBSERVATION_TIME:g} s, and after a reset'),
     Criterion('goal_place', stimuli.DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', STATES_SECTION,
-              partial(_why_not_at_place, name=stimuli.FIRST_DRIVE), limits=PLACE_LIMITS),
+              partial(_judge_place, name=stimuli.FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', stimuli.DRIVE, FACES_GOAL + ' there', STATES_SECTION,
-              partial(_why_not_at_heading, name=stimuli.FIRST_DRIVE), limits=HEADING_LIMITS),
+              partial(_judge_heading, name=stimuli.FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', stimuli.DRIVE, f'says "{PRINTED_REACHED}!" once', STATES_SECTION,
-              _why_not_printed_once),
+              _judge_printed_arrival),
     Criterion('silent_at_goal', stimuli.DRIVE, 'sends nothing on cmd_vel at the goal',
-              STATES_SECTION, _why_not_silent_at_goal, limits='a zero velocity, then nothing from '
+              STATES_SECTION, _judge_silence_at_goal, limits='a zero velocity, then nothing from '
               f'{LAST_COMMAND_TIME:g} s after its arrival on'),
     Criterion('within_limits', stimuli.DRIVE, "keeps the robot's limits, "
               f'{MAX_LINEAR_SPEED:g} m/s and {MAX_ANGULAR_SPEED:g} rad/s', STATES_SECTION,
-              _why_not_within_limits, limits=f'and {ROUNDING:g} for rounding'),
+              _judge_speeds, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', stimuli.RESET,
               f'a service /{SET_POSE_SERVICE} resets the local frame, also in a drive',
-              RESET_SECTION, _why_not_reset,
+              RESET_SECTION, _judge_reset,
               limits=f'answers {within(stimuli.RESET_REPLY_TIME)}; in a drive it turns by '
               f'{MIN_TURN_IN_DRIVE_DEG:g} degrees {within(stimuli.TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', stimuli.RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
-              RESET_SECTION, _why_no_reset_printed,
+              RESET_SECTION, _judge_printed_reset,
               limits=within(stimuli.PRINT_AFTER_RESET_TIME) + ' after the answer'),
     Criterion('second_place', stimuli.RESET, 'does the same task after a turn by '
               f'{stimuli.TURN_BEFORE_RESET_DEG:g} degrees and a reset', SECOND_DRIVE_STEP,
-              partial(_why_failed_after_reset, reset=stimuli.RESET_TO_ORIGIN,
-                      judge=_why_not_at_place, name=stimuli.SECOND_DRIVE),
+              partial(_judge_after_reset, reset=stimuli.RESET_TO_ORIGIN,
+                      judge=_judge_place, name=stimuli.SECOND_DRIVE),
               limits='as goal_place'),
     Criterion('second_heading', stimuli.RESET, FACES_GOAL + ' of the new frame', SECOND_DRIVE_STEP,
-              partial(_why_failed_after_reset, reset=stimuli.RESET_TO_ORIGIN,
-                      judge=_why_not_at_heading, name=stimuli.SECOND_DRIVE),
+              partial(_judge_after_reset, reset=stimuli.RESET_TO_ORIGIN,
+                      judge=_judge_heading, name=stimuli.SECOND_DRIVE),
               limits='as goal_heading'),
     Criterion('control_taken', stimuli.CONTROL, 'stops the robot at once when control is taken',
-              STATES_SECTION, _why_control_kept, limits='zero velocity ' + STOP_LIMITS),
+              STATES_SECTION, _judge_stop_without_control, limits='zero velocity ' + STOP_LIMITS),
     clean_exit_criterion(stimuli.CONTROL, STATES_SECTION),
     Criterion('stops_robot', stimuli.CONTROL, 'at Ctrl+C in a drive sends zero velocity', EXTRAS,
-              why_not_stopped_at_ctrl_c, is_extra=True, limits=STOP_LIMITS),
+              judge_stop_at_ctrl_c, is_extra=True, limits=STOP_LIMITS),
     Criterion('exact', stimuli.RESET,
               f'both drives are within {EXACT_DISTANCE:g} m and {EXACT_DEG:g} degree',
-              SheetStep(TRANSFORMATION_SHEET, '6. Analysis'), _why_not_exact, is_extra=True),
+              SheetStep(TRANSFORMATION_SHEET, '6. Analysis'), _judge_accuracy, is_extra=True),
     Criterion('declared_pose', stimuli.DECLARED,
               'drives from a declared pose that is not the origin', EXTRAS,
-              partial(_why_failed_after_reset, reset=stimuli.RESET_ELSEWHERE,
-                      judge=_why_not_arrived, name=stimuli.DECLARED_DRIVE),
+              partial(_judge_after_reset, reset=stimuli.RESET_ELSEWHERE,
+                      judge=_judge_arrival, name=stimuli.DECLARED_DRIVE),
               is_extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', stimuli.OFFSET,
               'drives although the zeros of IMU and odometry differ', LOCAL_POSE_SECTION.at_step(4),
-              partial(_why_not_arrived, name=stimuli.OFFSET_DRIVE), is_extra=True,
+              partial(_judge_arrival, name=stimuli.OFFSET_DRIVE), is_extra=True,
               limits='as goal_place and goal_heading'),
     lost_device_criterion('lost_odometry', 'stops the robot', 'the odometry',
                           stimuli.ODOMETRY_SILENT, EXTRAS),

@@ -85,12 +85,12 @@ class ResetCaller:
     def call_service(self, pose=Pose2()):
         """Call the reset service with a Pose2 and record the call. Returns why the call failed; ''
         for a success."""
-        problem = self._why_call_fails(pose)[:MAX_SENTENCE_LENGTH]
+        problem = self._call_problem(pose)[:MAX_SENTENCE_LENGTH]
         self._bag.add_event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
                             problem=problem)
         return problem
 
-    def _why_call_fails(self, pose):
+    def _call_problem(self, pose):
         if self._service_class is None:
             return f'the type of {self.name} cannot be loaded'
         request = self._service_class._request_class()

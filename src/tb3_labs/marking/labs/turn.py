@@ -12,9 +12,8 @@ from tb3_labs.handout import (
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
     IMU_EXTRAS, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS, ZERO_TOLERANCE, Criterion,
-    Reason, bounds_text, clean_exit_criterion, ends_in_motion, lost_device_criterion, scaled,
-    why_not_printed, why_not_started, why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c,
-    within)
+    Reason, bounds_text, clean_exit_criterion, ends_in_motion, judge_line_at_ctrl_c, judge_start,
+    judge_steering, judge_stop, judge_stop_at_ctrl_c, lost_device_criterion, scaled, within)
 from tb3_labs.marking.trial.observation import (
     ANGULAR, LINEAR, MOVED, RESTED, WAS_MOVING, NotObserved, Observation)
 from tb3_labs.marking.trial.remarks import MAX_IDLE_TURN_DEG, why_idle
@@ -49,8 +48,8 @@ TURN_LIMITS = (
 CARPET_LIMITS = f'as left, also if the wheels slip by {stimuli.CARPET_SLIP:.0%}'
 
 
-def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_TOL + COAST_DEG,
-                   seconds: float = stimuli.MAX_TURN_TIME) -> Reason:
+def judge_turn(observation: Observation, name: str, tolerance: float = HDG_TOL + COAST_DEG,
+               seconds: float = stimuli.MAX_TURN_TIME) -> Reason:
     """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
     scene = observation.enter_scene(name)
     turn = stimuli.TURN_STIMULI[LEFT_KEY if name == stimuli.TURN_BESIDE_MOUSE else name]
@@ -86,9 +85,9 @@ def _turn_text(turned_deg):
     return text + (' to the left' if turned_deg > 0.0 else ' to the right')
 
 
-def _why_turns_failed(observation: Observation, names: Iterable[str],
-                      tolerance: float = HDG_TOL + COAST_DEG) -> Reason:
-    reasons = (why_not_turned(observation, name, tolerance) for name in names)
+def _judge_turns(observation: Observation, names: Iterable[str],
+                 tolerance: float = HDG_TOL + COAST_DEG) -> Reason:
+    reasons = (judge_turn(observation, name, tolerance) for name in names)
     return next(filter(None, reasons), '')
 
 
@@ -101,7 +100,7 @@ def _commands_of_turns(observation):
     return commands
 
 
-def _why_turned_too_fast(observation: Observation) -> Reason:
+def _judge_turn_speed(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
     limit = MAX_ANG_Z + ROUNDING
     if observation.enter_fastest_scene(commands, ANGULAR) <= limit:
@@ -113,14 +112,14 @@ def _why_turned_too_fast(observation: Observation) -> Reason:
     return f"while turning it commanded up to {' and '.join(excesses)}"
 
 
-def _why_driven_while_turning(observation: Observation) -> Reason:
+def _judge_turn_on_the_spot(observation: Observation) -> Reason:
     fastest = observation.enter_fastest_scene(_commands_of_turns(observation), LINEAR)
     if fastest < ROUNDING:
         return ''
     return f'it commanded up to {fastest:.2f} m/s forward while turning'
 
 
-def _why_not_answered(observation: Observation) -> Reason:
+def _judge_answer_to_nonsense(observation: Observation) -> Reason:
     scene = observation.enter_scene(stimuli.NONSENSE)
     if len(scene.moving_commands):
         return f'the robot moved after "{stimuli.TYPED_NONSENSE}" was typed'
@@ -138,26 +137,26 @@ def _require_drive_by_mouse(observation):
         raise NotObserved('the mouse did not move the robot at all')
 
 
-def _why_driven_in_dead_zone(observation: Observation) -> Reason:
+def _judge_dead_zone(observation: Observation) -> Reason:
     _require_drive_by_mouse(observation)
-    return why_not_stopped(observation, stimuli.MOUSE_NEAR_MIDDLE,
-                           f'the mouse came to {POSITION_NEAR_MIDDLE}')
+    return judge_stop(observation, stimuli.MOUSE_NEAR_MIDDLE,
+                      f'the mouse came to {POSITION_NEAR_MIDDLE}')
 
 
-def _why_driven_by_inactive_mouse(observation: Observation) -> Reason:
+def _judge_inactive_mouse(observation: Observation) -> Reason:
     if len(observation.enter_scene(stimuli.MOUSE_NOT_ACTIVE).moving_commands):
         return 'the mouse moved the robot before it was activated'
     _require_drive_by_mouse(observation)
-    return why_not_stopped(observation, stimuli.MOUSE_DEACTIVATED, 'the mouse was deactivated')
+    return judge_stop(observation, stimuli.MOUSE_DEACTIVATED, 'the mouse was deactivated')
 
 
-def _why_not_driven_after_turn(observation: Observation) -> Reason:
+def _judge_mouse_after_turn(observation: Observation) -> Reason:
     if _has_driven_forward(observation, stimuli.MOUSE_AFTER_TURN):
         return ''
     return 'after a turn the mouse did not move the robot any more'
 
 
-def _why_not_driven_in_turn(observation: Observation) -> Reason:
+def _judge_mouse_in_turn(observation: Observation) -> Reason:
     scene = observation.enter_scene(stimuli.MOUSE_IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
@@ -191,9 +190,9 @@ def forward_sign_of(observation: Observation) -> float:
     return 1.0
 
 
-def _why_not_driven_by_mouse(observation: Observation) -> Reason:
+def _judge_drive_by_mouse(observation: Observation) -> Reason:
     forward_sign = forward_sign_of(observation)
-    judge = partial(why_not_steered, observation, skip_zeros=True)
+    judge = partial(judge_steering, observation, skip_zeros=True)
     return (judge(stimuli.MOUSE_UP, linear=scaled(EDGE_BOUNDS, forward_sign))
             or judge(stimuli.MOUSE_LEFT, angular=EDGE_BOUNDS)
             or judge(stimuli.MOUSE_HALF_WAY, linear=scaled(HALF_WAY_BOUNDS, -forward_sign),
@@ -225,49 +224,49 @@ def remarks_on_turns(observation: Observation) -> List[str]:
 
 CRITERIA = [
     Criterion('starts', stimuli.TURNS, 'runs and listens to imu', TURN_SECTION.at_step(4),
-              why_not_started, limits=START_LIMITS),
+              judge_start, limits=START_LIMITS),
     Criterion('left', stimuli.TURNS, f'l turns {TURN_DEG:g} degrees left', LAW_STEP,
-              partial(why_not_turned, name=LEFT_KEY), limits=TURN_LIMITS),
+              partial(judge_turn, name=LEFT_KEY), limits=TURN_LIMITS),
     Criterion('right', stimuli.TURNS, f'r turns {TURN_DEG:g} degrees right', RIGHT_TURN_STEP,
-              partial(why_not_turned, name=RIGHT_KEY), limits=CARPET_LIMITS),
+              partial(judge_turn, name=RIGHT_KEY), limits=CARPET_LIMITS),
     Criterion('short_way', stimuli.TURNS, 'turns the same across 180 and 0 degrees', LAW_STEP,
-              partial(_why_turns_failed, names=STIMULI_ACROSS_JUMP), limits=CARPET_LIMITS),
+              partial(_judge_turns, names=STIMULI_ACROSS_JUMP), limits=CARPET_LIMITS),
     Criterion('clamped', stimuli.TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW_STEP,
-              _why_turned_too_fast, limits=f'and {ROUNDING:g} for rounding'),
+              _judge_turn_speed, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', stimuli.TURNS, 'does not drive forward while it turns', LAW_STEP,
-              _why_driven_while_turning, limits=f'less than {ROUNDING:g} m/s'),
+              _judge_turn_on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', stimuli.TURNS,
               'answers any other input by an error that names the valid ones', RIGHT_TURN_STEP,
-              _why_not_answered, limits=f'{within(stimuli.ANSWER_TIME)}, in at most '
+              _judge_answer_to_nonsense, limits=f'{within(stimuli.ANSWER_TIME)}, in at most '
               f'{MAX_LEGIBLE_LINES} lines; the robot rests'),
     Criterion('mouse_drives', stimuli.MOUSE,
               f'mouse up drives forward, left turns left, {MOUSE_FULL:g} at the edge', MOUSE_STEP,
-              _why_not_driven_by_mouse, limits=MOUSE_LIMITS),
+              _judge_drive_by_mouse, limits=MOUSE_LIMITS),
     Criterion('mouse_dead_zone', stimuli.MOUSE,
               f'a mouse within {MOUSE_DEAD_ZONE:g} of the middle moves nothing', MOUSE_STEP,
-              _why_driven_in_dead_zone,
+              _judge_dead_zone,
               limits=f'zero velocity at {POSITION_NEAR_MIDDLE} {STOP_LIMITS}'),
     Criterion('mouse_off', stimuli.MOUSE, 'the robot stops at once when the mouse is deactivated',
-              MOUSE_STEP, _why_driven_by_inactive_mouse, limits='zero velocity ' + STOP_LIMITS),
+              MOUSE_STEP, _judge_inactive_mouse, limits='zero velocity ' + STOP_LIMITS),
     Criterion('turn_beside_mouse', stimuli.MOUSE_AND_TURNS,
               'turns also while the mouse is active in the middle', MOUSE_STEP,
-              partial(why_not_turned, name=stimuli.TURN_BESIDE_MOUSE,
+              partial(judge_turn, name=stimuli.TURN_BESIDE_MOUSE,
                       seconds=stimuli.BESIDE_MOUSE_TIME),
               limits='as left, over ' + within(stimuli.BESIDE_MOUSE_TIME)),
     Criterion('mouse_after_turn', stimuli.MOUSE_AND_TURNS, 'the mouse drives after a turn',
-              MOUSE_STEP, _why_not_driven_after_turn,
+              MOUSE_STEP, _judge_mouse_after_turn,
               limits=f'more than {MIN_EDGE_SPEED:.2f} m/s {within(stimuli.MOUSE_HOLD_TIME)}'),
     Criterion('mouse_in_turn', stimuli.MOUSE_AND_TURNS,
               'a mouse moved during a turn drives then or after it', MOUSE_STEP,
-              _why_not_driven_in_turn, limits=within(stimuli.MOUSE_REACTION_TIME)),
+              _judge_mouse_in_turn, limits=within(stimuli.MOUSE_REACTION_TIME)),
     Criterion('stops_robot', stimuli.SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity',
-              CTRL_C_STEP, why_not_stopped_at_ctrl_c, limits=STOP_LIMITS),
+              CTRL_C_STEP, judge_stop_at_ctrl_c, limits=STOP_LIMITS),
     Criterion('says_goodbye', stimuli.SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"',
-              CTRL_C_STEP, partial(why_not_printed, text=CONTROLLER_GOODBYE)),
+              CTRL_C_STEP, partial(judge_line_at_ctrl_c, text=CONTROLLER_GOODBYE)),
     clean_exit_criterion(stimuli.SHUTDOWN, CTRL_C_STEP),
     Criterion('within_1_deg', stimuli.TURNS,
               f'all turns are within {MAX_EXACT_ERROR_DEG:g} degree', IMU_EXTRAS,
-              partial(_why_turns_failed, names=stimuli.TURN_STIMULI, tolerance=MAX_EXACT_ERROR_DEG),
+              partial(_judge_turns, names=stimuli.TURN_STIMULI, tolerance=MAX_EXACT_ERROR_DEG),
               is_extra=True),
     lost_device_criterion('lost_imu', 'stops a turn', 'the IMU', stimuli.IMU_SILENT, IMU_EXTRAS),
     lost_device_criterion('lost_mouse', 'stops the robot', 'the mouse', stimuli.MOUSE_SILENT,

@@ -4,7 +4,7 @@ from typing import Dict, List
 
 from tb3_labs.handout import CMD_VEL_TOPIC
 from tb3_labs.marking.trial.observation import (
-    CTRL_C, Ended, NotObserved, NotTried, Observation, NodeProcess, Scene)
+    CTRL_C, Ended, NodeProcess, NotObserved, NotTried, Observation, Scene)
 from tb3_labs.watch.mistake import nonzero_field_text
 
 TWIST = 'geometry_msgs/Twist'       # the type of cmd_vel

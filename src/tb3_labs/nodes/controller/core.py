@@ -19,7 +19,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import IncomingMessage, LogQueue, Output, SenderRequests
 from tb3_labs.supervision.sensor_faults_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
-from tb3_labs.supervision.timeouts import RESUME_TIME, MAX_REPEAT_GAP, SleepMonitor
+from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, RESUME_TIME, SleepMonitor
 
 REFUSAL_LOG_PERIOD = 1.0    # [s]
 MAX_ANGLE_SLACK = 1e-9      # [rad], for rounding

@@ -11,7 +11,7 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import IncomingMessage, LogQueue, Novelty
-from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, INPUT_TIMEOUT, Freshness, Lateness
+from tb3_labs.supervision.timeouts import INPUT_TIMEOUT, MAX_TRANSIT_TIME, Freshness, Lateness
 
 REMEDY_OF_LOST_MOUSE = 'move it to the middle of the screen to use it again'
 

@@ -17,7 +17,7 @@ from tb3_labs.supervision.control_holder import (
     NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
 from tb3_labs.supervision.events import IncomingMessage, LogQueue, Novelty, Output
 from tb3_labs.supervision.timeouts import (
-    MAX_TRANSIT_TIME, HAND_BACK_TIME, MAX_RESET_AGE, RESUME_TIME, SleepMonitor)
+    HAND_BACK_TIME, MAX_RESET_AGE, MAX_TRANSIT_TIME, RESUME_TIME, SleepMonitor)
 
 #: If a pushed stick does not move the robot for this time [s], a warning gives the reason.
 STICK_WARNING_TIME = 3.0

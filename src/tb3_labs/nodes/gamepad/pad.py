@@ -10,7 +10,7 @@ from typing import NamedTuple, Optional, Sequence
 from tb3_labs.config import Config, setting
 from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_ANGULAR_SPEED)
-from tb3_labs.supervision.timeouts import MAX_TRANSIT_TIME, INPUT_TIMEOUT, Freshness, Lateness
+from tb3_labs.supervision.timeouts import INPUT_TIMEOUT, MAX_TRANSIT_TIME, Freshness, Lateness
 
 MAX_INDEX = 31    # of an axis or a button
 
