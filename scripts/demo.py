@@ -107,7 +107,7 @@ class Demo:
     def __init__(self):
         self._config = read_config(DemoConfig)
         self._received = {}          # {topic: [(time of arrival [s], value)]}
-        self._has_granted = False    # did move_to_goal get control from this node?
+        self._has_granted = False    # True after this node gave move_to_goal control
         self._is_control_taken = False
         # not latched: a latched permission may be old
         self._permission = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)

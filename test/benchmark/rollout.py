@@ -157,10 +157,10 @@ def _control(robot: Simulator, controller: ControllerCore, seconds: float) -> Li
 
 
 class Listening:
-    """A stream of samples. After each sample that is read, none is read for `idle_for(now)` [s]."""
+    """A stream of samples. After each sample that is read, none is read for `idle_time(now)` [s]."""
 
-    def __init__(self, idle_for):
-        self._idle_for = idle_for
+    def __init__(self, idle_time):
+        self._idle_for = idle_time
         self._until = -math.inf
 
     def reads(self, now):
@@ -173,7 +173,7 @@ class Listening:
 
 def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample], None]:
     """A function that passes a robot's samples to a MoveToGoalCore, as its node does."""
-    listening = Listening(navigator.idle_for)
+    listening = Listening(navigator.idle_time)
 
     def hear(sample):
         if not isinstance(sample, ImuSample):
@@ -185,7 +185,7 @@ def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample]
 
 def control(robot: Simulator, controller: ControllerCore) -> Callable[[Sample], None]:
     """A function that passes a robot's samples to a ControllerCore, as its node does."""
-    listening = Listening(controller.idle_for)
+    listening = Listening(controller.idle_time)
 
     def hear(sample):
         if isinstance(sample, ImuSample) and listening.reads(robot.now):

@@ -37,12 +37,12 @@ def test_a_clock_that_goes_back_gives_a_step_of_zero():
 def test_a_pace_is_idle_until_the_next_step():
     pace = Pace(1.0 / 30.0)
     pace.step(5.0)
-    woken = 5.0 + pace.idle_for(5.0)
+    woken = 5.0 + pace.idle_time(5.0)
     assert 5.02 < woken < 5.0334
     assert not pace.is_due(woken - 0.0001)
     assert pace.is_due(woken + 1e-9)       # the sample that has waited meanwhile takes the step
-    assert pace.idle_for(woken) < 1e-9 and pace.idle_for(7.0) == 0.0
-    assert pace.idle_for(-100.0) <= 2.0 / 30.0
+    assert pace.idle_time(woken) < 1e-9 and pace.idle_time(7.0) == 0.0
+    assert pace.idle_time(-100.0) <= 2.0 / 30.0
 
 
 # The travel that is commanded and not yet driven ---------------------------------------------------

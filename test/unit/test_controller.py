@@ -115,7 +115,7 @@ def test_the_node_is_watched_in_a_turn_and_while_the_mouse_is_active(desk):
         assert not desk.needs_fast_ticks and desk.core.problem_text(desk.now) == ''
         desk.law.remaining, desk.law.times, desk.log_lines = 1.0, [], []
         desk.request_turn()
-        assert desk.core.idle_for(desk.now) < IDLE_SAMPLE_PERIOD
+        assert desk.core.idle_time(desk.now) < IDLE_SAMPLE_PERIOD
         desk.run(0.2)
         assert desk.needs_fast_ticks
         assert desk.told('Turning 90 degrees') and desk.law.times[0] == 0.1    # from standing

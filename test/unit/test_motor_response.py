@@ -6,7 +6,7 @@ import pytest
 
 from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.motor_response import (
-    MAX_START_SHARE, MIN_COMMAND_SHARE, MIN_SAMPLE_DELAY, MIN_START_SHARE, Identification, MotorResponse,
+    MAX_ONSET_SHARE, MIN_COMMAND_SHARE, MIN_ONSET_SHARE, MIN_SAMPLE_DELAY, Identification, MotorResponse,
     delay_and_lag_at_start)
 from tb3_labs.supervision.timeouts import MAX_SAMPLE_AGE
 
@@ -73,7 +73,7 @@ def test_gain_and_delay_are_identified_separately(
 
 
 @pytest.mark.parametrize('share, tells', [
-    (0.9 * MIN_START_SHARE, False), (1.1 * MIN_START_SHARE, True), (1.1 * MAX_START_SHARE, False),
+    (0.9 * MIN_ONSET_SHARE, False), (1.1 * MIN_ONSET_SHARE, True), (1.1 * MAX_ONSET_SHARE, False),
     (1e307, False)])
 def test_only_plausible_speeds_are_used(share, tells):
     history, identification = CommandHistory(PERIOD), Identification(MotorResponse(), True)

@@ -155,10 +155,10 @@ def test_while_a_reset_waits_every_sample_of_the_imu_is_read():
     robot.imu = False
     robot.run(0.05)
     robot.reset()
-    assert robot.core.idle_for(robot.now) == 0.0
+    assert robot.core.idle_time(robot.now) == 0.0
     robot.imu = True
     robot.run(0.05)
-    assert robot.core.idle_for(robot.now) == IDLE_SAMPLE_PERIOD
+    assert robot.core.idle_time(robot.now) == IDLE_SAMPLE_PERIOD
 
 
 def test_a_reset_in_a_spin_waits_for_samples_of_the_moment_of_its_request(monkeypatch):

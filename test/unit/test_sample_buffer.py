@@ -43,7 +43,7 @@ def assert_right(pairs, robot, stamped_off=0.0, radians=1e-6):
 
 def instant_at(history, now):
     """(stamp, both readings) of `now` on the receiver's clock."""
-    stamp = history.clock.stamp_of(now)
+    stamp = history.clock.to_sender_time(now)
     readings = None if stamp is None else history.readings_at(stamp)
     return None if readings is None else (stamp, readings)
 

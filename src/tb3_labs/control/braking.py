@@ -121,9 +121,9 @@ class Approach:
         self._now = 0.0                  # time [s] since the start
         self._measured_at = -math.inf    # time [s] of the latest sample
         self.predicted_remaining = FilteredNumber()    # [m or rad]
-        self._direction = 0.0        # latest command to move; 0 before the first motion
+        self._motion_command = 0.0        # latest command to move; 0 before the first motion
         self._reversals = 0          # many reversals show that the robot differs from its model
-        self._has_stopped = False    # was a stop commanded after the first motion?
+        self._has_stopped = False    # True after a stop that followed a motion
         self._identification = Identification(self._response, self._config.measures_instant_speed)
         self._start_history(math.nan, 0.0)    # the first step replaces these values
 
@@ -146,7 +146,7 @@ class Approach:
         `remaining`. The previous step was `dt` [s] ago.
         """
         self._now += dt
-        if self._direction:
+        if self._motion_command:
             self._advance(speed, dt)
         else:    # no motion was commanded yet
             dt = self._config.period
@@ -158,13 +158,13 @@ class Approach:
             self._measured_at = self._now - age
             self.predicted_remaining.add(self._prediction(remaining, age), noise)
         latest_command = self._history.command
-        if self._direction and not latest_command:
+        if self._motion_command and not latest_command:
             self._has_stopped = True
         command = self._profile_speed(max_speed)
         if command:
-            if command * self._direction < 0.0:
+            if command * self._motion_command < 0.0:
                 self._reversals += 1
-            self._direction = command
+            self._motion_command = command
         elif self._has_stopped and self._history.unchanged_for < self._config.nudge_time:
             command = latest_command
         change = self._config.acceleration * dt

@@ -23,7 +23,7 @@ class LawStep(NamedTuple):
 
     command: Twist2
     remaining: float         # remaining travel [m or rad]
-    is_finished: bool        # has the robot reached the goal of the law?
+    is_finished: bool        # the robot has reached the goal of the law
 
 
 class Pace:
@@ -43,7 +43,7 @@ class Pace:
         has_clock_gone_back = now < self._next_step_at - 2.0 * self._period
         return now >= self._next_step_at or has_clock_gone_back
 
-    def idle_for(self, now: float) -> float:
+    def idle_time(self, now: float) -> float:
         """Returns the time [s] until the next step, which needs a new sample."""
         return clamp(self._next_step_at - now, 0.0, 2.0 * self._period)
 

@@ -57,9 +57,9 @@ class DriveLaw:
     LOOK_AHEAD_DISTANCE = 0.20
     AT_GOAL_SHARE = 0.5    # a drive that starts within this share of the tolerance only turns
     #: A robot that still moves may stop beyond the goal by at most this share of the tolerance.
-    OVERSHOOT_SHARE = 0.3
+    MAX_OVERSHOOT_SHARE_IN_MOTION = 0.3
     #: The robot backs up if it would stop farther beyond the goal than this share of the tolerance.
-    BACKUP_SHARE = 0.8
+    MAX_OVERSHOOT_SHARE_AT_REST = 0.8
 
     def __init__(self, config: DriveConfig, model: RobotModel,
                  response: Optional[MotorResponse] = None) -> None:
@@ -71,22 +71,22 @@ class DriveLaw:
         self._max_angular = min(config.max_angular, model.max_angular)
         self._precise_turn = PreciseTurn(self._max_angular, config.angular_acceleration,
                                          math.radians(config.angle_tolerance_deg), response)
-        self._backup_distance = self.BACKUP_SHARE * config.distance_tolerance
+        self._max_overshoot_at_rest = self.MAX_OVERSHOOT_SHARE_AT_REST * config.distance_tolerance
         self._approach = Approach(ApproachConfig(
             period=self.period, acceleration=config.linear_acceleration,
             deceleration=0.2 * config.linear_acceleration, gain=15.0, min_speed=0.015,
-            dead_band=self.ARRIVAL_DISTANCE, max_overshoot=self._backup_distance,
+            dead_band=self.ARRIVAL_DISTANCE, max_overshoot=self._max_overshoot_at_rest,
             nudge_time=self.period), response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Choose the line to the goal, and the direction of the drive along this line."""
-        self._line = pose.bearing_to(goal)
+        self._line_yaw = pose.bearing_to(goal)
         self._is_at_goal = pose.distance_to(goal) <= self.AT_GOAL_SHARE * self.distance_tolerance
-        reversed_line = wrap(self._line + math.pi)
-        turns = sum_of_turns(pose.yaw, self._line, goal.yaw)
+        reversed_line = wrap(self._line_yaw + math.pi)
+        turns = sum_of_turns(pose.yaw, self._line_yaw, goal.yaw)
         reverse_turns = sum_of_turns(pose.yaw, reversed_line, goal.yaw)
         self._is_reversed = self._config.allow_reverse and reverse_turns < turns
-        self._start_turn(pose, self._heading_along(self._line))
+        self._start_turn(pose, self._heading_along(self._line_yaw))
         self._approach.start()
         self._has_started_final_turn = False
 
@@ -104,13 +104,13 @@ class DriveLaw:
         If a command is delayed, the robot may drive past the goal. Then it comes to rest,
         and backs up straight if it is outside the tolerance.
         """
-        line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
+        line_T_base = Pose2(goal.x, goal.y, self._line_yaw).inverse() @ motion.pose
         remaining = -line_T_base.x
         direction = -1.0 if self._is_reversed else 1.0
         speed = direction * self._approach.step(
             remaining, direction * motion.linear, max_speed=self._max_linear, dt=dt)
         to_line = math.atan2(-line_T_base.y, self.LOOK_AHEAD_DISTANCE)
-        self._precise_turn.aim(self._heading_along(wrap(self._line + to_line)))
+        self._precise_turn.aim(self._heading_along(wrap(self._line_yaw + to_line)))
         turn_step = self._step_turn(motion, dt)
         has_arrived = self._is_at_goal or self._has_arrived(motion.linear)
         return self._limited_step(speed, turn_step, remaining, is_finished=has_arrived)
@@ -133,9 +133,9 @@ class DriveLaw:
 
     def _has_arrived(self, linear: float) -> bool:
         remaining = self._approach.predicted_remaining.value
-        max_overshoot = self._backup_distance
+        max_overshoot = self._max_overshoot_at_rest
         if abs(linear) > MAX_REST_SPEED:    # a moving robot may stop later than predicted
-            max_overshoot = self.OVERSHOOT_SHARE * self.distance_tolerance
+            max_overshoot = self.MAX_OVERSHOOT_SHARE_IN_MOTION * self.distance_tolerance
         return -max_overshoot <= remaining <= self.ARRIVAL_DISTANCE
 
     def _heading_along(self, direction: float) -> float:

@@ -28,8 +28,8 @@ class GoalMachine:
         self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED
         self.failure = ''         # the reason why the drive was given up, or ''
-        self.has_begun = False    # was a motion to this goal commanded?
-        self.is_canceled = False  # did a person or program cancel the drive?
+        self.has_begun = False    # a motion to this goal was commanded
+        self.is_canceled = False  # a person or program has canceled the drive
         self.attempt = 0          # number of drives so far
         self._retries_left = 0
         self._law_is_started = False

@@ -69,12 +69,13 @@ MIN_STEADY_TIME = 0.12
 MIN_COMMAND_SHARE = 0.5
 LEARNING_TIME = 1.5      # [s]; later samples of an approach are not used
 ONSET_SPEED = 0.03       # [rad/s or m/s]; a faster robot has begun to move
-MIN_START_SHARE = 0.1    # lowest speed of such a robot, as a share of the command
-MAX_START_SHARE = 1.5    # highest speed of such a robot, as a share of the command
+MIN_ONSET_SHARE = 0.1    # lowest speed of such a robot, as a share of the command
+MAX_ONSET_SHARE = 1.5    # highest speed of such a robot, as a share of the command
 #: A first command that is slower than this [rad/s] does not show delay and lag well. Without this
 #: limit, a turn by 0.2 degrees with a noisy gyro takes up to 3.5 s in place of 0.75 s.
 MIN_FIRST_COMMAND = 0.2
-NO_LAG_SHARE = 0.98    # if a first sample shows a larger share of the steady speed, the lag is 0
+#: If a first sample shows a larger share of the steady speed, the lag is 0.
+MAX_SHARE_WITH_LAG = 0.98
 
 
 class MotorResponse:
@@ -119,7 +120,7 @@ def delay_and_lag_at_start(time: float, steady_speed: float, travel: float,
         return None
     speed_share = speed / steady_speed
     motion_time = travel / steady_speed
-    has_lag = speed_share <= NO_LAG_SHARE
+    has_lag = speed_share <= MAX_SHARE_WITH_LAG
     lag = motion_time / (-math.log1p(-speed_share) - speed_share) if has_lag else 0.0
     if not 0.0 <= lag <= MAX_LAG:
         return None
@@ -136,8 +137,8 @@ class Identification:
         self._shared_response = response              # the response that all approaches share
         self._linearization_point = copy(response)    # the equations give changes from this
         self._measures_instant_speed = measures_instant_speed
-        self._can_identify = False      # did the robot rest at the start, and was no sample late?
-        self._has_seen_start = False    # did a sample show that the robot speeds up?
+        self._can_identify = False      # the robot rested at the start, no sample was late
+        self._has_seen_start = False    # a sample has shown that the robot speeds up
         lag_deviation = INITIAL_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
         deviations = np.array([INITIAL_GAIN_DEVIATION, INITIAL_DELAY_DEVIATION, lag_deviation])
         self._normal_matrix = np.diag(deviations ** -2.0)
@@ -172,7 +173,7 @@ class Identification:
         command_has_arrived = history.unchanged_for > self.estimate.delay + age
         if not (self._has_seen_start and command_has_arrived):
             return False
-        return MIN_START_SHARE < speed / history.command < MAX_START_SHARE
+        return MIN_ONSET_SHARE < speed / history.command < MAX_ONSET_SHARE
 
     def _use_first_sample(self, history: CommandHistory, travel: float, speed: float,
                           age: float) -> None:

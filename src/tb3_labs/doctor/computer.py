@@ -60,7 +60,7 @@ class Computer:
     resolved_address: str = ''         # the address of the advertised name
     addresses: Tuple[str, ...] = ()    # without the loopback addresses
     outgoing_address: str = ''         # the address from which this computer sends to the master
-    is_master_here: bool = True        # does the master run on this computer?
+    is_master_here: bool = True        # the master runs on this computer
 
     @property
     def advertised_name(self) -> str:

@@ -30,12 +30,12 @@ def euler_angles(w: np.ndarray, x: np.ndarray, y: np.ndarray,
             np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
 
 
-def last_index_until(times: Any, time: Any) -> Any:
+def index_at_or_before(times: Any, time: Any) -> Any:
     """Returns the index of the latest entry in `times` that is not after `time`; -1 if all are
     later. `times` are sorted. If `time` is an array, an array of indices is returned."""
     return np.searchsorted(times, time, side='right') - 1
 
 
-def last_index_before(times: Any, time: Any) -> Any:
+def index_before(times: Any, time: Any) -> Any:
     """Returns the index of the latest entry in `times` before `time`; -1 if there is none."""
     return np.searchsorted(times, time, side='left') - 1

@@ -93,7 +93,7 @@ class GyroMonitor:
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
         self._contradiction_text = GYRO_CONTRADICTION.format(model.name, reset_topic)
-        self.has_compared = False    # was any rate of the gyro compared with the wheels?
+        self.has_compared = False    # a rate was compared with the wheels
         self._sends_wheels = False
         self._rested_for = 0.0       # total time [s] of the comparisons at rest
         self._uncompared_for = 0.0   # time [s] for which the gyro was not compared

@@ -78,15 +78,15 @@ class Localizer:
         self._timing = timing
         self.frame: Optional[LocalFrame] = None    # None before samples, and if the pose is lost
         self._frame_number = 0
-        self.is_lost = False              # is the pose lost, until the next reset?
+        self.is_lost = False              # the pose is lost, until the next reset
         self._commanded_at = -math.inf    # time [s] of the latest known command to move
         self._jump_finder = JumpFinder()
         self.jumps: Queue[Jump] = Queue()    # jumps of both sensors
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets: List[Reset] = []    # in order; pop_ended_resets() removes some
-        self._odometry: Optional[TimedSample] = None    # the latest message that was used
-        self._waits_for_imu = True    # has the IMU sent nothing since a silence of both sensors?
+        self._resets: List[Reset] = []                # in order; pop_ended_resets() removes some
+        self._odometry: Optional[TimedSample] = None  # the latest message that was used
+        self._waits_for_imu = True                    # no IMU sample since both sensors were silent
 
     def on_imu(self, timed: TimedSample) -> None:
         jump_text = heading_jump_text(timed.previous_sample, timed.sample)
@@ -194,7 +194,7 @@ class Localizer:
                                     wrap(self.frame.imu_yaw_at_zero + jump.imu_turn))
 
     def _convert_request(self, reset: Reset) -> None:
-        reset.stamp = self._timing.clock.stamp_of(reset.requested_at)
+        reset.stamp = self._timing.clock.to_sender_time(reset.requested_at)
         reset.epoch = self._timing.clock.epoch
 
     def _carry_out_resets(self) -> None:

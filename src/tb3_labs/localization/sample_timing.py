@@ -47,7 +47,7 @@ class TimedSample(NamedTuple):
     arrival: float           # time of arrival [s, receiver's clock]
     time: float              # time of measurement [s, sender's clock]; without stamps `arrival`
     epoch: int               # epoch of the sender's clock
-    measured_at: float       # time of measurement [s, receiver's clock], by SenderClock.measured_at
+    measured_at: float       # [s, receiver's clock], by SenderClock.to_receiver_time
     silence: float           # time [s] since this sensor's previous sample; infinite without one
     silence_of_robot: float  # time [s] since the latest sample of any sensor; infinite without one
     stamp_interval: float    # time [s] from the previous stamp; 0 for the first sample
@@ -88,7 +88,7 @@ class SampleTiming:
             source, sample.stamp, now, silence=silence, silence_of_robot=silence_of_robot)
         return TimedSample(
             sample, previous, arrival=now, time=time, epoch=self.clock.epoch,
-            measured_at=self.clock.measured_at(time, now), silence=silence,
+            measured_at=self.clock.to_receiver_time(time, now), silence=silence,
             silence_of_robot=silence_of_robot, stamp_interval=stamp_interval)
 
 
@@ -110,7 +110,7 @@ class SenderClock:
 
     def __init__(self) -> None:
         self.epoch = -1                  # number of the epoch; the first epoch is 0
-        self.uses_stamps = True          # are the stamps a clock?
+        self.uses_stamps = True          # the stamps are a clock
         self._last_arrival = math.nan    # before the first sample
         self._start_epoch()
 
@@ -136,11 +136,11 @@ class SenderClock:
         self._least_delay.add(arrival, arrival - time)
         return time
 
-    def stamp_of(self, now: float) -> Optional[float]:
+    def to_sender_time(self, now: float) -> Optional[float]:
         """Returns `now` on the sender's clock; None before the first sample."""
         return None if self._least_delay.value is None else now - self._least_delay.value
 
-    def measured_at(self, time: float, arrival: float) -> float:
+    def to_receiver_time(self, time: float, arrival: float) -> float:
         """Returns when the latest sample was measured [s, receiver's clock]. The fastest message is
         assumed to need no time. `time` is the result of :meth:`add_stamp`."""
         assert self._least_delay.value is not None

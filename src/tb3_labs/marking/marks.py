@@ -68,7 +68,7 @@ class Marks:
     student: str
     node: str = ''                   # package/file
     number: str = ''                 # the student's number on the learning platform
-    late: bool = False               # does the learning platform call the submission late?
+    late: bool = False               # the learning platform calls the submission late
     remarks: List[str] = field(default_factory=list)      # sentences for the student
     findings: List[str] = field(default_factory=list)     # sentences only for the instructor
     unjudged: str = ''               # why the submission was not judged; '' if it was judged
@@ -76,9 +76,9 @@ class Marks:
     #: Pages leave out these first parts of paths, which mean nothing on another machine.
     path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
-    observation: Optional[Observation] = None       # None if there was no trial
-    decided_points: Optional[float] = None      # the points that a person gave, if any
-    decision_reason: str = ''                   # a person's reason for these points
+    observation: Optional[Observation] = None    # None if there was no trial
+    decided_points: Optional[float] = None       # the points that a person gave, if any
+    decision_reason: str = ''                    # a person's reason for these points
     first_mistake: Optional[Mistake] = None      # see _find_first_mistake
 
     @property

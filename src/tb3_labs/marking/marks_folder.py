@@ -43,7 +43,7 @@ class Options(NamedTuple):
     package: str = ''           # the name of the node's package; '' means a usual name
     name: str = ''              # the name of the node's file; '' means a usual name
     pad: str = HANDOUT_PAD      # the kind of gamepad that the check imitates
-    sandbox: bool = True        # do the programs of submissions run in a Sandbox?
+    sandbox: bool = True        # the programs of submissions run in a Sandbox
 
 
 class MarksFolder:

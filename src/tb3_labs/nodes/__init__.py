@@ -7,7 +7,7 @@ caused is an events.IncomingMessage. A *steady* clock never stands still and nev
 
 The core decides in ``tick(now)``, which returns one events.Output. CoreRunner calls `tick` after
 each message, and ten times a second. After an Output with `needs_fast_ticks`, CoreRunner calls
-`tick` more often, as messages may stop. The core needs no IMU sample for ``idle_for(now)`` seconds.
+`tick` more often, as messages may stop. The core needs no IMU sample for ``idle_time(now)`` s.
 
 The methods ``status(now)`` and ``problem_text(now)``, and all properties, do not change the core.
 """

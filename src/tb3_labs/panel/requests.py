@@ -71,7 +71,7 @@ class HeldInputs(NamedTuple):
 
     pad: Optional[BrowserPad] = None               # None if the person does not hold the pad
     mouse: Optional[Tuple[float, float]] = None    # None if the person does not hold the mouse
-    is_first: bool = False    # is the message the first since the person took hold?
+    is_first: bool = False    # the message is the first since the person took hold
 
 
 class PageRequest(NamedTuple):

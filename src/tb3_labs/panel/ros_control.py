@@ -29,7 +29,7 @@ CONFIRM_TIMEOUT = 1.5
 CONFIRM_PERIOD = 0.05       # [s]
 
 
-class PanelRobot:
+class RobotControl:
     """The robot of this node's namespace. Only the thread `server` calls public methods."""
 
     def __init__(self, server):

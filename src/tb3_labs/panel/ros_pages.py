@@ -9,7 +9,7 @@ from rosgraph_msgs.msg import Log
 from tornado.ioloop import PeriodicCallback
 
 from tb3_labs.panel.requests import OpenPage, read_request
-from tb3_labs.panel.ros_control import PanelRobot
+from tb3_labs.panel.ros_control import RobotControl
 from tb3_labs.panel.ros_server import Server
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
@@ -35,7 +35,7 @@ class Pages:
         self._pages = []
         self._lines = deque(maxlen=MAX_KEPT_LINES)
         self._server = Server(config, self._open_page)
-        self._robot = PanelRobot(self._server)
+        self._robot = RobotControl(self._server)
         # the timers run while a page is open
         self._timers = [PeriodicCallback(guarded(self._send_pictures), 1000.0 / config.rate),
                         PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD_MS)]

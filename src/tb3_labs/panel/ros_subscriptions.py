@@ -47,7 +47,7 @@ class RobotSubscriptions:
             subscribe(topic, *arguments, queue_size=None)
 
         def subscribe_some(topic, *arguments, period=FAST_TOPIC_PERIOD):    # one in each `period`
-            return subscribe(topic, *arguments, idle_for=lambda now: period)
+            return subscribe(topic, *arguments, idle_time=lambda now: period)
 
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
         subscribe_all('goal_state', String, self._store_as('state'), _data_of)

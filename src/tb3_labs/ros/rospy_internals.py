@@ -132,7 +132,7 @@ class _Writer:
         self._connection = connection
         self._lock = threading.Lock()    # guards `_waiting` and `_is_full`
         self._waiting = deque(maxlen=max_waiting)
-        self._is_full = False            # is the socket full, so that a thread writes?
+        self._is_full = False            # the socket is full, so a thread writes
 
     def write(self, data):
         with self._lock:

@@ -56,5 +56,5 @@ def subscribe_wheels(callback):
 
     was_published = bool(publishers_of(rospy.resolve_name('joint_states')))
     subscriber = subscribe('joint_states', JointState, on_message,
-                           idle_for=lambda now: WHEEL_PERIOD)
+                           idle_time=lambda now: WHEEL_PERIOD)
     return lambda: was_published or subscriber.get_num_connections() > 0

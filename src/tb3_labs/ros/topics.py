@@ -37,17 +37,17 @@ class WarningThrottle:
             rospy.logwarn(text, *arguments)
 
 
-def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=None):
+def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_time=None):
     """Returns a subscriber. If several messages arrive together, the subscriber reads only the
     latest `queue_size` messages, or all messages if `queue_size` is None.
 
     `read` converts a message to the argument of `callback`. If `read` raises ``ValueError``, the
     message is dropped and counted in INVALID_COUNTS.
 
-    If `idle_for` is given, the topic is not read for `idle_for(now)` seconds after each message.
+    If `idle_time` is given, the topic is not read for `idle_time(now)` seconds after each message.
     That saves most of a node's computing time. If time is simulated, every message is read.
     """
-    may_idle = idle_for is not None and is_wall_time()
+    may_idle = idle_time is not None and is_wall_time()
     warnings = WarningThrottle()
 
     def on_message(message):
@@ -59,7 +59,7 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_for=N
             return
         callback(value)
         if may_idle:
-            time.sleep(idle_for(ros_time()))
+            time.sleep(idle_time(ros_time()))
 
     return rospy.Subscriber(topic, message_type, guarded(on_message), queue_size=queue_size,
                             buff_size=65536, tcp_nodelay=True)

@@ -32,7 +32,7 @@ class Fault:
     tolerance: float                    # largest error of a right answer, in `unit`
     quantity: str                       # what the value is
     scale: float = 1.0
-    is_signed: bool = False             # can the value be negative?
+    is_signed: bool = False             # the value can be negative
     #: {field of SimulatorConfig: its content while the fault occurs}
     extra_settings: Mapping[str, Any] = field(default_factory=dict)
 

@@ -29,7 +29,7 @@ class WheelReading(NamedTuple):
     speeds: Tuple[float, float]    # [rad/s]
 
 
-class Rhythm:
+class Schedule:
     """The moments 1/`rate`, 2/`rate`, ... [s]. Each moment is returned once."""
 
     def __init__(self, rate: float) -> None:
@@ -91,8 +91,8 @@ class Sensors:
         pose = body.drivetrain.pose
         self._body, self._config = body, config
         self.odometer = Odometer(model, pose, wrap(pose.yaw + body.imu.yaw_error))
-        self.imu_rhythm = Rhythm(config.imu_rate)
-        self.odom_rhythm = Rhythm(config.odom_rate)
+        self.imu_schedule = Schedule(config.imu_rate)
+        self.odom_schedule = Schedule(config.odom_rate)
         self._samples: List[Sample] = []    # oldest first
         self._is_reset_due = False
         self.world_T_odom = Pose2()    # a reset of the odometry changes this pose
@@ -103,8 +103,8 @@ class Sensors:
 
     def configure(self, config: SimulatorConfig, now: float) -> None:
         self._config = config
-        self.imu_rhythm.set_rate(config.imu_rate, now)
-        self.odom_rhythm.set_rate(config.odom_rate, now)
+        self.imu_schedule.set_rate(config.imu_rate, now)
+        self.odom_schedule.set_rate(config.odom_rate, now)
         self.clock = BoardClock(config.stamp_step, config.seed)
 
     def reset_odometry(self) -> None:

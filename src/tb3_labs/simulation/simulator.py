@@ -22,7 +22,7 @@ from tb3_labs.simulation.drivetrain import Body
 from tb3_labs.simulation.firmware import RESET_MESSAGE, Board, motor_speeds
 from tb3_labs.simulation.imu import UNCALIBRATED_BIAS
 from tb3_labs.simulation.network import NetworkLink
-from tb3_labs.simulation.sensors import Rhythm, Sensors
+from tb3_labs.simulation.sensors import Schedule, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: A step also includes the events in this time [s] after its end, because the sum of many small
@@ -39,7 +39,7 @@ class Simulator:
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
         self.sensors = Sensors(self._model, self._body, config)
         self.now = 0.0    # time [s] since the start
-        self._motor_rhythm = Rhythm(CONTROL_RATE)
+        self._motor_schedule = Schedule(CONTROL_RATE)
         self._command_link = NetworkLink('command', config.seed)
         self._sensor_link = NetworkLink('sensor', config.seed)
         self._board = Board()
@@ -100,11 +100,11 @@ class Simulator:
         self.now += dt
         horizon = self.now + TIME_TOLERANCE
         board, sensors = self._board, self.sensors
-        motor_rhythm, odom_rhythm = self._motor_rhythm, sensors.odom_rhythm
+        motor_rhythm, odom_schedule = self._motor_schedule, sensors.odom_schedule
         while True:
             # Events at the same moment are handled in the order board, motors, odometry, IMU.
-            event_time = min(motor_rhythm.due, odom_rhythm.due, board.calibration_end)
-            stamps = sensors.imu_rhythm.pop_until(min(event_time, horizon))
+            event_time = min(motor_rhythm.due, odom_schedule.due, board.calibration_end)
+            stamps = sensors.imu_schedule.pop_until(min(event_time, horizon))
             if not board.is_calibrating:
                 sensors.measure_imu(stamps)
             if event_time > horizon:
@@ -115,7 +115,7 @@ class Simulator:
             elif motor_rhythm.due == event_time:
                 self._set_motors(motor_rhythm.pop())
             else:
-                odom_rhythm.pop()
+                odom_schedule.pop()
                 if not board.is_calibrating:
                     sensors.measure_odometry(event_time)
 

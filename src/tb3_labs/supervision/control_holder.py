@@ -50,7 +50,7 @@ class ControlMessages:
     takes the robot back. A pad sends a message only after a person has pressed a button."""
 
     def __init__(self) -> None:
-        self.must_renew = False    # must this pad renew a permission that it gave?
+        self.must_renew = False    # this pad must renew a permission that it gave
         self.waiting: Queue[bool] = Queue()    # messages to publish
         self.granted_at = -math.inf    # time [s] of a True that move_to_goal has not obeyed yet
         self._sent_at = -math.inf      # time [s] of the latest message or renewal

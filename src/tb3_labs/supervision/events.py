@@ -44,16 +44,16 @@ class IncomingMessage(Generic[Content]):
     arrived_at: float    # time of arrival [s]
     sender: str = ''
     novelty: Novelty = Novelty.NEW
-    has_renewals: bool = False    # does the sender announce renewals of its permission?
+    has_renewals: bool = False    # the sender announces renewals of its permission
     sent_at: float = 0.0          # time of sending [s, sender's clock]; 0 if unknown
 
 
 class SenderConnection(NamedTuple):
     sender: str
-    process: str = ''    # address of the process that has the sender's name now
+    process: str = ''                  # address of the process that has the sender's name now
     connected_at: float = -math.inf    # time [s] at which the connection was made
-    is_latched: bool = False    # does the sender repeat its last message to each new connection?
-    has_renewals: bool = False    # as in IncomingMessage
+    is_latched: bool = False           # the sender repeats its last message to each new connection
+    has_renewals: bool = False         # as in IncomingMessage
 
 
 class NoveltyFinder:
@@ -105,8 +105,8 @@ class SenderRequest:
 
     content: object
     latest_at: float            # time [s] of the latest message
-    is_repeated: bool = False   # was the request sent more than once?
-    is_ended: bool = False      # is a repetition of the request refused?
+    is_repeated: bool = False   # the request was sent more than once
+    is_ended: bool = False      # a repetition of the request is refused
     message: Any = None         # the caller may store the latest message here
 
 
@@ -147,7 +147,7 @@ class SenderRequests:
 
 class LogLine(NamedTuple):
     text: str
-    is_warning: bool    # is the line logged as a warning?
+    is_warning: bool    # the line is logged as a warning
 
 
 class Queue(List[Content]):
@@ -173,10 +173,10 @@ class Output:
 
     #: The turtlebot3.Twist2 that the node must send; None if no command is due. Zero is a stop.
     command: Optional[Tuple[float, float]] = None
-    #: Has the driver changed, so that the node must send one zero before the command?
+    #: The driver has changed, so one zero must be sent before the command.
     must_stop_first: bool = False
     log_lines: Sequence[LogLine] = ()    # lines for the user
-    needs_fast_ticks: bool = False       # must the node look at the clock often?
+    needs_fast_ticks: bool = False       # the node must look at the clock often
 
     @property
     def has_other_work(self) -> bool:

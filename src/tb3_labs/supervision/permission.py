@@ -41,7 +41,7 @@ class _Grant:
     def __init__(self, now: float, has_renewals: bool) -> None:
         self.granted_at = now          # time [s] at which the True arrived
         self.latest_send_time = now    # the True was sent at this time [s] or earlier
-        self.had_sensors = False       # were the sensors fresh at any time since the grant?
+        self.had_sensors = False       # the sensors were fresh at any time since the grant
         self._has_renewals = has_renewals
         self._renewed_for = 0.0
         self._renewals = Freshness('control', RENEWAL_TIMEOUT)
@@ -72,7 +72,7 @@ class Permission:
     """The permission that follows from the messages of all senders."""
 
     def __init__(self, has_control: bool, log: LogQueue) -> None:
-        self._has_new_grant = False    # was a grant given since the latest pop_new_grant()?
+        self._has_new_grant = False    # a grant was given since the latest pop_new_grant()
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] that a grant waits for sensors
         self._grants: Dict[str, _Grant] = {}        # by sender

@@ -78,7 +78,7 @@ class SensorMonitor:
         self.silent_for = 0.0                # length [s] of the latest silence of a motion
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] that a motion waits for sensors
         self._silent_since = math.inf    # start [s] of the silence; infinite before the next update
-        self._were_ready = False         # were all sensors ready at the latest update?
+        self._were_ready = False         # all sensors were ready at the latest update
 
     def request_motion(self) -> None:
         """Begin to wait for the sensors, because a resting robot is asked to move."""

@@ -6,7 +6,7 @@ from typing import Any, Iterator, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_index_before, wrap_all
+from tb3_labs.geometry.arrays import index_before, wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
@@ -100,7 +100,7 @@ def heading_errors(node_run: NodeRun,
         targets.reverse()
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
     imu = node_run.recording.imu
-    latest = last_index_before(imu.arrival, interval.commands.arrival).clip(0)
+    latest = index_before(imu.arrival, interval.commands.arrival).clip(0)
     headings = [('local_yaw', interval.pose.yaw), ('the yaw of the IMU', imu.yaw[latest]),
                 ('0', np.zeros(len(latest)))]
     for (target, target_yaw), (heading, yaw) in product(targets, headings):

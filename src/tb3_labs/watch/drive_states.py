@@ -7,7 +7,7 @@ from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_index_until, wrap_all
+from tb3_labs.geometry.arrays import index_at_or_before, wrap_all
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_TO_GOAL, STATES
 from tb3_labs.watch.mistake import MAX_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series
@@ -125,9 +125,9 @@ def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -
         time, value = series.time, series.value
     if not len(time):
         return readings
-    index_earlier = last_index_until(time, readings.time - seconds)
+    index_earlier = index_at_or_before(time, readings.time - seconds)
     had_control = (index_earlier >= 0) & (value[index_earlier] == 1.0)
-    has_control = value[last_index_until(time, readings.time)] == 1.0
+    has_control = value[index_at_or_before(time, readings.time)] == 1.0
     return readings.take(had_control & has_control)
 
 

@@ -10,8 +10,8 @@ from tb3_labs.watch.headings import heading_candidates, heading_mistake
 from tb3_labs.watch.mistake import (
     SPEED_TOLERANCE, UNUSED_FIELDS, Mistake, NodeRun, find_slow_commands, nonzero_field_text)
 from tb3_labs.watch.typed_turns import (
-    READING_PERIOD, TURN_OF_LETTER_DEG, UNKNOWN_LETTER, NodeTurn, followed_by_curr_yaw,
-    letter_turns, own_heading)
+    READING_PERIOD, TURN_OF_LETTER_DEG, UNKNOWN_LETTER, NodeTurn, letter_turns, own_heading,
+    quantity_of_curr_yaw)
 from tb3_labs.watch.variables import shortened_value, to_number
 
 #: A robot that is already turning turns some degrees before the node reads the letter.
@@ -40,7 +40,7 @@ def find_wrong_heading(node_run: NodeRun) -> Iterator[Mistake]:
     series = node_run.variable('curr_yaw')
     if series is not None and own_heading(node_run) is None:
         correct = heading_candidates(node_run)[0]
-        yield heading_mistake(series, correct, followed_by_curr_yaw(node_run))
+        yield heading_mistake(series, correct, quantity_of_curr_yaw(node_run))
 
 
 def find_wrong_goal_yaw(node_run: NodeRun) -> Iterator[Mistake]:

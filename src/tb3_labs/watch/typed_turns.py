@@ -5,7 +5,7 @@ from typing import Any, List, Optional
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_index_before, wrap_all
+from tb3_labs.geometry.arrays import index_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
 from tb3_labs.watch.headings import followed_quantity, heading_candidates
 from tb3_labs.watch.mistake import MAX_COMMAND_PAUSE, NodeRun
@@ -78,7 +78,7 @@ class NodeTurn:
 
 
 @lru_cache(maxsize=1)
-def followed_by_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
+def quantity_of_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
     series = node_run.variable('curr_yaw')
     if series is None:
         return None
@@ -87,7 +87,7 @@ def followed_by_curr_yaw(node_run: NodeRun) -> Optional[Quantity]:
 
 def own_heading(node_run: NodeRun) -> Optional[Quantity]:
     """Returns the usable heading that curr_yaw follows, or None."""
-    followed = followed_by_curr_yaw(node_run)
+    followed = quantity_of_curr_yaw(node_run)
     if followed is None or not followed.per_degree:
         return None
     return followed
@@ -114,7 +114,7 @@ def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
 def mouse_moved_at(mouse: Any, begin: float) -> float:
     """Returns the time of the first message by which the mouse drives the robot; inf without such a
     message. The search starts with the message that is in force at `begin`."""
-    index_at_begin = max(last_index_before(mouse.arrival, begin), 0)
+    index_at_begin = max(index_before(mouse.arrival, begin), 0)
     mouse = mouse.take(slice(index_at_begin, None))
     is_outside_dead_zone = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) > MOUSE_DEAD_ZONE
     return float(min(mouse.arrival[is_outside_dead_zone & (mouse.active > 0.0)], default=np.inf))

@@ -10,7 +10,7 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_index_before, last_index_until
+from tb3_labs.geometry.arrays import index_at_or_before, index_before
 
 #: Two numbers are equal if they differ by at most this share of the quantity's scale.
 TOLERANCE_SHARE = 3e-4
@@ -42,11 +42,11 @@ class Series:
 
     def at(self, time: Any) -> Any:
         """Returns the last number read up to a time or times; the first if all are later."""
-        return self.value[last_index_until(self.time, time).clip(0)]
+        return self.value[index_at_or_before(self.time, time).clip(0)]
 
     def text_at(self, time: float) -> str:
         """Returns the last text read up to this time, or the first text if all are later."""
-        return str(self.text[max(0, last_index_until(self.time, time))])
+        return str(self.text[max(0, index_at_or_before(self.time, time))])
 
     def take(self, index: Any) -> 'Series':
         return Series(self.name, self.time[index], self.text[index], self.value[index])
@@ -107,7 +107,7 @@ class Quantity(NamedTuple):
 
     def at(self, time: Any) -> Any:
         """Returns the last number before a time or times; the first if none is before."""
-        return self.value[last_index_before(self.time, time).clip(0)]
+        return self.value[index_before(self.time, time).clip(0)]
 
 
 def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME) -> np.ndarray:
@@ -120,7 +120,7 @@ def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME
     recent_count = int((max_age + MAX_ARRIVAL_LEAD) / max(step, MIN_STEP))
     count = min(len(times), recent_count + EXTRA_SAMPLES)
     # in each array a row is a reading, and a column is a sample, newest first
-    newest = last_index_before(times, readings + MAX_ARRIVAL_LEAD)
+    newest = index_before(times, readings + MAX_ARRIVAL_LEAD)
     indices_before = newest[:, None] - np.arange(count)     # negative before the first sample
     indices = indices_before.clip(0)
     replaced_at = np.append(times[1:], np.inf)    # a sample is replaced by the next sample

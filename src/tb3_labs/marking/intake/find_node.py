@@ -43,12 +43,12 @@ class _Program(NamedTuple):
 
     path: str
     text: str
-    is_old: bool            # is the file, or one of its folders, old or a copy?
+    is_old: bool            # the file, or one of its folders, is old or a copy
     package_rank: int       # see _package_rank
     found_signs: Tuple[bool, ...]       # see _found_signs
     name_rank: int          # index of the file's name in the usual names; see _rank
-    has_usual_name: bool    # is the file's name a usual name?
-    is_outside_zip: bool    # was the file handed in outside of a zip file, maybe without modules?
+    has_usual_name: bool    # the file's name is a usual name
+    is_outside_zip: bool    # the file was handed in outside of a zip file, maybe without modules
     folder_rank: int        # index of the file's folder in NODE_FOLDERS; see _rank
 
     @property

@@ -33,7 +33,7 @@ class Import(NamedTuple):
     module: str                       # the module's name with all dots, such as '.laws'
     names: Tuple[str, ...]            # the names that are imported; () for `import module`
     defined_names: Tuple[str, ...]    # the names that the import defines in the program
-    may_fail: bool                    # is the import in a `try`?
+    may_fail: bool                    # the import is in a `try`
 
     @property
     def package(self) -> str:

@@ -45,7 +45,7 @@ class Criterion:
     meaning: str             # the requirement
     sheet_step: SheetStep    # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
-    is_extra: bool = False   # is the criterion beyond the handout?
+    is_extra: bool = False   # the criterion is beyond the handout
     limits: str = ''         # the limits that `meaning` does not name
 
     @property

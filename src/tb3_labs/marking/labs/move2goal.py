@@ -112,7 +112,7 @@ def _judge_speeds(observation: Observation) -> Reason:
     if not len(commands):
         return 'it commanded nothing'
     for column, limit in ((LINEAR, MAX_LINEAR_SPEED), (ANGULAR, MAX_ANGULAR_SPEED)):
-        if observation.enter_fastest_scene(commands, column) > limit + ROUNDING:
+        if observation.fastest_speed(commands, column) > limit + ROUNDING:
             linear, angular = np.abs(commands[:, LINEAR:]).max(axis=0)
             return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
     return ''

@@ -111,7 +111,7 @@ ODOMETRY_SILENT = 'odometry silent'
 #: Keys of the facts about a reset.
 RESET_PROBLEM = 'problem'       # why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
-DROVE_STRAIGHT = 'straight'     # did the robot drive forward after the marker had turned it?
+DROVE_STRAIGHT = 'straight'     # the robot drove forward after the marker had turned it
 OBSERVATION_TIME = 1.5          # [s] before the node has control, and at the goal
 RESET_REPLY_TIME = 3.0          # [s] until the reset service answers
 PRINT_AFTER_RESET_TIME = 0.5    # [s] from the service's answer to the node's line about the reset
@@ -143,12 +143,12 @@ RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 PAD_SILENT = 'pad silent'
 #: Keys of the facts about the buttons A and B.
 RELINQ_VALUE = 'relinquished'   # the latest value on ctrl_relinq; None without a message
-IS_LATCHED = 'heard late'       # after A, does a new subscriber get the value?
+IS_LATCHED = 'heard late'       # a new subscriber got the value after A
 #: Keys of the facts about the button Y.
 CALL_COUNT = 'calls'
 SERVICE_NAME = 'name'           # of the called service
-IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
-IS_UNIT = 'unit'                # did each quaternion have the length 1?
+IS_ORIGIN = 'origin'            # each call declared (0, 0, 0)
+IS_UNIT = 'unit'                # each quaternion had the length 1
 STICK_HOLD_TIME = 0.8           # [s]
 PUBLISH_TIME = 1.0              # [s] from A or B to the node's value on ctrl_relinq
 CALL_AFTER_Y_TIME = 2.5         # [s] from Y to the node's call of the reset, or to its error

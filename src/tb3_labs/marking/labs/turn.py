@@ -103,7 +103,7 @@ def _commands_of_turns(observation):
 def _judge_turn_speed(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
     limit = MAX_ANG_Z + ROUNDING
-    if observation.enter_fastest_scene(commands, ANGULAR) <= limit:
+    if observation.fastest_speed(commands, ANGULAR) <= limit:
         return ''
     angular = commands[:, ANGULAR]
     speeds = {'left': angular.max(), 'right': -angular.min()}
@@ -113,7 +113,7 @@ def _judge_turn_speed(observation: Observation) -> Reason:
 
 
 def _judge_turn_on_the_spot(observation: Observation) -> Reason:
-    fastest = observation.enter_fastest_scene(_commands_of_turns(observation), LINEAR)
+    fastest = observation.fastest_speed(_commands_of_turns(observation), LINEAR)
     if fastest < ROUNDING:
         return ''
     return f'it commanded up to {fastest:.2f} m/s forward while turning'

@@ -18,9 +18,9 @@ from tb3_labs.recording.run_data import ImuSamples, OdometrySamples, RunData
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 TIME, LINEAR, ANGULAR = range(3)    # the columns of an array of commands
 #: Keys of a stimulus's `facts`. A pose or a transform is [x [m], y [m], yaw [rad]].
-MOVED = 'moved'                     # did the node command a movement during the stimulus?
-RESTED = 'rested'                   # did the robot come to rest?
-WAS_MOVING = 'was_moving'           # was the robot moving when the stimulus began?
+MOVED = 'moved'                     # the node commanded a movement during the stimulus
+RESTED = 'rested'                   # the robot came to rest
+WAS_MOVING = 'was_moving'           # the robot was moving when the stimulus began
 REQUESTED_DEG = 'asked_deg'         # the requested angle [deg] of a turn
 GOAL_POSE = 'goal'                  # the goal of a drive, in the local frame
 LOCAL_T_WORLD = 'local_T_world'     # the transform from the true frame to the local frame
@@ -60,7 +60,7 @@ class Stimulus:
     end: float = math.nan
     printed: str = ''           # the end of the node's output in the stimulus
     line_count: int = 0         # of the whole output in the stimulus
-    died: bool = False          # did the node end during the stimulus?
+    died: bool = False          # the node ended during the stimulus
     facts: Dict[str, Any] = field(default_factory=dict)
 
 
@@ -175,7 +175,7 @@ class Observation:
         tried = [name for name in names if self.has_stimulus(name)]
         return (self.enter_scene(name, may_die) for name in tried or names[:1])
 
-    def enter_fastest_scene(self, commands: np.ndarray, column: int) -> float:
+    def fastest_speed(self, commands: np.ndarray, column: int) -> float:
         """Sets `moment` to the start of the stimulus with the greatest absolute value in a
         `column`, LINEAR or ANGULAR, of the commands. Returns this value."""
         speeds = np.abs(commands[:, column])

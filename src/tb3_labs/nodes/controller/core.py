@@ -153,8 +153,8 @@ class ControllerCore:
     def problem_text(self, now: float) -> str:
         return self._sensors.problem_text(now) or self._gyro.problem_text()
 
-    def idle_for(self, now: float) -> float:
-        return self._pace.idle_for(now) if self.driver is Driver.TURN else IDLE_SAMPLE_PERIOD
+    def idle_time(self, now: float) -> float:
+        return self._pace.idle_time(now) if self.driver is Driver.TURN else IDLE_SAMPLE_PERIOD
 
     def _next_command(self, now: float) -> Twist2:
         self._mouse_command_is_due = False

@@ -42,7 +42,7 @@ class ControllerNode:
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(
             lambda sample: self._runner.call_core(core.on_wheels, sample))
-        subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_time=core.idle_time)
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: self._runner.decide_after(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)

@@ -29,8 +29,8 @@ class PadOutput(Output):
 
     holder: ControlHolder = ControlHolder.NOBODY
     control_messages: Sequence[bool] = ()    # to publish on `ctrl_relinq`, in order
-    renewal_is_due: bool = False             # must a True be published to renew the permission?
-    is_reset_requested: bool = False         # was the reset button pressed?
+    renewal_is_due: bool = False             # publish a True that renews the permission
+    is_reset_requested: bool = False         # the reset button was pressed
 
 
 class GamepadCore:
@@ -45,7 +45,7 @@ class GamepadCore:
         self._sleep = SleepMonitor()
         self._zero_until = 0.0    # the pad's command is zero until this time [s]
         self._command_is_due = False
-        self._is_reset_requested = False    # was Y pressed after the last tick?
+        self._is_reset_requested = False    # Y was pressed after the last tick
         # Time [s] at which a warning about a pushed stick is due; None if no stick is pushed, and
         # infinite if the warning was logged.
         self._stick_warning_at: Optional[float] = None

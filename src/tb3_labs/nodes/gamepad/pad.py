@@ -70,14 +70,14 @@ class PadListener:
         #: The latest state; None before the first message, and after a loss of the pad.
         self.state: Optional[PadState] = None
         self.has_repeated_state = False
-        self.joy_node_hangs = False     # does joy_node repeat one message?
+        self.joy_node_hangs = False     # joy_node repeats one message
         self._lateness = Lateness()
         self._learning_since = math.inf    # time [s] from which the usual delay is learned
         self._last_state: Optional[PadState] = None
         self._newest_stamp = -math.inf
         self.presses = PadState()       # the buttons that the last message shows as just pressed
         self.lateness = 0.0             # delay [s] of the last message
-        self.came_after_loss = False    # did the last message come after a loss of the pad?
+        self.came_after_loss = False    # the last message came after a loss of the pad
 
     def on_message(self, state: PadState, now: float, stamp: float,
                    joy_node_hangs: bool = False) -> None:

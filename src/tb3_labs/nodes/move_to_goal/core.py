@@ -247,10 +247,10 @@ class MoveToGoalCore:
             reason_to_stand=self.sensors.reason_to_stand, may_drive=self.may_drive,
             sensor_problem=self.sensors.problem_text(now) or self._sensor_conflict())
 
-    def idle_for(self, now: float) -> float:
+    def idle_time(self, now: float) -> float:
         if self._localizer.waiting_resets:
             return 0.0
-        return self._pace.idle_for(now) if self._is_driving else IDLE_SAMPLE_PERIOD
+        return self._pace.idle_time(now) if self._is_driving else IDLE_SAMPLE_PERIOD
 
     # -- the drive
 

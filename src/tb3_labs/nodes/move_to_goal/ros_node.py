@@ -98,7 +98,7 @@ class MoveToGoalNode:
                          lambda event: self._runner.decide_after(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(
             lambda sample: self._runner.call_core(core.on_wheels, sample))
-        subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_time=core.idle_time)
         # every message is read, since the firmware may reverse the displacement of one message
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample, queue_size=None)
         self._runner.decide_now()    # look for sleeps from now on; a slow start is not one

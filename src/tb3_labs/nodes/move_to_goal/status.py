@@ -40,11 +40,11 @@ class DriveStatus(NamedTuple):
     goal: Optional[Pose2]         # in local
     distance_tolerance: float     # [m]
     attempt: int                  # count of drives so far; a goal or a restart begins a drive
-    has_begun: bool               # was a motion commanded in this drive?
-    is_active: bool               # is the goal neither reached nor given up?
+    has_begun: bool               # a motion was commanded in this drive
+    is_active: bool               # the goal is neither reached nor given up
     failure: str                  # the reason why the drive was given up, or ''
     reason_to_stand: str          # the reason why the robot must stand during the drive, or ''
-    may_drive: bool               # may the node drive?
+    may_drive: bool               # the node may drive
     sensor_problem: str           # a text about lost sensors, or readings that disagree, or ''
 
     def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:

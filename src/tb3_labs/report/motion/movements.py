@@ -20,7 +20,7 @@ from typing import List
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.geometry.arrays import last_index_until, wrap_all
+from tb3_labs.geometry.arrays import index_at_or_before, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
 from tb3_labs.recording.run_data import Poses, RunData, Texts
@@ -124,7 +124,7 @@ def _with_local(run: RunData) -> RunData:
     declared = declared.take(np.argsort(declared.time, kind='stable'))
     frames = odometry.at(declared.time) @ declared.inverse()
     imu_yaws = run.imu.yaw_at(declared.time) - declared.yaw
-    frame_index = last_index_until(declared.time, odometry.time).clip(0)
+    frame_index = index_at_or_before(declared.time, odometry.time).clip(0)
     odom_T_local = replace(frames.take(frame_index), arrival=odometry.arrival, time=odometry.time)
     local = odom_T_local.inverse() @ odometry
     headings = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws[frame_index])

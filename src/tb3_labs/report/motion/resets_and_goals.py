@@ -15,7 +15,7 @@ from typing import List, Optional, Set, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_index_until, wrap_all
+from tb3_labs.geometry.arrays import index_at_or_before, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import Poses, RunData
 
@@ -93,7 +93,7 @@ def _displacements(poses: Poses) -> Poses:
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
     """Returns the poses of ``local`` in ``odom`` at the times [s]."""
     frames = _frames(run)
-    return frames.take(last_index_until(_begins_of_frames(frames), times) + 1)
+    return frames.take(index_at_or_before(_begins_of_frames(frames), times) + 1)
 
 
 def _frames(run: RunData) -> Poses:
@@ -136,7 +136,7 @@ def recorded_states(run: RunData) -> List[RecordedState]:
     """Returns the RecordedStates in order. Each state begins when its message arrives."""
     begins = run.states.arrival.tolist()
     ends = begins[1:] + [run.duration]
-    goals = last_index_until(run.goals.arrival, run.states.arrival + MAX_GOAL_DELAY).tolist()
+    goals = index_at_or_before(run.goals.arrival, run.states.arrival + MAX_GOAL_DELAY).tolist()
     return [RecordedState(name, begin, end, run.goals.pose(goal) if goal >= 0 else None)
             for name, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
@@ -145,6 +145,6 @@ def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (times [s], distances [m], angles [rad]) from each local_pose to its goal."""
     first_goal_at = min(run.goals.arrival, default=math.inf)
     poses = run.local_pose.between(first_goal_at, math.inf)
-    goals = run.goals.take(last_index_until(run.goals.arrival, poses.time))
+    goals = run.goals.take(index_at_or_before(run.goals.arrival, poses.time))
     distances = np.hypot(goals.x - poses.x, goals.y - poses.y)
     return poses.time, distances, wrap_all(goals.yaw - poses.yaw)

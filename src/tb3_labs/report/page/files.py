@@ -15,7 +15,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Union
 import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
-from tb3_labs.geometry.arrays import last_index_until, wrap_all
+from tb3_labs.geometry.arrays import index_at_or_before, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import RunData
 from tb3_labs.report.motion.drives import TURN_OVERLAP_TIME, DriveReport, drive_reports
@@ -134,7 +134,7 @@ def samples_csv(run: RunData) -> str:
     """Returns a CSV file with a row for each odometry message."""
     times = run.odometry.time
     commands = run.commands.in_force()
-    newest = last_index_until(commands.time, times)     # -1 is the NaN, before the first command
+    newest = index_at_or_before(commands.time, times)     # -1 is the NaN, before the first command
     columns = {
         'time_s': times, 'odom_x_m': run.odometry.x, 'odom_y_m': run.odometry.y,
         'odom_yaw_deg': np.degrees(run.odometry.yaw),
