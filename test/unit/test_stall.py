@@ -1,7 +1,7 @@
 """A robot that is told to move: stalled, driven past its goal, or never at rest."""
 import pytest
 
-from tb3_labs.supervision.sensor_faults_and_stalls import MAX_RETREAT, STALL_STEP, StallMonitor
+from tb3_labs.supervision.motion_monitors import MAX_RETREAT, STALL_STEP, StallMonitor
 from tb3_labs.supervision.timeouts import MAX_REST_TIME, STALL_TIME
 
 DT = 0.1

@@ -1,7 +1,7 @@
 """Silent sensors: before the first message, exactly at the timeout, and if the clock goes back."""
 import pytest
 
-from tb3_labs.supervision.sensor_faults_and_stalls import Sensor, SensorMonitor, SensorStatus
+from tb3_labs.supervision.motion_monitors import Sensor, SensorMonitor, SensorStatus
 from tb3_labs.supervision.timeouts import FROZEN_TIME
 
 

@@ -17,7 +17,7 @@ from tb3_labs.control.turning import Settling
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.sensor_faults_and_stalls import StallMonitor
+from tb3_labs.supervision.motion_monitors import StallMonitor
 
 MAX_RETRIES = 2    # a drive that ends outside its tolerance is repeated at most this often
 

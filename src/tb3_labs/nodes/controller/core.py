@@ -17,7 +17,7 @@ from tb3_labs.nodes.controller.turns import (
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump_text, is_at_rest
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import IncomingMessage, LogQueue, Output, SenderRequests
-from tb3_labs.supervision.sensor_faults_and_stalls import (
+from tb3_labs.supervision.motion_monitors import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
 from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, RESUME_TIME, SleepMonitor
 

@@ -18,7 +18,7 @@ from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
 from tb3_labs.localization.sample_timing import TimedSample, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import IncomingMessage, SenderRequests
-from tb3_labs.supervision.sensor_faults_and_stalls import StallMonitor
+from tb3_labs.supervision.motion_monitors import StallMonitor
 
 #: Between two samples the yaw of a robot at rest drifts by at most this angle [rad].
 RESTING_YAW_DRIFT = math.radians(0.02)

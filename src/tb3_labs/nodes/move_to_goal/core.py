@@ -25,7 +25,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import IncomingMessage, LogQueue, SenderRequest
 from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, GoalRequests
 from tb3_labs.supervision.permission import Permission
-from tb3_labs.supervision.sensor_faults_and_stalls import DriveSensors, SensorStatus
+from tb3_labs.supervision.motion_monitors import DriveSensors, SensorStatus
 
 RIVAL_WARNING_TIME = 0.3    # [s]
 
