@@ -169,7 +169,8 @@ class GyroMonitor:
             self._rested_for += seconds
         lowest_rate, highest_rate = _plausible_rates(turns)
         nearest_rate = clamp(reading.rate, lowest_rate, highest_rate)
-        shows_rest = abs(reading.rate) < min(MAX_REST_TURN_RATE, abs(nearest_rate))
+        is_slower = abs(reading.rate) < abs(nearest_rate)
+        shows_rest = is_slower and abs(reading.rate) < MAX_REST_TURN_RATE
         is_plausible = reading.rate == nearest_rate
         if is_plausible or shows_rest:    # slip explains a gyro that shows rest
             self._add_agreement(seconds, wheels_are_at_rest)

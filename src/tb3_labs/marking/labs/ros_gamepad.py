@@ -92,7 +92,7 @@ def try_buttons(trial):
                 requests = [request for _, request in calls]
                 stimulus.facts.update({
                     stimuli.CALL_COUNT: len(calls),
-                    stimuli.SERVICE_NAME: next((name for name, _ in calls), ''),
+                    stimuli.SERVICE_NAME: calls[0][0] if calls else '',
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
             remarks = trial.source_findings()['remarks']

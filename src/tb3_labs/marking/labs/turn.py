@@ -52,7 +52,8 @@ def judge_turn(observation: Observation, name: str, tolerance: float = HDG_TOL +
                seconds: float = stimuli.MAX_TURN_TIME) -> Reason:
     """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
     scene = observation.enter_scene(name)
-    turn = stimuli.TURN_STIMULI[LEFT_KEY if name == stimuli.TURN_BESIDE_MOUSE else name]
+    letter = LEFT_KEY if name == stimuli.TURN_BESIDE_MOUSE else name
+    turn = stimuli.TURN_STIMULI[letter]
     occasion = f'after {turn.typed}'
     if turn.crossing:
         occasion += f' ({turn.crossing})'
@@ -203,10 +204,10 @@ def _has_printed_only_prompt(observation):
     names = (LEFT_KEY, stimuli.NONSENSE)
     if not all(map(observation.has_stimulus, names)):
         return False
-    turn_lines, nonsense_lines = (
-        observation.enter_scene(name, may_die=True).printed.splitlines() for name in names)
-    # the first line of each shows the typed letter
-    return len(nonsense_lines) == 2 and turn_lines[1:][-1:] == nonsense_lines[1:]
+    # the first line shows the typed letter
+    answer_to_turn, answer_to_nonsense = (
+        observation.enter_scene(name, may_die=True).printed.splitlines()[1:] for name in names)
+    return len(answer_to_nonsense) == 1 and answer_to_turn[-1:] == answer_to_nonsense
 
 
 def remarks_on_turns(observation: Observation) -> List[str]:

@@ -143,14 +143,16 @@ def why_not_tried(observation: Observation) -> str:
     process = observation.processes[-1]
     was_ready = process.ready is not None
     if process.ended_by_itself:
-        is_without_exception = process.status == 0 and not printed_exceptions(process.printed)
-        ending = ('its main program was over, and nothing kept the node running'
-                  if is_without_exception else last_exception(process.printed, observation.file))
+        ending = last_exception(process.printed, observation.file)
+        if process.status == 0 and not printed_exceptions(process.printed):
+            ending = 'its main program was over, and nothing kept the node running'
         return f'it had ended: {ending}' if was_ready else f'it ended at once: {ending}'
     if not was_ready:
         clauses = [_why_never_ready(process), observation.clause_on_silent_topics]
         return ': '.join(filter(None, clauses))
-    return 'the time was up before this was tried' if process.end is None else 'this was not tried'
+    if process.end is None:
+        return 'the time was up before this was tried'
+    return 'this was not tried'
 
 
 def _why_never_ready(process):

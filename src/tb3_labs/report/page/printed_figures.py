@@ -102,8 +102,9 @@ def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
     frames = frame_intervals(run)
     for index, interval in enumerate(frames):
         # after the last colour the first colour follows again, with another line style
-        colour, _ = STYLES[index % len(STYLES)]
-        _, style = STYLES[(index + index // len(STYLES)) % len(STYLES)]
+        repetition, k = divmod(index, len(STYLES))
+        colour, _ = STYLES[k]
+        _, style = STYLES[(k + repetition) % len(STYLES)]
         name = f'path after reset {index}' if index else 'path'
         path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
         draw_path(odom_panel, run.odometry.between(interval.begin, interval.end), **path_style)

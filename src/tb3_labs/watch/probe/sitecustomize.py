@@ -115,9 +115,8 @@ class WatchedNode:
         part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
         shown = {}
         shown_ids = set()
-        wholes = [thing for thing in objects if id(thing) not in part_ids]
         # a part of another object comes later: the part is already shown as `name.part`
-        for thing in wholes + [thing for thing in objects if id(thing) in part_ids]:
+        for thing in sorted(objects, key=lambda thing: id(thing) in part_ids):
             if id(thing) not in shown_ids:
                 shown_ids.add(id(thing))
                 self._show(shown, attributes_of[id(thing)], type(thing).__name__, shown_ids)
