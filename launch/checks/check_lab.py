@@ -15,6 +15,7 @@ Started by check_LAB.test. Parameters
     ~record     The path of the trial's bag; empty if the bag is not kept.
     ~pad        NAME of launch/params/pad_NAME.yaml. Only for the lab gamepad.
     ~strict     May a criterion beyond the handout fail a test?
+    ~wrong_argument     A sentence on a wrong argument of rostest, or ''.
 """
 import os
 import re
@@ -47,12 +48,15 @@ def run_trial_and_judge():
     since mark.py judges the bag itself."""
     parameters = rospy.get_param('~')
     lab_name, package, executable = parameters['lab'], parameters['pkg'], parameters['type']
+    if parameters['wrong_argument']:
+        raise ValueError(parameters['wrong_argument'])
     node = parameters.get('node', FINISHED)
     if package == OWN_PACKAGE and node != FINISHED:
         executable = f'{node}_{executable}'
     lab = LABS[lab_name]
     parts = lab.read_parts(parameters['parts'])
-    for private_name in ('lab', 'points', 'parts', 'record'):    # no node should read these
+    # no node should read these
+    for private_name in ('lab', 'points', 'parts', 'record', 'wrong_argument'):
         rospy.delete_param('~' + private_name)
     criterion_points = points_of(lab_name, read_points(parameters['points']))
     pad = pad_called(parameters.get('pad', HANDOUT_PAD))

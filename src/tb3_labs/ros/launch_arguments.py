@@ -1,9 +1,12 @@
 """Checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not know. So each launch file of this
-package begins with a parameter, whose value is the output of ``python3 PATH/run.py launch
-FILE.launch``. If an argument is unknown or missing, ``run.py`` prints one line and fails, and
-roslaunch does not start a node. Any Python can run this module.
+package, and of a student's skeleton, begins with a parameter, whose value is the output of
+``python3 PATH/run.py launch FILE.launch``. If an argument is unknown or missing, ``run.py`` prints
+one line and fails, and roslaunch does not start a node. Any Python can run this module.
+
+The checks of the labs are started by rostest, which would print a traceback. There the value of the
+parameter is the line, and the check prints it.
 """
 import difflib
 import os
@@ -12,7 +15,6 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-PACKAGE = 'tb3_labs'
 #: The doc of an argument that is a group of parameters contains an example, such as {slip: 0.1}.
 GROUP_EXAMPLE_PATTERN = re.compile(r'.*({.*})')
 #: Matches a group of parameters. With {slip:0.1} or {slip: 0,5} roslaunch would crash.
@@ -21,13 +23,15 @@ GROUP_PATTERN = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
 FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
-def _words_of(process):
-    """Returns the words after `roslaunch` on a process's command line, or []."""
+def _program_and_words_of(process):
+    """Returns 'roslaunch' or 'rostest' and the words that follow it on a process's command line.
+    Returns ('', []) for another program."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     names = [os.path.basename(word) for word in argv[:2]]    # the first word may be python3
-    if 'roslaunch' not in names:
-        return []
-    return argv[names.index('roslaunch') + 1:]
+    for position, name in enumerate(names, start=1):
+        if name in ('roslaunch', 'rostest'):
+            return name, argv[position:]
+    return '', []
 
 
 def problem_of(argv, path):
@@ -44,7 +48,7 @@ def problem_of(argv, path):
     for name, value in given_values.items():
         if name not in arguments:
             similar_names = difflib.get_close_matches(name, arguments, 1)
-            remedy = f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
+            remedy = f'its arguments: roslaunch --ros-args {_package_of(path)} {path.name}'
             if similar_names:
                 remedy = f'is {similar_names[0]}:= meant?'
             return f'{name}:={value}: {path.name} has no argument {name}; {remedy}'
@@ -57,8 +61,16 @@ def problem_of(argv, path):
     return ''
 
 
+def _package_of(path):
+    """Returns the name of the package whose folder contains the file; '' if there is none."""
+    for folder in path.resolve().parents:
+        if (folder / 'package.xml').exists():
+            return ET.parse(str(folder / 'package.xml')).findtext('name').strip()
+    return ''
+
+
 def _names_launch_file(path, word_before, word):
-    if word == path.name and word_before == PACKAGE:
+    if word == path.name and word_before == _package_of(path):
         return True
     return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
 
@@ -79,6 +91,9 @@ def _problem_of_value(name, value, doc, folder):
 
 
 if __name__ == '__main__':
-    PROBLEM = problem_of(_words_of(os.getppid()), Path(sys.argv[1]))
-    if PROBLEM:
+    PROGRAM, WORDS = _program_and_words_of(os.getppid())
+    PROBLEM = problem_of(WORDS, Path(sys.argv[1]))
+    if PROBLEM and PROGRAM == 'rostest':
+        print(PROBLEM)
+    elif PROBLEM:
         sys.exit('tb3_labs: ' + PROBLEM)
