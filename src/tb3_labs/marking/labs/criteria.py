@@ -107,8 +107,7 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
         except NotObserved as error:
             reason = why_not_judged(error, observation)
             outcome = Outcome.NOT_OFFERED if isinstance(error, NotOffered) else Outcome.MISSED
-            earlier_reasons = [verdict.reason for verdict in verdicts]
-            if isinstance(error, NotTried) and reason in earlier_reasons:
+            if isinstance(error, NotTried) and reason in [verdict.reason for verdict in verdicts]:
                 reason = NOT_TRIED
         verdicts.append(Verdict(criterion, outcome, reason, points_by_criterion[criterion.name],
                                 observation.moment))
@@ -175,7 +174,7 @@ def judge_line_at_ctrl_c(observation: Observation, text: str) -> Reason:
 
 # ----- criteria of several labs: stopping the robot -----
 
-#: Half a second after the last command, the robot's firmware stops the wheels.
+#: Without a zero velocity the robot stops late, because its firmware waits 0.5 s for a command.
 NO_ZERO_VELOCITY = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 

@@ -20,7 +20,7 @@ from tb3_labs.watch.lab_mistakes import GAMEPAD_SECTION
 
 FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)     # [m/s], for a full stick
 FULL_ANGULAR_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)    # [rad/s]
-#: With a stick half way, the command must be between these shares of the command at the end.
+#: A stick that is half way must command a share of the full speed that is between these bounds.
 HALF_STICK_SHARES = (0.25, 0.75)
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a
 #: service takes 1 s or more.
@@ -48,7 +48,8 @@ def pad_text(name: str) -> str:
 
 def _judge_stick(observation, column, positive, negative, full_bounds, full_scene):
     """Judges a stick that commands a `column`, LINEAR or ANGULAR. The stick is at its two ends in
-    the stimuli `positive` and `negative`, and half way to `full_scene`, one end, in BOTH_STICKS."""
+    the stimuli `positive` and `negative`. In BOTH_STICKS it is half way to its end in the stimulus
+    `full_scene`."""
     def judge(name, bounds, other_bounds=ZERO_BOUNDS):
         if column == LINEAR:
             return judge_steering(observation, name, linear=bounds, angular=other_bounds)

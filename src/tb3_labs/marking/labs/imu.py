@@ -28,8 +28,8 @@ def printed_headings(text: str) -> List[float]:
 
 
 def _headings_at_rest(observation):
-    """Yields for each heading at which the robot stood: the IMU's heading [deg], and the list of
-    the headings [deg] that the node printed. Raises ``NotObserved`` if it never printed one."""
+    """Yields (the IMU's heading [deg], list of the printed headings [deg]) for each stimulus in
+    which the robot stood. Raises ``NotObserved`` if the node printed no heading in all stimuli."""
     scenes = [observation.enter_scene(name) for name in stimuli.STANDING_HEADINGS]
     if not any(printed_headings(scene.printed) for scene in scenes):
         early_count = len(printed_headings(scenes[0].process.printed))

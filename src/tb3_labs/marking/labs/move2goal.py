@@ -28,7 +28,7 @@ LAST_COMMAND_TIME = 0.5     # A node may send commands until this time [s] after
 #: After a reset in the middle of a drive, a correct node turns the robot by at least this angle.
 MIN_TURN_IN_DRIVE_DEG = 20.0
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
-#: After a stop command, the robot goes on by at most this distance [m] and this angle.
+#: After a stop command, the robot moves further by at most this distance [m] and this angle.
 COAST_DISTANCE, COAST_DEG = 0.02, 2.0
 EXACT_DISTANCE = 0.02               # [m], in the criterion `exact`
 EXACT_DEG = 1.0                     # in the criterion `exact`

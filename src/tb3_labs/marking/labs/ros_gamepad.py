@@ -141,7 +141,7 @@ def _try_hand_over(trial, pad):
 
 
 def try_reset_without_service(trial):
-    """Press Y while no reset service exists. Push a stick after the release."""
+    """Press Y while no reset service exists. Push a stick after Y is released."""
     trial.node.start()
     with HeldPad(trial.pad) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
@@ -195,9 +195,9 @@ ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMs
 class ResetServices(AbstractContextManager):
     """Offers the reset services RESET_NAMES, until the end of a ``with`` block.
 
-    The services accept requests of any type, which they know by the client's checksum. A request of
-    a known type succeeds, a request of an unknown type fails. `calls` is a list of (name, request).
-    If the type is unknown, the request is an Empty. The fields of a student's type are not read.
+    The services accept requests of any type. The client's checksum shows the type. A request of a
+    known type succeeds, and a request of an unknown type fails. `calls` is a list of (name,
+    request), in which an Empty replaces a request of an unknown type.
     """
 
     def __init__(self, trial):

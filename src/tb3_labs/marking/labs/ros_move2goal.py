@@ -77,8 +77,8 @@ class ResetCaller:
                 and fill_pose(self._service_class._request_class(), Pose2()))
 
     def call_service(self, pose=Pose2()):
-        """Call the reset service with a Pose2 and record the call. Returns why the call failed; ''
-        for a success."""
+        """Call the reset service with a Pose2 and record the call. Returns a text that says why the
+        call failed; '' if it succeeded."""
         problem = self._call_problem(pose)[:MAX_SENTENCE_LENGTH]
         self._bag.add_event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
                             problem=problem)
@@ -107,7 +107,7 @@ class ResetCaller:
 
 
 def _likeliest_reset(services):
-    """Returns the likeliest name of a reset service; '' if no name in `services` is possible."""
+    """Returns the likeliest name of a reset service; '' if `services` has no such name."""
     last_names = {name: name.rsplit('/', 1)[-1].lower() for name in sorted(services)}
     resets = [name for name, last_name in last_names.items()
               if any(word in last_name for word in RESET_WORDS)]
@@ -251,17 +251,17 @@ def try_declared_pose(trial):
 
 
 def try_offset_imu(trial):
-    """Reset the robot's board, which sets the odometry to zero, but not the IMU. Then give control
-    for a drive."""
+    """Turn the robot and reset its board. This reset sets the odometry to zero, but not the IMU, so
+    that their zeros differ. Then give control for a drive."""
     control = ControlGiver(trial)
     trial.node.stop()
     board = rospy.Publisher(ODOMETRY_RESET_TOPIC, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not trial.robot.turn_to(100.0):     # [deg], so that IMU and odometry get different zeros
+    if not trial.robot.turn_to(100.0):     # [deg]
         trial.skip_part([stimuli.OFFSET_DRIVE],
                         'the robot did not come to rest, so that it could not be reset')
     board.publish()
-    time.sleep(3.2)     # the board calibrates itself in a shorter time
+    time.sleep(3.2)     # the board needs less time to calibrate itself
     trial.node.start()
     reset_to_origin(trial)
     control.drive(stimuli.OFFSET_DRIVE)

@@ -34,7 +34,7 @@ MAX_START_ERROR_DEG = 25.0      # A turn may begin at a heading so far from the 
 def stand_at_headings(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')    # a node can change parameters
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')    # read early: a node can change it
     node.start()
     for name, degrees in stimuli.STANDING_HEADINGS.items():
         trial.robot.turn_to(degrees - offset)
@@ -128,7 +128,7 @@ def mouse_fields(fields):
 
 def start_mouse(trial, names):
     """Returns a HeldMouse, inactive and in the middle, with the type that the node uses on
-    mouse_info. If this type is not suitable, ends the part of the lab with its stimuli `names`."""
+    mouse_info. If this type is not suitable, ends the part, and the stimuli `names` are skipped."""
     graph = trial.node.graph
     if rospy.resolve_name(MOUSE_INFO_TOPIC) not in graph.names_by_role()[SUBSCRIBER]:
         trial.skip_part(names, 'it does not listen to mouse_info')

@@ -11,7 +11,7 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, LEFT_KEY, RIGHT_KEY, 
 
 #: Keys of the facts about a Ctrl+C.
 EXIT_SECONDS = 'took'       # the time [s] after which the node ended; None if it was killed
-EXIT_SIGNAL = 'signal'      # the number of the signal that ended the node; 0 if it ended by itself
+EXIT_SIGNAL = 'signal'      # the number of the signal that ended the node; 0 if no signal ended it
 #: The times [s] within which a node must do the following.
 START_TIME = 15.0           # A started node must subscribe to its topic.
 EXIT_TIME = 5.0             # After Ctrl+C a node must end. rospy alone needs up to 2 s for this.
@@ -38,7 +38,7 @@ HEADING_DEG = 'heading_deg'    # key of a fact: the IMU's heading [deg] while th
 #: The parts of the lab.
 TURNS, MOUSE = 'turns', 'mouse'
 MOUSE_AND_TURNS, SHUTDOWN = 'both', 'shutdown'
-#: In these stimuli, the IMU sends nothing more during a turn, or the mouse during a drive.
+#: The IMU falls silent during a turn, and the mouse falls silent during a drive.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
 
@@ -122,7 +122,7 @@ STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
 LEFT_STICK_UP, LEFT_STICK_DOWN = 'left stick up', 'left stick down'
 RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = 'right stick left', 'right stick right'
 BOTH_STICKS, STICKS_LET_GO = 'left stick half up, right stick half right', 'sticks let go'
-#: {stimulus: (left stick, up is positive; right stick, left is positive)}, each from -1 to 1
+#: {stimulus: (left stick, right stick)}. The values are from -1 to 1. Up and left are positive.
 STICK_POSITIONS = {
     LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
@@ -136,7 +136,7 @@ RELINQ_VALUE = 'relinquished'   # the last value on ctrl_relinq; None if no mess
 IS_LATCHED = 'heard late'       # a new subscriber got the value that was sent before
 #: Keys of the facts about the button Y.
 CALL_COUNT = 'calls'
-SERVICE_NAME = 'name'           # of the called service
+SERVICE_NAME = 'name'           # the name of the called service
 IS_ORIGIN = 'origin'            # each call declared (0, 0, 0)
 IS_UNIT = 'unit'                # each quaternion had the length 1
 STICK_HOLD_TIME = 0.8           # [s]

@@ -3,7 +3,7 @@
 :mod:`tb3_labs.marking.trial.from_bag` reads an Observation from the bag of a trial.
 
 Units: seconds since the recording began, m/s, rad/s, metres, radians. The yaw of the true poses is
-continuous over whole turns. The marker's own commands are left out.
+continuous over whole turns. An Observation does not contain the marker's own commands.
 """
 import math
 from dataclasses import dataclass, field
@@ -44,11 +44,11 @@ class NotOffered(NotObserved):
 
 
 class NotTried(NotObserved):
-    """The node did not get the stimulus of a criterion, because it did not run."""
+    """The node did not get the stimulus of a criterion, because the node did not run."""
 
 
 class Ended(NotObserved):
-    """The node ended during a stimulus. The exception's text is the node's output until then."""
+    """The node ended during a stimulus. The exception's text is the node's last output."""
 
 
 @dataclass
@@ -114,7 +114,7 @@ class Observation:
     #: [time, pose, problem] of each call of the node's reset service.
     reset_calls: List[List[Any]] = field(default_factory=list)
     #: The timeline shows the current verdict at this time [s], the start of the judged stimulus.
-    #: The method `enter_scene` sets `moment`, to None if the stimulus was not tried.
+    #: The method `enter_scene` sets the time, or None if the stimulus was not tried.
     moment: Optional[float] = None
 
     @property

@@ -15,7 +15,7 @@ TRACEBACK = 'Traceback (most recent call last)'
 ERROR_LINE = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 #: A line of a traceback that names the path of a file, a line number and a function.
 TRACEBACK_FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
-SYSTEM_FOLDERS = ('/usr/', '/opt/', '<frozen')      # of Python and ROS, with no student's files
+SYSTEM_FOLDERS = ('/usr/', '/opt/', '<frozen')      # the folders of Python and ROS
 #: Python prints these words between two tracebacks if the first exception led to the second.
 CAUSE_OF_NEXT = re.compile('^(During handling of|The above exception was)', re.MULTILINE)
 #: The place before the lines that Python prints instead of a traceback for an invalid program.
@@ -175,8 +175,8 @@ def printed_exceptions(printed: str, file: str = '') -> List[str]:
     """Returns the exceptions in a node's output, for example
     ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
 
-    `file` is the name of the node's file. A traceback may name several lines; the last line in this
-    file is quoted. The exceptions that rospy raises while a node ends are left out.
+    A traceback names several lines. Of these lines, the last one in the node's `file` is quoted.
+    The exceptions that rospy raises while a node ends are left out.
     """
     exceptions = []
     for traceback in _tracebacks_in(printed):

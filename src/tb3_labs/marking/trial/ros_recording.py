@@ -49,9 +49,9 @@ MAX_COMMANDS = 40000
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000            # events of all kinds
-MAX_LOG_LINE_LENGTH = 300    # characters; the rest of the line is not recorded
+MAX_LOG_LINE_LENGTH = 300    # Only so many characters of a line are recorded.
 MAX_MESSAGE_BYTES = 10000    # a longer message is not recorded
-MIN_TIME_STEP = 1e-6         # The current time is increased by this step [s] if it was used before.
+MIN_TIME_STEP = 1e-6         # If two messages come at once, their times differ by this step [s].
 #: A command that equals the previous command is recorded only if this time [s] has passed.
 SAME_COMMAND_TIME = 0.04
 FULL_BAG_BYTES = 3 * 10 ** 6
@@ -114,7 +114,7 @@ class TrialBag:
 
     def close(self):
         """Write the waiting messages and close the bag. If this fails, `problem` is the error, and
-        the bag is removed, because an incomplete bag would cost the node points."""
+        the bag is removed, because the student must not lose points for an incomplete bag."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()

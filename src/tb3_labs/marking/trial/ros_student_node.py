@@ -40,7 +40,7 @@ class StudentNode:
         """`node` is package/file. `sensors` are the topics that the node usually needs."""
         self._sensors = sensors
         self._bag = bag
-        self._needed_topics = []    # of the current process; resolved names
+        self._needed_topics = []    # the full names of the topics that the process needs
         self._node_start = NodeStart.from_environment()
         program = self._node_start.program
         self._command = [program] if program else ['rosrun', *node.split('/', 1)]

@@ -94,8 +94,8 @@ class Trial:
         self.bag.add_event('program', assigned=assigned)
 
     def skip_part(self, names, reason):
-        """Record that the node cannot get the stimuli `names`. `reason` is a clause. Then end the
-        part by ``NotOffered``."""
+        """Record that the node cannot get the stimuli `names`, and the `reason`, a clause. Then
+        raise ``NotOffered``, which ends the part."""
         self.bag.add_event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
@@ -116,9 +116,9 @@ class Trial:
                       is_astray=lambda: False):
         """Record the stimulus `name`, in which `act()` should make the node move the robot.
 
-        If the robot does not move, the stimulus ends after `reaction_time` [s], else after at most
-        `max_duration` [s] of motion. It ends earlier if the robot rests and got no command to move
-        for `idle_time` [s], if the node ends, or if `is_astray()` returns True.
+        The stimulus ends if no motion begins within `reaction_time` [s]. A motion may last for at
+        most `max_duration` [s]. It is over if the robot rests and got no command to move for
+        `idle_time` [s], if the node ends, or if `is_astray()` returns True.
         """
         def is_over():
             return not self.node.is_alive or self.recorder.is_at_rest(idle_time) or is_astray()
@@ -131,8 +131,8 @@ class Trial:
     def set_in_motion(self, prepare, act, reaction_time):
         """Call `act()`. Returns True if the node moves the robot within `reaction_time` [s].
 
-        If ``prepare()`` returns False, the node is started first. If the robot does not move, a new
-        process gets a second attempt, because the previous stimulus may have disturbed the node.
+        If ``prepare()`` returns False, the node is started first. If the robot does not move, there
+        is one more attempt with a new process, because a stimulus may have disturbed the node.
         """
         for _ in range(2):
             if not prepare():

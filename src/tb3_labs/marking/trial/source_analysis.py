@@ -29,7 +29,7 @@ MAX_NAMES = 200             # the number of variables in the result
 MAX_LISTED_LINES = 6        # the number of lines for each variable
 #: The call by which a mouse client's program publishes its messages.
 PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
-Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # a variable that contains a y
+Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # of a variable with a y in it
 #: A variable or a function with such a name contains a position in pixels, where y points down.
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
 #: The result of such a function grows if an argument grows.
@@ -126,7 +126,7 @@ def _sent_slopes(nodes: List[Any]) -> List[float]:
     y_fields = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
     read_names = {_dotted_name(node) for node in nodes
                   if isinstance(getattr(node, 'ctx', None), ast.Load)}
-    unread_fields = y_fields - read_names    # a client does not read the fields of its message
+    unread_fields = y_fields - read_names    # a client only writes the fields of its message
     sent_slopes = [slopes[name] for name in unread_fields or y_fields]
     return [slope for slope in sent_slopes if slope != 0.0 and not math.isnan(slope)]
 
@@ -137,7 +137,7 @@ def _slopes_of_variables(nodes: List[Any]) -> Slopes:
     # in Python 3.8 a keyword has no line number
     assignments.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
-    for assignment in assignments * 2:      # the callback may come last, so two passes are needed
+    for assignment in assignments * 2:      # a value may be assigned in a line after its first use
         for name, slope in _assigned_slopes(assignment, slopes):
             # the program may set a variable back to a constant, which does not change its slope
             has_slope = slopes.get(name, 0.0) != 0.0    # True also for NaN
