@@ -34,7 +34,7 @@ MAX_START_ERROR_DEG = 25.0      # A turn may begin at a heading so far from the 
 def stand_at_headings(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')    # read early: a node can change it
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')    # a node can change it later
     node.start()
     for name, degrees in stimuli.STANDING_HEADINGS.items():
         trial.robot.turn_to(degrees - offset)

@@ -29,7 +29,7 @@ MAX_NAMES = 200             # the number of variables in the result
 MAX_LISTED_LINES = 6        # the number of lines for each variable
 #: The call by which a mouse client's program publishes its messages.
 PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
-Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # of a variable with a y in it
+Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # such as y, _y or pos_y
 #: A variable or a function with such a name contains a position in pixels, where y points down.
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
 #: The result of such a function grows if an argument grows.
