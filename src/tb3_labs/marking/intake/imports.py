@@ -1,6 +1,6 @@
 """Finds the missing modules that a node, or another module of its submission, imports.
 
-In the trial, Python itself reports a missing module that was overlooked.
+If this search overlooks a missing module, Python reports the module in the trial.
 """
 import ast
 import shutil
@@ -14,7 +14,7 @@ import rospkg
 from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
     DEFINITION_KINDS, MAX_MANIFEST_BYTES, definition_files, definition_files_below, distance_key,
-    is_old_or_copy)
+    ending_of, is_old_or_copy)
 from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_valid_name, syntax_nodes_of
 
 #: A module runs code on import if one of these statements has a call.
@@ -32,7 +32,7 @@ class Import(NamedTuple):
 
     module: str                       # the module's name with all dots, such as '.laws'
     names: Tuple[str, ...]            # the names that are imported; () for `import module`
-    defined_names: Tuple[str, ...]    # the names that the import defines in the program
+    defined_names: Tuple[str, ...]    # the names by which the program uses the import
     may_fail: bool                    # the import is in a `try`
 
     @property
@@ -70,12 +70,19 @@ def read_program(path: Path) -> ParsedProgram:
     syntax_nodes = syntax_nodes_of(data)
     if not syntax_nodes:
         return ParsedProgram(text, [], set(), runs_code_on_import=True)
+    used_names = {syntax.id for syntax in syntax_nodes if isinstance(syntax, ast.Name)}
+    return ParsedProgram(text, _imports_in(syntax_nodes), used_names,
+                         runs_code_on_import=_runs_code(syntax_nodes[0]))
+
+
+def _imports_in(syntax_nodes):
+    """Returns the Imports of a program without repetitions."""
     statements_in_try = [statement for syntax in syntax_nodes if isinstance(syntax, ast.Try)
                          for statement in syntax.body]
-    nodes_in_try = {syntax for statement in statements_in_try for syntax in ast.walk(statement)}
+    syntax_in_try = {syntax for statement in statements_in_try for syntax in ast.walk(statement)}
     imports = []
     for syntax in syntax_nodes:
-        may_fail = syntax in nodes_in_try
+        may_fail = syntax in syntax_in_try
         if isinstance(syntax, ast.Import):
             for alias in syntax.names:
                 defined_name = alias.asname or alias.name.split('.')[0]
@@ -85,28 +92,30 @@ def read_program(path: Path) -> ParsedProgram:
             names = tuple(alias.name for alias in syntax.names)
             defined_names = tuple(alias.asname or alias.name for alias in syntax.names)
             imports.append(Import(module, names, defined_names, may_fail))
-    used_names = {syntax.id for syntax in syntax_nodes if isinstance(syntax, ast.Name)}
-    return ParsedProgram(text, list(dict.fromkeys(imports)), used_names,
-                         runs_code_on_import=_runs_code(syntax_nodes[0]))
+    return list(dict.fromkeys(imports))
 
 
-def _runs_code(tree):
-    for statement in tree.body:
-        if isinstance(statement, EXECUTED_STATEMENTS):
-            calls = [syntax for syntax in ast.walk(statement) if isinstance(syntax, ast.Call)]
-            if any(getattr(call.func, 'attr', '') not in PATH_METHODS for call in calls):
-                return True
+def _runs_code(module_syntax):
+    """Returns True if a module does more than define names and change Python's path."""
+    for statement in module_syntax.body:
+        if not isinstance(statement, EXECUTED_STATEMENTS):
+            continue
+        calls = [syntax for syntax in ast.walk(statement) if isinstance(syntax, ast.Call)]
+        called_methods = {getattr(call.func, 'attr', '') for call in calls}   # '' for a function
+        if called_methods - set(PATH_METHODS):
+            return True
     return False
 
 
 def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
     """Returns {file: ParsedProgram} of the node and of all modules in the folder `package` that the
     node imports, directly or through other modules."""
-    modules: Dict[str, List[Path]] = {}
+    module_files: Dict[str, List[Path]] = {}
     for path in files_in(package):
         if path.suffix == '.py' and path.stat().st_size <= MAX_PROGRAM_BYTES:
-            name = path.parent.name if path.stem == '__init__' else path.stem
-            modules.setdefault(name, []).append(path)
+            module = path.parent.name if path.stem == '__init__' else path.stem
+            module_files.setdefault(module, []).append(path)
+
     programs: Dict[Path, ParsedProgram] = {}
     files = [node]
     for file in files:      # the loop adds files to this list
@@ -115,7 +124,7 @@ def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
         programs[file] = read_program(file)
         for imported in programs[file].imports:
             for name in (*imported.module.split('.'), *imported.names):
-                files += modules.get(name, [])
+                files += module_files.get(name, [])
     return programs
 
 
@@ -124,15 +133,18 @@ def find_missing_modules(node: Path, package: Path, folder: Path,
     """Make the missing packages of messages. Returns the MissingModules of a node.
 
     `package` is the folder of the node's package. `folder` is the folder of the submission.
-    `packages` is {name: folder} of the submission's packages. An imported package of messages that
-    `packages` lacks is made in `folder` and added to `packages`. Such a package, and a package that
-    was handed in without messages, get copies of the types of tb3_labs and of the submission.
+    `packages` is {name: folder} of the submission's packages. If the node imports a package of
+    messages that `packages` lacks, the package is made in `folder` and added to `packages`. The
+    types of tb3_labs and of the submission are copied into the package that is made. They are also
+    copied into an imported package that was handed in without messages.
     """
     programs = programs_of(node, package).values()
     files = [path for path in files_in(folder) if path.suffix == '.py']
     own_modules = {path.stem for path in files} | {path.parent.name for path in files}
     type_files = _type_files(node, folder)
+    # for each service, Python also has a type of the request and a type of the response
     types = {path.stem + end for path in type_files for end in ('', 'Request', 'Response')}
+
     placeholders: Set[str] = set()
     missing_imports: List[Import] = []
     for program in programs:
@@ -146,15 +158,24 @@ def find_missing_modules(node: Path, package: Path, folder: Path,
     for name in sorted(placeholders):
         placeholder = packages.setdefault(name, folder / PLACEHOLDERS / name)
         _copy_types(type_files, placeholder)
-    missing = [imported for imported in missing_imports if imported.package not in placeholders]
-    # `from module import *` may define any name
-    used_names = {'*'}.union(*(program.used_names for program in programs))
-    used = [imported for imported in missing if used_names.intersection(imported.defined_names)]
-    used_packages = {imported.package for imported in used}
-    unused_modules = {imported.module for imported in missing
-                      if imported.package not in used_packages}
-    used_modules = {imported.module for imported in used}
+
+    missing_imports = [imported for imported in missing_imports
+                       if imported.package not in placeholders]
+    used_names = set().union(*(program.used_names for program in programs))
+    unused_modules, used_modules = _unused_and_used_modules(missing_imports, used_names)
     return MissingModules(sorted(placeholders), sorted(unused_modules), sorted(used_modules))
+
+
+def _unused_and_used_modules(imports, used_names):
+    """Returns ({unused modules}, {used modules}). A module is unused if the programs use no name
+    from the module's package."""
+    # `from module import *` may define each of the used names
+    used_imports = [imported for imported in imports
+                    if {*used_names, '*'}.intersection(imported.defined_names)]
+    used_packages = {imported.package for imported in used_imports}
+    unused_modules = {imported.module for imported in imports
+                      if imported.package not in used_packages}
+    return unused_modules, {imported.module for imported in used_imports}
 
 
 def _is_available(imported, own_modules, packages):
@@ -195,6 +216,6 @@ def _type_files(node, folder):
 def _copy_types(type_files, package):
     """Copy files into a package. Of files with the same name, the last is kept."""
     for path in type_files:
-        folder = package / path.suffix[1:]
+        folder = package / ending_of(path)
         folder.mkdir(parents=True, exist_ok=True)
         shutil.copy(str(path), str(folder))
