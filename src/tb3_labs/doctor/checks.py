@@ -21,7 +21,6 @@ def examine(namespace):
     yield judge_master(master)
     if system_state is None:
         return
-
     graph = RobotGraph(namespace, system_state)
     robot_peers = _peers_of(master, graph.robot_nodes)
     publishers = _peers_of(master, graph.cmd_vel_publishers)
@@ -63,8 +62,7 @@ def _check_return_path(computer, graph, live_peers, publishers):
     if connections is None:
         return
 
-    # The robot receives messages through a connection with the direction 'i' (inbound). Some
-    # programs report a node's name in place of its URI.
+    # the direction 'i' means inbound, and a node may report another node's name as `uri`
     connected = {str(uri).rstrip('/') for _, uri, direction, *_ in connections if direction == 'i'}
     address = outgoing_address(robot.address)
     yield judge_return_path(

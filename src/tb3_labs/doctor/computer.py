@@ -33,8 +33,7 @@ def is_own(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def address_of(name: str) -> str:
-    """Returns the address of a host's name, or '' if the name does not resolve. The answer may take
-    seconds."""
+    """Returns a host's address, perhaps after seconds, or '' if the name does not resolve."""
     try:
         return socket.gethostbyname(name) if name else ''
     except (OSError, UnicodeError):
@@ -107,7 +106,6 @@ def judge_address(computer: Computer) -> Finding:
         return ok('Address', text)
     if resolved in computer.addresses:
         return ok('Address', text + ' is an address of this computer')
-
     if not resolved:
         text += ' does not resolve, not even here'
     elif is_loopback(resolved):

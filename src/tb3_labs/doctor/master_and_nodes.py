@@ -26,7 +26,7 @@ SENSORS = 'imu', 'odom', 'joint_states'     # topics
 #: The robot or a node of the labs subscribes to these topics.
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A topic's name is probably a mistake if its similarity to a right name (difflib) is at least this.
+#: A wrong name of a topic means a right name if difflib finds at least this similarity.
 MIN_NAME_SIMILARITY = 0.65
 
 
@@ -110,11 +110,9 @@ class RobotGraph:
         self.other_robots = sorted(namespaces - {namespace})
 
     def right_topic(self, topic, node, names):
-        """Returns the topic of the robot that `node` probably means by the wrong name `topic`.
-
-        `names` are the possible names of the returned topic. Returns '' if `topic` is right,
-        belongs to another robot, or resembles no right topic.
-        """
+        """Returns the robot's topic that `node` probably means by `topic`. The name of this topic
+        is one of `names`. Returns '' if `topic` is right, belongs to another robot, or resembles
+        none of these names."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''
@@ -124,12 +122,11 @@ class RobotGraph:
                         if name in SENSORS and re.search('(?<![a-z])' + name, path)]
         _, _, base_name = path.rpartition('/')
         similar_names = difflib.get_close_matches(base_name, names, n=1, cutoff=MIN_NAME_SIMILARITY)
-        right_names = sensor_names + similar_names
+        right_names = sensor_names + similar_names      # the likeliest first
         return self.namespace + right_names[0] if right_names else ''
 
     def _is_of_another_robot(self, topic, node):
-        namespace, slash, _ = topic.rpartition('/')
-        namespace += slash
+        namespace = topic.rpartition('/')[0] + '/'
         if namespace in ('/', self.namespace):
             return False
         return node.startswith(namespace) or not namespace.startswith(self.namespace)
@@ -178,10 +175,8 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 
 def _mistake_sentences(text, graph, names, users, partners):
     """Returns the sentence `text` for each node that uses a wrong topic instead of one of `names`.
-
-    `users` and `partners` are the publishers {topic: nodes} and the subscribers {topic: nodes}, or
-    vice versa. A node of `users` makes a mistake if its topic has no partners.
-    """
+    `users` {topic: nodes} are the publishers and `partners` the subscribers, or vice versa. A topic
+    without partners may be wrong."""
     sentences = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:
@@ -192,16 +187,14 @@ def _mistake_sentences(text, graph, names, users, partners):
             if node in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
                 continue
             # the sentence names a recorder only if no node of the robot uses the topic
-            robot_partners = [partner for partner in partners[right]
-                              if partner in graph.robot_nodes]
+            robot_partners = [node for node in partners[right] if node in graph.robot_nodes]
             partner = (robot_partners or partners[right])[0]
             sentences.append(text.format(node=node, wrong=topic, right=right, partner=partner))
     return sentences
 
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
-    """Judges whether the nodes in `peers` {node: Peer} answer at the addresses that the master
-    knows."""
+    """Judges whether the nodes in `peers` {node: Peer} answer at their registered addresses."""
     for node, peer in sorted(peers.items()):
         if not peer.problem:
             continue
@@ -220,11 +213,9 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
 def judge_return_path(publishers: Mapping[str, str], connected: Collection[str], robot: str,
                       computer: Computer, is_robot_elsewhere: bool) -> Finding:
     """Judges whether this computer's commands reach the node `robot`, which listens to cmd_vel.
-
     `publishers` is {node of this computer that publishes cmd_vel: URI}. `connected` has the URIs of
-    nodes from which `robot` receives messages. `computer.outgoing_address` is the address from
-    which this computer sends to the robot.
-    """
+    nodes from which `robot` receives messages. From `computer.outgoing_address` this computer sends
+    to the robot."""
     for node, uri in sorted(publishers.items()):
         uri = uri.rstrip('/')
         if uri not in connected:

@@ -24,8 +24,7 @@ from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 #: {topic to which the doctor listens: type of the messages}
 MESSAGE_TYPES = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': Twist}
 #: {topic of a sensor: function that converts a message to a sample}
-SAMPLE_READERS = {
-    'imu': to_imu_sample, 'odom': to_odometry_sample, 'joint_states': to_wheel_sample}
+SAMPLE_READERS = dict(imu=to_imu_sample, odom=to_odometry_sample, joint_states=to_wheel_sample)
 
 
 class ReceivedMessage(NamedTuple):
@@ -68,8 +67,7 @@ def examine_messages(graph, address, is_wall_time):
 
 def listen(namespace, address):
     """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
-    The doctor advertises `address`, from which it reaches the master, because ROS_IP may be
-    wrong."""
+    ROS_IP may be wrong, so the doctor advertises `address`, from which it reaches the master."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []
@@ -92,11 +90,9 @@ def read_samples(received):
     """Returns [(time of arrival [s], sample)] of the sensors' valid messages."""
     samples = []
     for topic, arrived_at, _, message in received:
-        if topic not in SAMPLE_READERS:
-            continue
-        to_sample = SAMPLE_READERS[topic]
         with suppress(ValueError):    # an arm also publishes joint_states, but without wheels
-            samples.append((arrived_at, to_sample(message)))
+            if topic in SAMPLE_READERS:
+                samples.append((arrived_at, SAMPLE_READERS[topic](message)))
     return samples
 
 

@@ -35,9 +35,8 @@ def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), listening_end: float = 0.0,
                  publisher: str = '') -> Finding:
-    """Judges whether the messages of a sensor arrive without long gaps. `arrivals` are the times
-    [s] at which messages arrived before `listening_end` [s]. `publisher` is a node that publishes
-    `topic`, or '' if there is none."""
+    """Judges whether a sensor's messages come without long gaps. `arrivals` are the times [s] at
+    which they came before `listening_end` [s]. `publisher` publishes `topic`; '' means nobody."""
     _, _, name = topic.rpartition('/')
     if not publisher:
         return fault(name, f'nobody publishes {topic}', BRINGUP_REMEDY)
@@ -103,7 +102,6 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     for angles in zip(*wheels):    # of the left wheel, then of the right wheel
         if max(angles) - min(angles) > MAX_STANDING_ANGLE:
             return None
-
     mean_stamp = mean(stamp for stamp, _ in imu)
     _, first_yaw = imu[0]
     turns = [(stamp - mean_stamp, math.remainder(yaw - first_yaw, 2.0 * math.pi))

@@ -94,8 +94,7 @@ class Marks:
 
     @property
     def delay_sentence(self) -> str:
-        """A warning if the node lost points and the machine was too busy for a fair trial, or ''
-        otherwise."""
+        """A warning if points were lost and the machine was too busy for a fair trial, or ''."""
         gap = self.observation.longest_gap if self.observation else 0.0
         if gap <= MAX_FAIR_GAP or self.meets_handout:
             return ''
@@ -205,7 +204,6 @@ def _find_first_mistake(observation, verdicts):
         return None
     if observation.clause_on_silent_topics or observation.not_finite:
         return None
-
     parts_of_handout = {verdict.criterion.part for verdict in verdicts}
     missed_parts = {verdict.criterion.part for verdict in verdicts
                     if verdict.outcome is not Outcome.MET}
@@ -238,12 +236,11 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
 
 
 def _refuse_invalid_points(lab, section, is_extra):
-    valid_names = [criterion.name for criterion in LABS[lab].criteria
-                   if criterion.is_extra == is_extra]
-    for name in [*section, *valid_names]:
-        if name not in valid_names:
+    names = [criterion.name for criterion in LABS[lab].criteria if criterion.is_extra == is_extra]
+    for name in [*section, *names]:
+        if name not in names:
             raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
-                             + ', '.join(valid_names))
+                             + ', '.join(names))
         points = section.get(name)      # None if the section lacks the criterion
         is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
         if not (is_number and 0 <= points <= MAX_POINTS):

@@ -6,9 +6,8 @@ The table has the columns `student`, `points`, `of` (full marks), a column for e
 
 The column of a criterion beyond the handout has a name that begins with 'extra_'. If such a
 criterion is worth no points, its cells contain 'yes' or 'no'. If a submission was not judged, the
-criteria's cells are empty. A text from a submission is never written as a formula, because a
-spreadsheet would run the formula. A person may write points into the column `decided`, and a
-sentence into `reason`.
+criteria's cells are empty. A text from a submission is never written as a formula, which a
+spreadsheet would run. A person may write points into `decided`, and a sentence into `reason`.
 """
 import csv
 import io
@@ -42,8 +41,7 @@ class MarksTable:
         for row in self._rows:
             student, decided, reason = row[STUDENT], row.get(DECIDED, ''), row.get(REASON, '')
             if decided or reason:
-                decision = _decided_points(decided, student), reason
-                self.decisions.setdefault(student, decision)
+                self.decisions.setdefault(student, (_decided_points(decided, student), reason))
 
     def change_sentences(self, all_marks: Sequence[Marks]) -> List[str]:
         """Returns [a sentence for the instructor] on changed points, or [] if no points have
@@ -77,7 +75,6 @@ class MarksTable:
                 old_rows.remove(old_row)
                 new_row = {**old_row, **new_row}
             new_rows.append(new_row)
-
         out = io.StringIO(newline='')
         writer = csv.DictWriter(out, columns, lineterminator='\n')
         writer.writeheader()

@@ -108,8 +108,7 @@ class MarksFolder:
         self._records[trial_marks.student] = record
         marks = self._judge_and_write(record)
         if marks.delay_sentence:
-            # '' differs from each digest, so the next run tries the submission again
-            record['key']['submission'] = ''
+            record['key']['submission'] = ''    # so that the next run tries the submission again
         write_output(self.logs / (marks.student + RECORD_SUFFIX), json.dumps(record))
         return marks
 
@@ -120,7 +119,6 @@ class MarksFolder:
             return None, []
         all_marks = [self._written_marks(student) for student in sorted(self._records)]
         write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
-
         notes = [] if self.options.sandbox else [NO_SANDBOX_WARNING]
         notes += self._table.change_sentences(all_marks)
         notes += [f'To look at: {marks.student}: {finding}'
@@ -222,6 +220,5 @@ def trial_files(lab: str) -> List[Path]:
              *marking.parent.glob('simulation/*.py'), PACKAGE_FOLDER / 'scripts' / ROBOT_SCRIPT,
              installed_robot, PACKAGE_FOLDER / 'launch/fake_robot.launch',
              PACKAGE_FOLDER / f'launch/checks/check_{lab}.test'}
-    only_read_bags = {marking / 'trial/from_bag.py', marking / 'trial/remarks.py'}
-    paths -= only_read_bags
+    paths -= {marking / 'trial/from_bag.py', marking / 'trial/remarks.py'}  # these only read bags
     return sorted(path for path in paths if path.is_file())

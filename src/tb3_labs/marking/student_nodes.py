@@ -51,10 +51,8 @@ def syntax_nodes_of(text: bytes) -> List[Any]:
 
 
 OWN_PACKAGE = 'tb3_labs'
-#: This environment variable contains the identity of a trial.
-IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'
-#: This environment variable contains the path of a file with a NodeStart.
-NODE_START_VARIABLE = 'TB3_LABS_NODE_START'
+IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'       # contains the identity of a trial
+NODE_START_VARIABLE = 'TB3_LABS_NODE_START'     # contains the path of a file with a NodeStart
 #: A program in a sandbox can write only into these folders.
 SANDBOX_HOME = '/home/student'
 WRITABLE_FOLDERS = '/tmp', SANDBOX_HOME, '/dev/shm'

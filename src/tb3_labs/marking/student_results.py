@@ -26,7 +26,6 @@ MAX_SHOWN_LINE_LENGTH = 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
-
 SEEN_HEADING = 'what was seen, and where to look'
 VISIBILITY = 'visible'      # Gradescope always shows the test to the student
 

@@ -105,7 +105,6 @@ class TrialRunner:
         # The node's environment is written into a file. If the check itself had this environment,
         # the check would import modules of the submission.
         environment.update(node_start.write(work / 'launch.json'))
-
         log = self.folder.logs / (marks.student + '.log')
         write_output(log, '')       # replaces a link by a file, so that open() follows no link
         with open(str(log), 'w') as file:
@@ -157,9 +156,8 @@ class TrialRunner:
 
 
 def import_error(processes: Sequence[NodeProcess]) -> str:
-    """Returns the text of the ImportError that ended the node's first process, or '' if the node
-    was ready or ended for another reason. After an ImportError the submission is not judged,
-    because the missing module may be installed on the student's machine."""
+    """Returns the text of the ImportError that ended the node's first process, or '' if there was
+    none. The student's machine may have the missing module, so the node is then not judged."""
     if not processes or processes[0].ready is not None:
         return ''
     last_line = processes[0].printed.rstrip().split('\n')[-1]
@@ -229,8 +227,7 @@ def make_trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[s
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging_file),
-                # an absolute path may contain a blank, at which rostest cuts the path
-                ROS_TEST_RESULTS_DIR='results')
+                ROS_TEST_RESULTS_DIR='results')     # rostest cuts an absolute path at a blank
 
 
 def make_marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
@@ -252,8 +249,7 @@ def make_marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[st
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
 
     prefixes_with_rospy = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')]
-    ros_prefix_if_any = prefixes_with_rospy[-1:]
-    roots = [str(prefix), *ros_prefix_if_any]
+    roots = [str(prefix), *prefixes_with_rospy[-1:]]
     variables = {name: value for name, value in caller.items()
                  if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():

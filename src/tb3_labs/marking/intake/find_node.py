@@ -90,9 +90,10 @@ def find_node(folder: Path, node_names: NodeNames, chosen_package: str = '',
         missing = chosen_file or ' or '.join(node_names.files)
         if chosen_package:
             missing += f' in a package {chosen_package}'
+        sorted_files = dict.fromkeys([*program_files, *files])    # the programs first
+        listing = short_list([str(file.relative_to(folder)) for file in sorted_files]) or 'nothing'
         raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in '
-                        f'(--type chooses a file): {_listing(program_files, files, folder)}. '
-                        f'{UNPACKING_RULES}')
+                        f'(--type chooses a file): {listing}. {UNPACKING_RULES}')
 
     best = candidates[0]
     starter = None if chosen_file else _starting_program(best, programs, folder)
@@ -102,12 +103,6 @@ def find_node(folder: Path, node_names: NodeNames, chosen_package: str = '',
         return ChosenNode(best.path, remarks, findings)
     remark = f'Judged was {starter.path}, which starts {best.path}.'
     return ChosenNode(starter.path, [remark], findings)
-
-
-def _listing(program_files, files, folder):
-    """Returns a text with the paths of some `files` of a submission, the programs first."""
-    sorted_files = dict.fromkeys([*program_files, *files])
-    return short_list([str(file.relative_to(folder)) for file in sorted_files]) or 'nothing'
 
 
 def _starting_program(module, programs, folder):
@@ -133,15 +128,13 @@ def _remarks_and_findings(candidates, node_names):
         if best.has_usual_name:
             return [], []
         return [f"There is no {' or '.join(node_names.files)}; judged was {best.path}."], []
-
     remark = (f'{len(candidates)} files can be the node; judged was {best.path}. The others: '
               f'{short_list([other.path for other in others])}.')
     doubtful_paths = [other.path for other in others if _is_doubtful(best, other)]
     if not doubtful_paths:
         return [remark], []
-    path = doubtful_paths[0]
-    if '/' not in path:     # the option --type would take the text for a name and not for a path
-        path = './' + path
+    # without a slash, --type would take the path for a name
+    path = doubtful_paths[0] if '/' in doubtful_paths[0] else './' + doubtful_paths[0]
     return [remark], [f'{remark} --type {shlex.quote(path)} chooses another one, with --only and '
                       "the student's name."]
 
@@ -165,18 +158,17 @@ def _is_program(path):
         return False
     if path.suffix:
         return path.suffix.lower() == '.py'
-    first_bytes = path.read_bytes()[:80]
-    return b'python' in first_bytes
+    return b'python' in path.read_bytes()[:80]      # the beginning contains the first line
 
 
 @lru_cache(maxsize=None)        # a package has many files, but its package.xml is read once
 def _package_names(package, folder):
-    """Returns ([name in the package.xml, name of the package's folder], depth of this folder). If
-    the package's folder is `folder` itself, the folder's name is left out."""
+    """Returns ([name in the package.xml, name of the package's folder], depth of this folder)."""
     if package is None:
         return [], 0
     folder_names = package.relative_to(folder).parts
-    return [package_name(package), *folder_names[-1:]], len(folder_names)
+    own_folder_if_any = folder_names[-1:]       # empty if the package is `folder` itself
+    return [package_name(package), *own_folder_if_any], len(folder_names)
 
 
 def _program_in_file(file, folder, node_names):
@@ -184,13 +176,11 @@ def _program_in_file(file, folder, node_names):
     text = file.read_bytes().decode(errors='replace')
     lower_path = Path(str(path).lower())
     usual_files = [usual.lower() for usual in node_names.files]
-
     folder_names = lower_path.parent.parts
     package_names, package_depth = _package_names(package_folder(file, folder), folder)
-    names_outside_package = folder_names[:package_depth]
-    names_in_package = folder_names[package_depth:]
-    own_names = [*package_names, *names_in_package]
-    package_match = min(_package_match(usual, own_names, names_outside_package)
+    outer_names, inner_names = folder_names[:package_depth], folder_names[package_depth:]
+    own_names = [*package_names, *inner_names]
+    package_match = min(_package_match(usual, own_names, outer_names)
                         for usual in node_names.packages)
     return _Program(
         path=str(path), text=text, is_old=is_old_or_copy(str(path)), package_match=package_match,
@@ -202,8 +192,7 @@ def _program_in_file(file, folder, node_names):
 
 
 def _position(name, usual_names):
-    """Returns the index of `name` in `usual_names`. Any other name gets the position after the last
-    usual name."""
+    """Returns the index of `name` in `usual_names`, or a larger number if it is not there."""
     return usual_names.index(name) if name in usual_names else len(usual_names)
 
 
@@ -230,17 +219,14 @@ def _plain_name(name):
 def _found_signs(text, node_names):
     """Returns a bool for each sign of the lab's node. The signs are the subscription to the lab's
     topic, the handout's class, the handout's name of the node, and the `other_signs`."""
-    lines_without_comments = [line for line in text.splitlines()
-                              if not line.lstrip().startswith('#')]
-    code = '\n'.join(lines_without_comments)
+    code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     quoted_topic = r'[\'"]/?(\w+/)*{}[\'"]'
     patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + quoted_topic.format(node_names.needed_topics[0]),
                 rf'^[ \t]*class\s+{node_names.class_name}\b',
                 r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(node_names.node_name)]
     for sign in node_names.other_signs:
         is_call = sign.endswith('(')
-        pattern = RESET_CALL.format(sign.rstrip('(')) if is_call else quoted_topic.format(sign)
-        patterns.append(pattern)
+        patterns.append(RESET_CALL.format(sign[:-1]) if is_call else quoted_topic.format(sign))
     return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in patterns)
 
 
@@ -249,10 +235,8 @@ def _can_be_the_node(program, chosen_package, chosen_file):
         return False
     if '/' in chosen_file and program.path != os.path.normpath(chosen_file):
         return False
-    if program.has_usual_name:
-        return True
-    if chosen_file:
-        return False
+    if program.has_usual_name or chosen_file:
+        return program.has_usual_name
     listens, has_class, has_node_name, *_ = program.found_signs
     if [listens, has_class, has_node_name].count(True) >= 2:
         return True

@@ -14,7 +14,7 @@ import rospkg
 from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
     DEFINITION_KINDS, MAX_MANIFEST_BYTES, definition_files, definition_files_below, distance_key,
-    ending_of, is_old_or_copy)
+    is_old_or_copy)
 from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_valid_name, syntax_nodes_of
 
 #: A module runs code on import if one of these statements has a call.
@@ -76,7 +76,6 @@ def read_program(path: Path) -> ParsedProgram:
 
 
 def _imports_in(syntax_nodes):
-    """Returns the Imports of a program without repetitions."""
     statements_in_try = [statement for syntax in syntax_nodes if isinstance(syntax, ast.Try)
                          for statement in syntax.body]
     syntax_in_try = {syntax for statement in statements_in_try for syntax in ast.walk(statement)}
@@ -98,12 +97,11 @@ def _imports_in(syntax_nodes):
 def _runs_code(module_syntax):
     """Returns True if a module does more than define names and change Python's path."""
     for statement in module_syntax.body:
-        if not isinstance(statement, EXECUTED_STATEMENTS):
-            continue
-        calls = [syntax for syntax in ast.walk(statement) if isinstance(syntax, ast.Call)]
-        called_methods = {getattr(call.func, 'attr', '') for call in calls}   # '' for a function
-        if called_methods - set(PATH_METHODS):
-            return True
+        if isinstance(statement, EXECUTED_STATEMENTS):
+            calls = [syntax for syntax in ast.walk(statement) if isinstance(syntax, ast.Call)]
+            called_methods = {getattr(call.func, 'attr', '') for call in calls}  # '' for functions
+            if called_methods - set(PATH_METHODS):
+                return True
     return False
 
 
@@ -115,7 +113,6 @@ def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
         if path.suffix == '.py' and path.stat().st_size <= MAX_PROGRAM_BYTES:
             module = path.parent.name if path.stem == '__init__' else path.stem
             module_files.setdefault(module, []).append(path)
-
     programs: Dict[Path, ParsedProgram] = {}
     files = [node]
     for file in files:      # the loop adds files to this list
@@ -133,18 +130,16 @@ def find_missing_modules(node: Path, package: Path, folder: Path,
     """Make the missing packages of messages. Returns the MissingModules of a node.
 
     `package` is the folder of the node's package. `folder` is the folder of the submission.
-    `packages` is {name: folder} of the submission's packages. If the node imports a package of
-    messages that `packages` lacks, the package is made in `folder` and added to `packages`. The
-    types of tb3_labs and of the submission are copied into the package that is made. They are also
-    copied into an imported package that was handed in without messages.
+    `packages` is {name: folder} of the submission's packages. If the node imports messages from a
+    package that `packages` lacks, the package is made in `folder` and added to `packages`. This
+    package, or a package without messages, gets copies of the types of tb3_labs and the submission.
     """
     programs = programs_of(node, package).values()
     files = [path for path in files_in(folder) if path.suffix == '.py']
     own_modules = {path.stem for path in files} | {path.parent.name for path in files}
     type_files = _type_files(node, folder)
-    # for each service, Python also has a type of the request and a type of the response
+    # a service also has a type for its request and a type for its response
     types = {path.stem + end for path in type_files for end in ('', 'Request', 'Response')}
-
     placeholders: Set[str] = set()
     missing_imports: List[Import] = []
     for program in programs:
@@ -159,23 +154,15 @@ def find_missing_modules(node: Path, package: Path, folder: Path,
         placeholder = packages.setdefault(name, folder / PLACEHOLDERS / name)
         _copy_types(type_files, placeholder)
 
-    missing_imports = [imported for imported in missing_imports
-                       if imported.package not in placeholders]
-    used_names = set().union(*(program.used_names for program in programs))
-    unused_modules, used_modules = _unused_and_used_modules(missing_imports, used_names)
-    return MissingModules(sorted(placeholders), sorted(unused_modules), sorted(used_modules))
-
-
-def _unused_and_used_modules(imports, used_names):
-    """Returns ({unused modules}, {used modules}). A module is unused if the programs use no name
-    from the module's package."""
-    # `from module import *` may define each of the used names
-    used_imports = [imported for imported in imports
-                    if {*used_names, '*'}.intersection(imported.defined_names)]
-    used_packages = {imported.package for imported in used_imports}
-    unused_modules = {imported.module for imported in imports
+    missing = [imported for imported in missing_imports if imported.package not in placeholders]
+    # '*' counts as used, because `from module import *` may define any name
+    used_names = {'*'}.union(*(program.used_names for program in programs))
+    used = [imported for imported in missing if used_names.intersection(imported.defined_names)]
+    used_packages = {imported.package for imported in used}
+    unused_modules = {imported.module for imported in missing
                       if imported.package not in used_packages}
-    return unused_modules, {imported.module for imported in used_imports}
+    used_modules = {imported.module for imported in used}
+    return MissingModules(sorted(placeholders), sorted(unused_modules), sorted(used_modules))
 
 
 def _is_available(imported, own_modules, packages):
@@ -216,6 +203,6 @@ def _type_files(node, folder):
 def _copy_types(type_files, package):
     """Copy files into a package. Of files with the same name, the last is kept."""
     for path in type_files:
-        folder = package / ending_of(path)
+        folder = package / path.suffix.lstrip('.')
         folder.mkdir(parents=True, exist_ok=True)
         shutil.copy(str(path), str(folder))

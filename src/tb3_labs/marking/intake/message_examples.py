@@ -54,7 +54,6 @@ def make_modules(search, definitions):
     for module in Path('out').rglob('*.py'):
         package_kind_and_file = module.relative_to('out').parts
         result['modules'].append([*package_kind_and_file, module.read_text(encoding='utf-8')])
-
     sys.path.insert(0, os.path.abspath('out'))
     for package, kind, name, _ in definitions:
         try:

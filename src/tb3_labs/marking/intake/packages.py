@@ -22,21 +22,14 @@ OLD_OR_COPY = re.compile(
 FORBIDDEN_IN_NAMES = re.compile(r'\W|^(?=\d)')
 
 
-def ending_of(path: Path) -> str:
-    """Returns the ending of a file's name without the dot, such as 'msg'."""
-    return path.suffix[1:]
-
-
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
-    """Returns the nearest folder with a package.xml that contains `path`. Returns None if neither
-    `folder` nor a folder below it is such a folder."""
+    """Returns the nearest folder above `path`, up to `folder`, that has a package.xml, or None."""
     folders = [parent for parent in path.parents if parent == folder or folder in parent.parents]
     return next((parent for parent in folders if (parent / MANIFEST).is_file()), None)
 
 
 def node_package(node: Path, folder: Path) -> Path:
-    """Returns the folder of a node's package. If there is no package.xml, the folder is guessed
-    from the names of the folders."""
+    """Returns the folder of a node's package. Without a package.xml the folder is guessed."""
     package = package_folder(node, folder)
     if package is not None:
         return package
@@ -78,7 +71,7 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     """
     folders = {path.parent for path in files_in(folder) if path.name == MANIFEST}
     folders |= {path.parent.parent for path in definition_files_below(folder)
-                if path.parent.name == ending_of(path)}
+                if path.parent.name == path.suffix.lstrip('.')}
     packages = {}
     # the nearest package comes last, and replaces packages with the same name
     for package in sorted(folders, key=lambda path: distance_key(path, node, folder), reverse=True):
@@ -90,7 +83,7 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
 
 def definition_files_below(folder: Path) -> List[Path]:
     """Returns the files of messages and services below `folder`. Some names may be invalid."""
-    return [path for path in files_in(folder) if ending_of(path) in DEFINITION_KINDS]
+    return [path for path in files_in(folder) if path.suffix.lstrip('.') in DEFINITION_KINDS]
 
 
 def definition_files(package: Path) -> List[Path]:

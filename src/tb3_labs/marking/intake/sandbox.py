@@ -82,8 +82,7 @@ class Protection:
         return dict(base)
 
     def hand_over(self, folder: Path) -> None:
-        """Make the user that runs the program the owner of `folder`, which must contain only
-        copies. A program of the caller's own user needs no change."""
+        """Make the program's user the owner of `folder`, which must contain only copies."""
 
 
 class OtherUser(Protection):
@@ -129,13 +128,11 @@ class Sandbox(Protection):
 
     def program_command(self, words: List[str]) -> List[str]:
         options = ['--die-with-parent', '--unshare-pid', '--unshare-ipc', '--unshare-uts']
-        # as root, ENTER_PROGRAM needs the two capabilities to become another user
         if self.user_id is None:
             options.append('--unshare-user')
-        else:
+        else:       # ENTER_PROGRAM needs both capabilities to become another user
             options += ['--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
         options += [*_mount_options(self._readable_folders), '--chdir', SANDBOX_HOME]
-
         limit_command = LIMIT_COMMAND + ['--core=0']
         if self.user_id is not None or _counts_processes_per_sandbox():
             limit_command.append(f'--nproc={MAX_THREADS_AND_PROCESSES}')
@@ -164,8 +161,7 @@ def protection_problem(protection: Protection) -> str:
         result = subprocess.run(command, env=protection.program_environment(os.environ),
                                 timeout=SANDBOX_START_TIMEOUT, stdin=subprocess.DEVNULL,
                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                universal_newlines=True,
-                                cwd='/')    # python -c could import a file of the current folder
+                                universal_newlines=True, cwd='/')    # python -c imports from cwd
     except FileNotFoundError:
         return 'bubblewrap is not installed (apt install bubblewrap)'
     except subprocess.TimeoutExpired:
@@ -191,14 +187,12 @@ def _counts_processes_per_sandbox():
 def _mount_options(readable_folders):
     """Returns bubblewrap's options for a sandbox whose program may read `readable_folders`. A mount
     is a tuple such as ('--proc', '/proc'), which ends with the path in the sandbox."""
-    # the folders of tb3_labs are hidden, except SHARED_PATHS
     hidden_folders = _own_folders()
     mounts = _system_mounts() + _ros_mounts() + [(EMPTY, folder) for folder in hidden_folders]
     shared_paths = [f'{folder}/{name}' for folder in hidden_folders for name in SHARED_PATHS]
     mounts += [(READ_ONLY, os.path.realpath(path), path) for path in shared_paths
                if os.path.exists(path)]
     mounts += [(READ_ONLY_IF_EXISTS, folder, folder) for folder in readable_folders]
-
     options = _with_parents(mounts)
     for folder in [*hidden_folders, '/dev', '/']:
         options += ['--remount-ro', folder]
@@ -218,7 +212,6 @@ def _system_mounts():
 
 
 def _folders_in(variable):
-    """Returns the folders in an environment variable such as PYTHONPATH."""
     return [folder for folder in os.environ.get(variable, '').split(':') if folder]
 
 
@@ -249,14 +242,11 @@ def _with_parents(mounts):
     options = []
     made_folders = {Path('/')}
     # a mount hides earlier mounts below its path, so a folder comes before its subfolders
-    for mount in sorted(mounts, key=lambda mount: len(_path_of(mount).parts)):
-        for folder in reversed(_path_of(mount).parents):
+    for mount in sorted(mounts, key=lambda mount: len(Path(mount[-1]).parts)):
+        path = Path(mount[-1])
+        for folder in reversed(path.parents):
             if folder not in made_folders:
                 made_folders.add(folder)
                 options += ['--dir', str(folder)]
         options += mount
     return options
-
-
-def _path_of(mount):
-    return Path(mount[-1])

@@ -92,7 +92,6 @@ def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
         lone_file = '' if platform_name.number else name
         group = valid_file_name(platform_name.student), platform_name.number, lone_file
         groups.setdefault(group, []).append(name)
-
     group_counts = Counter(student for student, _, _ in groups)
     students: Dict[str, List[str]] = {}
     for (student, number, lone_file), names_of_student in groups.items():
@@ -136,7 +135,6 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
             platform_names[path.name] = platform_name_of(path.name, path.is_dir())
     if not platform_names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
-
     submissions = []
     for student, names in sorted(grouped_by_student(platform_names).items()):
         files = {folder / name: platform_names[name].file or name
@@ -216,7 +214,6 @@ def read_in_this_process(files: Dict[str, str], copy_path: str, node_names: Sequ
     if missing.used_modules:
         raise NotJudged(f'{chosen.path} needs modules that do not work on the marking machine: '
                         f"{', '.join(missing.used_modules)}.")
-
     remarks += chosen.remarks
     if missing.placeholders:
         names = ', '.join(missing.placeholders)

@@ -22,7 +22,7 @@ import rospkg
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.packages import (
-    DEFINITION_KINDS, MESSAGES, definition_files, ending_of, module_folders)
+    DEFINITION_KINDS, MESSAGES, definition_files, module_folders)
 from tb3_labs.marking.intake.sandbox import PYTHONPATH, Protection
 from tb3_labs.marking.intake.submissions import ParsedSubmission
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
@@ -59,7 +59,7 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
     remarks = parsed.remarks
     # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
     own_names = [name for name in parsed.packages if name not in system_messages()]
-    nearest_names = own_names[-MAX_PACKAGES:]       # the nearest package is last
+    nearest_names = own_names[-MAX_PACKAGES:]
     packages = {name: copy / parsed.packages[name] for name in nearest_names}
     _repair_node(node, remarks, parsed.findings)
 
@@ -80,7 +80,6 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
 
 
 def _put_folders_first(folders, environment, variable):
-    """Put `folders` before the folders in a variable of `environment`, such as PYTHONPATH."""
     paths = [*map(str, folders), environment.get(variable, '')]
     environment[variable] = ':'.join(path for path in paths if path)
 
@@ -106,7 +105,6 @@ def _shown_name(package, file):
 
 
 def _repair_node(node, remarks, findings):
-    """Repair the file `node`. Add remarks on the repairs, and findings on possible injustice."""
     code = node.read_bytes()
     repairs = []
     if code.startswith(codecs.BOM_UTF8):
@@ -115,7 +113,6 @@ def _repair_node(node, remarks, findings):
     if b'\r\n' in code:
         code = code.replace(b'\r\n', b'\n')
         repairs.append('has Windows line endings: changed')
-
     first_line = code.partition(b'\n')[0]
     shebang = PYTHON_SHEBANG.match(first_line)
     if not code.startswith(b'#!'):
@@ -127,7 +124,6 @@ def _repair_node(node, remarks, findings):
                         'machine lacks: on another one it may run.')
     if not os.access(str(node), os.X_OK):
         repairs.append('is not executable: it was made so')
-
     remarks += [f'{node.name} {repair}.' for repair in repairs]
     node.write_bytes(code)
     node.chmod(0o755)
@@ -136,10 +132,8 @@ def _repair_node(node, remarks, findings):
 def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
                 remarks: List[str], protection: Protection) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
-    or None if the packages define no type. `packages` is a dict {name: folder}.
-
-    Problems of a package are added to `remarks` if the code of `node` names the package.
-    """
+    or None if the packages define no type. `packages` is a dict {name: folder}. Problems of a
+    package are added to `remarks` if the code of `node` names the package."""
     folder.mkdir()
     _link_modules(packages, node, folder)
     definitions = _definitions(packages)
@@ -169,18 +163,13 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
 
 
 def _link_modules(packages, node, folder):
-    """Make links in `folder` to the folders of the packages' modules.
-
-    Python looks for a package's modules and messages in one folder. Therefore the messages of a
-    package with modules are later made in the folder of these modules, through the link.
-    """
+    """Make links in `folder` to the modules of packages. Python looks for a package's modules and
+    messages in one folder, so the messages will be made behind the link, beside the modules."""
     module_sources = {source.name: source for name, package in packages.items()
                       for source in module_folders(package, name)}
-    # a module in the node's folder replaces others, because Python looks there first
-    for name in packages:
-        source = node.parent / name
-        if (source / '__init__.py').is_file():
-            module_sources[name] = source
+    # Python first looks for a module in the node's folder
+    module_sources.update({name: node.parent / name for name in packages
+                           if (node.parent / name / '__init__.py').is_file()})
     for name, source in module_sources.items():
         (folder / name).symlink_to(source)
 
@@ -193,7 +182,7 @@ def _definitions(packages):
         for path in definition_files(package):
             if is_valid_name(path.stem):
                 text = path.read_text(encoding='utf-8', errors='replace')
-                definitions.append([package_name, ending_of(path), path.stem, text])
+                definitions.append([package_name, path.suffix.lstrip('.'), path.stem, text])
     return definitions
 
 
@@ -212,8 +201,7 @@ def _run_make_modules(definitions, environment, protection):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """Returns {name: [folder of messages]} of all ROS packages on this machine. A package without
-    messages has no such folder."""
+    """Returns {name: [folder of messages, which may be missing]} of this machine's ROS packages."""
     # a RosPack changes during a query, so two threads must not share a RosPack
     ros = rospkg.RosPack()
     return {name: [os.path.join(ros.get_path(name), MESSAGES)] for name in ros.list()}
