@@ -98,7 +98,6 @@ def judge_address(computer: Computer) -> Finding:
             return ok('Address', text + 'this is right for this computer alone')
         text += f'the robot is told the name {computer.hostname}, and may not resolve it'
         return warning('Address', text, computer.remedy)
-
     resolved = computer.resolved_address
     text = _setting_text(computer)
     if is_loopback(resolved) and computer.is_master_here:

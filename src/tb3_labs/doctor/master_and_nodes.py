@@ -26,7 +26,7 @@ SENSORS = 'imu', 'odom', 'joint_states'     # topics
 #: The robot or a node of the labs subscribes to these topics.
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A wrong name of a topic means a right name if difflib finds at least this similarity.
+#: A wrong topic probably means a right topic if difflib finds at least this similarity of names.
 MIN_NAME_SIMILARITY = 0.65
 
 

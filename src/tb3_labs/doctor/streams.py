@@ -36,7 +36,7 @@ def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
 def judge_stream(topic: str, arrivals: Sequence[float] = (), listening_end: float = 0.0,
                  publisher: str = '') -> Finding:
     """Judges whether a sensor's messages come without long gaps. `arrivals` are the times [s] at
-    which they came before `listening_end` [s]. `publisher` publishes `topic`; '' means nobody."""
+    which messages came before `listening_end` [s]. `publisher` publishes `topic`, or is ''."""
     _, _, name = topic.rpartition('/')
     if not publisher:
         return fault(name, f'nobody publishes {topic}', BRINGUP_REMEDY)

@@ -110,7 +110,7 @@ class Marks:
 
     @property
     def hint(self) -> str:
-        """A sentence on the first mistake, and where a lab sheet explains it, or ''."""
+        """The first mistake, and the place in a lab sheet that explains this mistake, or ''."""
         if self.first_mistake is None:
             return ''
         return f'{self.mistake_sentence} See {self.first_mistake.place}.'
@@ -198,8 +198,8 @@ def _judge_variables(marks, observation, lab):
 
 def _find_first_mistake(observation, verdicts):
     """Returns the first mistake in the parts of the lab in which the node lost points, or None.
-    `verdicts` are on the handout's criteria. None is also returned if a remark already names the
-    reason: an exception, an unpublished topic, or a command that is not finite."""
+    Returns also None if a remark already names an exception, an unpublished topic, or a command
+    that is not finite. `verdicts` are on the handout's criteria."""
     if observation.recording is NO_RECORDING or tracebacks_before_the_end(observation):
         return None
     if observation.clause_on_silent_topics or observation.not_finite:

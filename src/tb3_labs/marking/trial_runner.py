@@ -172,11 +172,9 @@ def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
 
 
 def kill_processes(identity: str) -> None:
-    """Kill all processes that have `identity` in their environment.
-
-    A program may start processes faster than this function finds them. Therefore all processes are
-    first stopped and then killed. A stopped process starts nothing and keeps its process id.
-    """
+    """Kill all processes that have `identity` in their environment. A program may start processes
+    faster than this function finds them. Therefore all processes are first stopped and then killed.
+    A stopped process starts nothing and keeps its process id."""
     variable = f'{IDENTITY_VARIABLE}={identity}'.encode()
     empty_searches = 0
     # one search may miss a process that is starting a program and has no environment yet
@@ -232,12 +230,9 @@ def make_trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[s
 
 def make_marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
     """Make the folder `prefix` with links to the files of this package. Returns an environment with
-    two install prefixes: `prefix`, and the prefix of ROS.
-
-    `caller` is the environment of the instructor's terminal. The instructor's workspaces are left
-    out, so that their nodes and messages do not replace those of a submission.
-    """
-    # the prefix of ROS comes last, after the prefixes of the workspaces
+    two install prefixes, which are `prefix` and the prefix of ROS. `caller` is the environment of
+    the instructor's terminal. The instructor's workspaces are left out, so that their nodes and
+    messages do not replace those of a submission."""
     prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
     python_paths = caller.get(PYTHONPATH, '').split(':')
     _link_files(prefix / 'share', [rospkg.RosPack().get_path(OWN_PACKAGE)])
@@ -247,9 +242,9 @@ def make_marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[st
     site = Path(sys.prefix).parent / 'devel' / PYTHON_FOLDER / 'sitecustomize.py'
     if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
-
     prefixes_with_rospy = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')]
-    roots = [str(prefix), *prefixes_with_rospy[-1:]]
+    ros_prefix_if_any = prefixes_with_rospy[-1:]    # the last, after those of the workspaces
+    roots = [str(prefix), *ros_prefix_if_any]
     variables = {name: value for name, value in caller.items()
                  if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():

@@ -93,10 +93,8 @@ def _files_to_copy(original_names):
 
 def submitted_files(folder: Path) -> Tuple[Dict[Path, Path], List[Path]]:
     """Returns ({path in `folder`: file to copy}, refused paths in `folder`), without IGNORED_PATHS.
-
     Links and devices are refused. A file with a second name (a hard link) is also refused, because
-    the file may belong to another person. Raises ``OSError`` if a folder cannot be read.
-    """
+    the file may belong to another person. Raises ``OSError`` if a folder cannot be read."""
     files: Dict[Path, Path] = {}
     refused: List[Path] = []
     for root, folders, names in os.walk(str(folder), onerror=_raise):
@@ -165,7 +163,7 @@ class SubmissionCopy:
         path = _safe_path(entry.filename)
         if entry.is_dir() or IGNORED_PATHS.search(path):
             return
-        unix_mode = entry.external_attr >> 16       # the upper half of this number
+        unix_mode = entry.external_attr >> 16       # the upper 16 bits contain the mode
         if stat.S_ISLNK(unix_mode):
             self._links.append(folder / path)
             return

@@ -142,14 +142,16 @@ def _remarks_and_findings(candidates, node_names):
 def _is_doubtful(best, other):
     """Returns True if the instructor should know that `other`, and not the chosen program `best`,
     may be the node."""
-    if other.text == best.text:     # it does not matter which of them is judged
+    if other.text == best.text:     # both files would get the same points
         return False
     if other.quality_key == best.quality_key or other.is_outside_zip != best.is_outside_zip:
         return True
+    # `best` was chosen because `other` is old, but only the package of `other` has a usual name
     if other.package_match <= PART_OF_NAME < best.package_match:
-        return True                 # `other` is old, but only its package has a usual name
+        return True
     if other.is_old != best.is_old or other.package_match != best.package_match:
         return False
+    # `best` was chosen because it has more signs
     return other.has_usual_name and not best.has_usual_name
 
 
@@ -158,7 +160,7 @@ def _is_program(path):
         return False
     if path.suffix:
         return path.suffix.lower() == '.py'
-    return b'python' in path.read_bytes()[:80]      # the beginning contains the first line
+    return b'python' in path.read_bytes()[:80]      # in a line such as #!/usr/bin/env python3
 
 
 @lru_cache(maxsize=None)        # a package has many files, but its package.xml is read once
@@ -192,7 +194,7 @@ def _program_in_file(file, folder, node_names):
 
 
 def _position(name, usual_names):
-    """Returns the index of `name` in `usual_names`, or a larger number if it is not there."""
+    """Returns the index of `name` in `usual_names`, or a larger number if `name` is not there."""
     return usual_names.index(name) if name in usual_names else len(usual_names)
 
 
@@ -225,8 +227,10 @@ def _found_signs(text, node_names):
                 rf'^[ \t]*class\s+{node_names.class_name}\b',
                 r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(node_names.node_name)]
     for sign in node_names.other_signs:
-        is_call = sign.endswith('(')
-        patterns.append(RESET_CALL.format(sign[:-1]) if is_call else quoted_topic.format(sign))
+        if sign.endswith('('):
+            patterns.append(RESET_CALL.format(sign.rstrip('(')))
+        else:
+            patterns.append(quoted_topic.format(sign))
     return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in patterns)
 
 
@@ -235,8 +239,10 @@ def _can_be_the_node(program, chosen_package, chosen_file):
         return False
     if '/' in chosen_file and program.path != os.path.normpath(chosen_file):
         return False
-    if program.has_usual_name or chosen_file:
-        return program.has_usual_name
+    if chosen_file:
+        return program.has_usual_name       # the only usual name is that of `chosen_file`
+    if program.has_usual_name:
+        return True
     listens, has_class, has_node_name, *_ = program.found_signs
     if [listens, has_class, has_node_name].count(True) >= 2:
         return True

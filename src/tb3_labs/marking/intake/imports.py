@@ -131,8 +131,9 @@ def find_missing_modules(node: Path, package: Path, folder: Path,
 
     `package` is the folder of the node's package. `folder` is the folder of the submission.
     `packages` is {name: folder} of the submission's packages. If the node imports messages from a
-    package that `packages` lacks, the package is made in `folder` and added to `packages`. This
-    package, or a package without messages, gets copies of the types of tb3_labs and the submission.
+    package that `packages` lacks, the package is made in `folder` and added to `packages`. The new
+    package gets copies of all types of tb3_labs and of the submission. An imported package that was
+    handed in without messages gets the same copies.
     """
     programs = programs_of(node, package).values()
     files = [path for path in files_in(folder) if path.suffix == '.py']

@@ -1,5 +1,5 @@
 """Makes modules of messages and services, and an example of each type. This program runs in a
-sandbox: genpy pastes names into code, and Noetic's genmsg evaluates constants of a submission.
+sandbox, because genpy pastes a submission's names into code, and genmsg evaluates its constants.
 
 The program reads a JSON object. Its `search` is {package of the system: [folder of its messages]}.
 Its `definitions` is a list of [package, 'msg' or 'srv', name, text].
@@ -38,7 +38,6 @@ def make_modules(search, definitions):
         path = Path('in', package, kind, f'{name}.{kind}')
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding='utf-8')
-
     for package, kind, name, _ in definitions:
         file = f'{package}/{kind}/{name}.{kind}'
         target = Path('out', package, kind)
@@ -65,12 +64,10 @@ def make_modules(search, definitions):
 
 
 def example_of(type_class):
-    """Returns an example of a message type or a service type, with its checksum.
-
+    """Returns an example of a message type or a service type, with the checksum of the type.
     A message's example contains the bytes of a new message, and a list of the fields. Each field is
     [name, type, index of its first byte]. A service's example contains the bytes of a request with
-    the pose (0, 0, 0), and the bytes of a response that reports success.
-    """
+    the pose (0, 0, 0), and the bytes of a response that reports success."""
     if not hasattr(type_class, '_request_class'):
         data = _bytes_of(type_class())
         fields = [[name, type_name, _first_byte(type_class(), name, type_name, data)]

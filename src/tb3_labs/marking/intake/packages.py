@@ -64,9 +64,8 @@ def distance_key(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, 
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
-    """Returns {name: folder} of the packages below `folder` whose names a program can import.
-
-    A package contains a package.xml, or at least message files. If several packages have the same
+    """Returns {name: folder} of the packages below `folder` whose names a program can import. A
+    package contains a package.xml, or at least message files. If several packages have the same
     name, only the nearest to `node` is returned. A package without a name gets its folder's name.
     """
     folders = {path.parent for path in files_in(folder) if path.name == MANIFEST}

@@ -93,7 +93,7 @@ class OtherUser(Protection):
         self.user_id = random.choice(UNUSED_USER_IDS)
 
     def check_command(self, words: List[str]) -> List[str]:
-        # the program cannot read the check's files
+        # with this umask, a submission's program cannot read the files that the check makes
         return ['sh', '-c', 'umask 077; exec "$@"', 'sh'] + super().check_command(words)
 
     def program_command(self, words: List[str]) -> List[str]:

@@ -139,7 +139,7 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
     for student, names in sorted(grouped_by_student(platform_names).items()):
         files = {folder / name: platform_names[name].file or name
                  for name in sorted(names, key=_upload_key)}
-        number = platform_names[names[0]].number        # the same number is in all names
+        number = platform_names[names[0]].number        # all names of a student have this number
         is_late = any(platform_names[name].is_late for name in names)
         submissions.append(Submission(student, files, number, is_late))
     return submissions

@@ -48,10 +48,8 @@ COPY_FOLDER = 'src'         # the folder in a workspace into which the submissio
 def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
                       protection: Protection = Protection()) -> NodeStart:
     """Make a workspace of the submission in `workspace`/COPY_FOLDER. Returns the NodeStart.
-
     The node's environment is `environment` with the folders of the workspace. Remarks and findings
-    are added to `parsed`. `protection` limits the program that makes the messages.
-    """
+    are added to `parsed`. `protection` limits the program that makes the messages."""
     copy = workspace / COPY_FOLDER
     python_folder = workspace / 'python'
     package = copy / parsed.package_folder
