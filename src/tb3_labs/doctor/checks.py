@@ -38,7 +38,7 @@ def examine(namespace):
 
 
 def _peers_of(master, nodes):
-    """Returns {node: Peer}, after one call to each node."""
+    """Call each node once. Returns {node: Peer} with the outcomes of the calls."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
@@ -72,4 +72,4 @@ def _check_return_path(computer, graph, live_peers, publishers):
 
 def _can_be_here(peer):
     """Returns True if a node may run on this computer, even if its name cannot be resolved."""
-    return is_own(peer.address) if not peer.problem else peer.problem == 'unresolved'
+    return peer.problem == 'unresolved' if peer.problem else is_own(peer.address)

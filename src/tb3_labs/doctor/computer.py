@@ -79,7 +79,7 @@ class Computer:
 
 
 def this_computer(master_address: str) -> Computer:
-    """Returns this Computer. `master_address` is '' if the master's address is unknown."""
+    """Returns the Computer that runs this program. An unknown `master_address` is ''."""
     computer = Computer(
         ros_ip=os.environ.get('ROS_IP', ''), ros_hostname=os.environ.get('ROS_HOSTNAME', ''),
         hostname=socket.gethostname(), addresses=own_addresses(),
@@ -91,7 +91,7 @@ def this_computer(master_address: str) -> Computer:
 
 
 def judge_address(computer: Computer) -> Finding:
-    """Judges whether other computers can reach this one at the address that its nodes advertise."""
+    """Judges whether other computers can reach this computer by its advertised name."""
     if not computer.ros_ip and not computer.ros_hostname:
         text = 'neither ROS_IP nor ROS_HOSTNAME is set: '
         if computer.is_master_here:

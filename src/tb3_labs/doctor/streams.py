@@ -22,7 +22,7 @@ MAX_STANDING_ANGLE = 0.005          # [rad] a wheel that turns more does not sta
 
 
 def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
-    """Judges whether many nodes drive. `command_counts` is {node: commands in LISTENING_TIME}."""
+    """Judges how many nodes drive. `command_counts` is {node: commands in LISTENING_TIME}."""
     drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
                            for node, count in sorted(command_counts.items()))
     if len(command_counts) > 1:
@@ -99,7 +99,7 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     `imu` is [(stamp [s], yaw [rad])]. `wheels` is [(left angle [rad], right angle [rad])]."""
     if len(imu) < MIN_IMU_SAMPLES or len(wheels) < MIN_WHEEL_SAMPLES:
         return None
-    for angles in zip(*wheels):    # of the left wheel, then of the right wheel
+    for angles in zip(*wheels):    # first of the left wheel, then of the right wheel
         if max(angles) - min(angles) > MAX_STANDING_ANGLE:
             return None
     mean_stamp = mean(stamp for stamp, _ in imu)

@@ -5,7 +5,7 @@ MAX_NODE_MEMORY_BYTES = 2 * 10 ** 9
 MAX_OTHER_MEMORY_BYTES = 600 * 10 ** 6    # usually 180 MB, more if a node publishes many messages
 MAX_DISK_BYTES = 300 * 10 ** 6            # the size of all files in WRITABLE_FOLDERS together
 MAX_PROCESSES = 100
-MAX_THREADS_AND_PROCESSES = 500     # all programs of a submission share this number
+MAX_THREADS_AND_PROCESSES = 500     # the limit for all programs of a submission together
 MAX_FILE_BYTES = 50 * 10 ** 6       # a program cannot write a larger file
 #: The limit for each process. It is high, because numpy reserves 3 GB for 64 threads on 64 cores.
 MAX_ADDRESS_SPACE_BYTES = 6 * 10 ** 9

@@ -198,7 +198,7 @@ def _judge_variables(marks, observation, lab):
 
 def _find_first_mistake(observation, verdicts):
     """Returns the first mistake in the parts of the lab in which the node lost points, or None.
-    Returns also None if a remark already names an exception, an unpublished topic, or a command
+    Also returns None if a remark already names an exception, an unpublished topic, or a command
     that is not finite. `verdicts` are on the handout's criteria."""
     if observation.recording is NO_RECORDING or tracebacks_before_the_end(observation):
         return None

@@ -40,8 +40,8 @@ ROBOT_SCRIPT = 'fake_turtlebot3.py'
 class Options(NamedTuple):
     """Settings of the trials of a class."""
 
-    package: str = ''           # the name of the node's package; '' means a usual name
-    name: str = ''              # the name of the node's file; '' means a usual name
+    package: str = ''           # the name of the node's package, or '' for each usual name
+    name: str = ''              # the name of the node's file, or '' for each usual name
     pad: str = HANDOUT_PAD      # the kind of gamepad that the check imitates
     sandbox: bool = True        # the programs of submissions run in a Sandbox
 
@@ -173,7 +173,7 @@ class MarksFolder:
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
         write_output(folder / 'results.json', json.dumps(results(marks), indent=1))
-        # without the observation, because those of a whole class would need hundreds of MB
+        # the observation is dropped, because those of a whole class would need hundreds of MB
         self._new_marks[marks.student] = replace(marks, observation=None)
         return marks
 

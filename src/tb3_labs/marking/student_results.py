@@ -1,6 +1,6 @@
 """The page of one student, and results.json, the same content for Gradescope.
 
-The page shows the verdicts, and the timeline of the recorded trial. It needs no other file.
+The page shows the verdicts, and the timeline of the recorded trial. The page needs no other file.
 
 In results.json the whole score is the sum of the tests' scores, unless a person gave other points.
 An unjudged submission also gets a file, with the score 0 and the reason, because Gradescope would

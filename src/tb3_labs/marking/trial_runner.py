@@ -243,7 +243,7 @@ def make_marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[st
     if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
     prefixes_with_rospy = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')]
-    ros_prefix_if_any = prefixes_with_rospy[-1:]    # the last, after those of the workspaces
+    ros_prefix_if_any = prefixes_with_rospy[-1:]    # ROS comes after the workspaces
     roots = [str(prefix), *ros_prefix_if_any]
     variables = {name: value for name, value in caller.items()
                  if INHERITED_VARIABLES.fullmatch(name)}

@@ -21,7 +21,7 @@ from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 #: Matches a call of the reset service. The called function, such as ServiceProxy, replaces the {}.
 #: The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-# The values of `package_match`, the best first. They say where the usual name of a package is.
+# `package_match` has one of these values, which says where a package's usual name was found.
 SAME_NAME = 0           # the usual name is the package's name
 PART_OF_NAME = 1        # the package's name contains the usual name
 OUTER_FOLDER = 2        # the name of an outer folder contains the usual name
@@ -49,7 +49,7 @@ class _Program(NamedTuple):
     found_signs: Tuple[bool, ...]       # see _found_signs
     name_position: int      # the position of the file's name in the usual names; see _position
     has_usual_name: bool    # the file's name is a usual name
-    is_outside_zip: bool    # the file was handed in outside of a zip file, maybe without modules
+    is_outside_zip: bool    # the file was handed in without a zip file, maybe without modules
     folder_position: int    # the position of the file's folder in NODE_FOLDERS; see _position
 
     @property
@@ -60,7 +60,7 @@ class _Program(NamedTuple):
 
     @property
     def sort_key(self) -> Tuple[QualityKey, bool, int, int, str]:
-        """A key that sorts the best program first. Of equally good programs, the place decides."""
+        """A key that sorts the best program first. If two are equally good, their places decide."""
         depth = self.path.count('/')
         return self.quality_key, self.is_outside_zip, self.folder_position, depth, self.path
 

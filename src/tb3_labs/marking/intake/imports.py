@@ -31,13 +31,13 @@ class Import(NamedTuple):
     """The import of a module by a program."""
 
     module: str                       # the module's name with all dots, such as '.laws'
-    names: Tuple[str, ...]            # the names that are imported; () for `import module`
+    names: Tuple[str, ...]            # the imported names, or () for `import module`
     defined_names: Tuple[str, ...]    # the names by which the program uses the import
     may_fail: bool                    # the import is in a `try`
 
     @property
     def package(self) -> str:
-        """The module's name up to the first dot; '' for `from .laws import name`."""
+        """The module's name up to the first dot, or '' for `from .laws import name`."""
         return self.module.split('.')[0]
 
     @property
@@ -52,7 +52,7 @@ class ParsedProgram(NamedTuple):
     text: str
     imports: List[Import]
     used_names: Set[str]        # the variables, functions and modules that the program uses
-    runs_code_on_import: bool   # True if it does more than define names, or is invalid Python
+    runs_code_on_import: bool   # the program does more than define names, or is invalid
 
 
 class MissingModules(NamedTuple):
@@ -202,7 +202,7 @@ def _type_files(node, folder):
 
 
 def _copy_types(type_files, package):
-    """Copy files into a package. Of files with the same name, the last is kept."""
+    """Copy files into a package. If several files have the same name, the last is kept."""
     for path in type_files:
         folder = package / path.suffix.lstrip('.')
         folder.mkdir(parents=True, exist_ok=True)

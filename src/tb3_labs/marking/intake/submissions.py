@@ -30,7 +30,7 @@ MOODLE_NAME = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-
 CANVAS_NAME = re.compile(
     r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_(?P<upload>\d+)_(?P<file>.+)',
     re.IGNORECASE)
-#: The number of a file that is handed in again.
+#: Matches the number that Canvas adds to the name of a file that is handed in again.
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
 #: These names are special in Linux or in the folder of marks, so a student's file is renamed.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
