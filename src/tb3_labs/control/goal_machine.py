@@ -2,8 +2,8 @@
 
 The law, :mod:`tb3_labs.control.drive_law`, gives the command in each driving state and decides
 when a state is finished. This module chooses the next state. A drive is given up if the robot gets
-no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows it
-there. After GOAL_REACHED or a failure the command is None.
+no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows the
+robot at the goal. After GOAL_REACHED or a failure the command is None.
 
 Units: metres, radians, seconds. Poses are in the local frame.
 """
@@ -108,7 +108,7 @@ class GoalMachine:
         return self.law.rotate_to_final(motion, goal, dt)
 
     def _has_settled(self, motion: Motion) -> bool:
-        """Returns True if IMU and odometry show a settled robot. The law uses only the IMU."""
+        """Returns True if IMU and odometry show a settled robot. The law looks only at the IMU."""
         rest_began_at = self._settling.rest_began_at
         if rest_began_at is None or not self._settling.has_settled:
             return False

@@ -11,8 +11,7 @@ Only stamps are compared, so delays of the network do not matter. Cases:
 1. Without stamps, or without samples of the wheels, no contradiction is found.
 2. A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. A motion waits
    again after a silence of more than timeouts.RESUME_TIME, because the board may have calibrated
-   its gyro. If samples of the wheels arrive but cannot be compared, a motion waits only for
-   `AGREEMENT_TIME`.
+   its gyro. If the wheels' samples cannot be compared, a motion waits only for `AGREEMENT_TIME`.
 3. If a wrong gyro shows a slower turn than the wheels, the error looks like slip. This error is
    found only when the wheels rest. The gyro of a real robot does not become wrong during a motion,
    because the board is silent for 2.6 s during a calibration.
@@ -126,13 +125,12 @@ class GyroMonitor:
             self._comparison = _Comparison()
         sample = timed.sample
         previous = timed.previous_sample
-        gyro_rates = self._comparison.gyro_rates
+        rates = self._comparison.gyro_rates
         if 0.0 < timed.stamp_interval <= MAX_GYRO_GAP:
             is_repeated = (sample.yaw, sample.yaw_rate) == (previous.yaw, previous.yaw_rate)
-            gyro_rates.append(
-                _GyroRate(previous.stamp, sample.stamp, previous.yaw_rate, is_repeated))
-        if gyro_rates and gyro_rates[0].end < sample.stamp - WHEEL_MEMORY_TIME:
-            gyro_rates.popleft()    # no samples of the wheels arrive, so no rate is compared
+            rates.append(_GyroRate(previous.stamp, sample.stamp, previous.yaw_rate, is_repeated))
+        if rates and rates[0].end < sample.stamp - WHEEL_MEMORY_TIME:
+            rates.popleft()    # no samples of the wheels arrive, so no rate is compared
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._sends_wheels = True
@@ -143,9 +141,9 @@ class GyroMonitor:
         elif previous is not None and interval > 0.0:
             self._add_turn(previous, sample)
         self._comparison.wheels = sample
-        gyro_rates = self._comparison.gyro_rates
-        while gyro_rates and gyro_rates[0].end + MAX_GYRO_LEAD <= sample.stamp:
-            self._compare_with_wheels(gyro_rates.popleft())
+        rates = self._comparison.gyro_rates
+        while rates and rates[0].end + MAX_GYRO_LEAD <= sample.stamp:
+            self._compare_with_wheels(rates.popleft())
 
     def problem_text(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""

@@ -27,8 +27,7 @@ from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: A pose is extrapolated with the latest speed for at most this time [s] after a sample.
-MAX_EXTRAPOLATION_TIME = 2.0 / CONTROL_RATE
+MAX_EXTRAPOLATION_TIME = 2.0 / CONTROL_RATE    # [s]; no pose is extrapolated for longer than this
 
 
 @dataclass(frozen=True)
@@ -200,7 +199,6 @@ class Localizer:
         self.is_lost = True
 
     def _convert_request(self, reset: Reset) -> None:
-        """Convert the time of the request to the sender's clock."""
         reset.stamp = self._timing.clock.to_sender_time(reset.requested_at)
         reset.epoch = self._timing.clock.epoch
 

@@ -6,8 +6,7 @@ There are three kinds of jumps:
    of turn in this message has a spike, and the displacement and the speed have opposite directions.
 2. A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
    During the silence the motors keep their speed. If the robot was moving before the silence, the
-   pose is lost. Otherwise the robot has not moved. If the IMU shows a turn of such a robot, the
-   board has calibrated the IMU.
+   pose is lost. Otherwise the robot has not moved, and a turn of the IMU shows a calibration.
 3. The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
    The robot is assumed to be at its previous place, with the turn that the IMU shows. If the IMU
    jumps as well, the pose is lost.
@@ -41,8 +40,7 @@ MIN_RESET_DISTANCE = 0.001    # a step to zero is a reset only if it begins this
 NEAR_ZERO_DISTANCE = 0.03
 #: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1
-#: While the robot rests, the IMU's yaw turns by at most this [rad] between two odometry messages.
-MAX_RESTING_TURN = 0.1
+MAX_RESTING_TURN = 0.1    # [rad]; greatest turn of the IMU between two messages of a robot at rest
 #: If the IMU turns farther than this [rad] in a silence, the board has calibrated the IMU.
 MIN_CALIBRATION_TURN = 0.005
 STOPPING_TIME = 0.5    # [s]; a turning robot comes to rest within this time after its last message
@@ -190,8 +188,7 @@ def _displacement_problem(old_pose: Pose2, new_pose: Pose2, seconds: float) -> s
 
 
 def _true_pose(old_pose: Pose2, reversed_pose: Pose2) -> Pose2:
-    """Returns the robot's pose after a reversed displacement. The true place is the reversed place,
-    reflected through the old place."""
+    """Returns the robot's pose. Its place is the reversed place, reflected at the old place."""
     return Pose2(2.0 * old_pose.x - reversed_pose.x, 2.0 * old_pose.y - reversed_pose.y,
                  reversed_pose.yaw)
 

@@ -35,8 +35,7 @@ class Track:
         self._values: Deque[_TimedValue] = deque()
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value, or replace the value of the same `time`. The caller must add the values
-        in order of time."""
+        """Append a value, or replace the value of the same `time`. Call this in order of time."""
         if time == self.latest_time:
             self._values.pop()
         self._values.append(_TimedValue(time, value))

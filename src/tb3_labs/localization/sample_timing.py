@@ -102,8 +102,7 @@ class _Stamp(NamedTuple):
     stamp: float = math.nan
     time: float = -math.inf        # time of the source's latest sample
     repeats: int = 0               # number of messages that repeated the stamp
-    #: Arrival [s] of the first wrong stamp since the latest correct stamp; infinite without one.
-    wrong_since: float = math.inf
+    wrong_since: float = math.inf  # arrival [s] of the first wrong stamp since the latest good one
 
 
 class SenderClock:

@@ -64,9 +64,8 @@ class ControlMessages:
         return is_due
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True for a button press that was delayed by `lateness` [s]. Also queue one
-        renewal for each `RENEWAL_PERIOD` of this delay. move_to_goal computes the delay from the
-        number of the renewals."""
+        """Queue a True for a button press that was delayed by `lateness` [s]. Also queue a renewal
+        for each `RENEWAL_PERIOD` of this delay, because move_to_goal finds the delay from them."""
         self.must_renew = True
         self.granted_at = now
         self._sent_at = now

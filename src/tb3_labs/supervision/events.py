@@ -1,16 +1,16 @@
-"""The IncomingMessage that the core of a node gets, and the Output that the core returns. The core
-is the part of a node that does not use ROS.
+"""The IncomingMessage that the core of a node gets, and the Output that the core returns. A core
+does not use ROS.
 
 A message is *doubtful* if its sender may have sent it before this node started, or before sender
 and node were connected. Only the first message on a connection can be older than the connection.
 Even this message can be older only if its sender existed before this node, or had an earlier
-connection. If the first message is not latched, it is doubtful only within `MAX_REPEAT_GAP` after
-the connection was made.
+connection. A first message that is not latched is doubtful only within `MAX_REPEAT_GAP` after the
+connection was made.
 
 A sender *repeats* a request for a goal or a turn if it sends the same content again within
-`MAX_REPEAT_GAP`. If a repeated request was ended, its later repetitions are refused. The sender
-must change the content, or pause, before it is obeyed again. If a request was ended before it was
-repeated, the sender can send it again immediately.
+`MAX_REPEAT_GAP`. If a repeated request was ended, further repetitions are refused until the sender
+changes the content, or pauses. If a request was ended before it was repeated, the sender can send
+it again immediately.
 """
 import math
 from dataclasses import dataclass
@@ -88,8 +88,6 @@ class NoveltyFinder:
 
     def _novelty_of_first(self, connection: SenderConnection,
                           previous: Optional[SenderConnection], now: float) -> Novelty:
-        """Returns the Novelty of the first message on a connection. `previous` is the sender's
-        earlier connection, or None."""
         if previous is None and connection.sender not in self._earlier_senders:
             return Novelty.NEW
         is_restarted = previous is not None and previous.process != connection.process

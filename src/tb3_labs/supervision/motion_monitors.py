@@ -51,8 +51,7 @@ class Sensor(Freshness):
         return silence
 
     def update_repetition(self, must_change: bool, now: float) -> None:
-        """Update `repeated_for`. `must_change` is True while the robot must move, because the
-        reading of a sensor that works then changes."""
+        """Update `repeated_for`. `must_change` is True while the robot is told to move."""
         if not must_change or self._changed_at > now:    # the clock may have gone back
             self._changed_at = now
         self.repeated_for = now - self._changed_at
@@ -107,7 +106,6 @@ class SensorMonitor:
             self._longest_wait = RESUME_TIME
         self._update_reason(are_ready, may_move, now)
         self._update_status(may_move, silent_for, is_late)
-
 
     def _update_reason(self, are_ready: bool, may_move: bool, now: float) -> None:
         if may_move:
@@ -212,7 +210,6 @@ class StallMonitor:
             self._stalled_for = 0.0
         else:
             self._stalled_for += dt
-
         is_near_its_best = remaining <= self._least_remaining + MAX_RETREAT
         if is_near_its_best and self._stalled_for <= STALL_TIME:
             return ''

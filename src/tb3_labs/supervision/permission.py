@@ -111,7 +111,6 @@ class Permission:
                 grant.had_sensors = True
 
     def on_message(self, message: 'IncomingMessage[bool]') -> None:
-        """Obey or refuse a message on `ctrl_relinq`."""
         now = message.arrived_at
         sender = message.sender
         self.update(now)

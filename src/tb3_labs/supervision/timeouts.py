@@ -35,8 +35,7 @@ LONGEST_COUNTED_SILENCE = 5.0
 MAX_GYRO_GAP = 0.15           # in a longer gap, the rate of turn may differ from both samples
 MAX_WHEEL_GAP = 0.08          # in a longer gap, the rate of a moving wheel may change
 MAX_INTERPOLATED_GAP = 0.3    # in a longer gap, the robot may not move evenly
-#: In a gap of the IMU up to this length, the odometry shows how the robot turned. In this time no
-#: robot makes half a turn, whose direction would be unknown.
+#: The odometry replaces the IMU in a gap up to this length. No robot makes half a turn so quickly.
 MAX_BRIDGED_GAP = 1.0
 
 # -- a message is late, or repeats an earlier one
@@ -169,8 +168,7 @@ class WindowMinimum:
     """The least value of the latest `DELAY_WINDOW` seconds."""
 
     def __init__(self) -> None:
-        #: The (time, value) pairs whose value is or may become the least. A value is removed when a
-        #: later value is as small, because then it cannot become the least again.
+        #: The (time, value) pairs that are or may become the least, in order of time and of value.
         self._candidates: Deque[Tuple[float, float]] = deque()
         self.value: Optional[float] = None    # the least value; None before the first value
 
