@@ -22,7 +22,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns `word` as a number if it is one. Otherwise a Config will refuse the `word`."""
+    """Returns `word` as a number, or the unchanged `word`, which a Config then refuses."""
     try:
         return float(word)
     except ValueError:

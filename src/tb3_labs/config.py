@@ -14,7 +14,7 @@ ConfigType = TypeVar('ConfigType', bound='Config')
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """Returns a dataclass field. For a number, `low` and `high` are its extreme valid values."""
+    """Returns a dataclass field. A number needs `low` and `high`, its extreme valid values."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 

@@ -23,7 +23,7 @@ from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, Moto
 from tb3_labs.geometry.angles import clamp
 
 MAX_ROUNDING_TIME = 1e-6    # [s]; equal times of samples may differ by less than this
-#: The divisor of a nudge's gain is greater by this, because a nudge may last two periods.
+#: This is added to the divisor of the gain for a nudge, because a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 #: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
 CONFIDENCE_FACTOR = 2.0
@@ -167,7 +167,7 @@ class Approach:
         return self._history.command
 
     def _wanted_command(self, latest_command: float, max_speed: float) -> float:
-        """Returns the next command, which the acceleration may limit."""
+        """Returns the command that is best, if the acceleration allows it."""
         if self._motion_command and not latest_command:
             self._has_stopped = True
         command = self._profile_speed(max_speed)

@@ -105,7 +105,7 @@ class CommandHistory:
         self.command = command
         travel = self.commanded_travel(self.period_start)
         self._sent_commands.append(_SentCommand(self.period_start, command, travel))
-        while self._sent_commands[1].start < self.now - COMMAND_MEMORY_TIME:    # [0] is too old
+        while self._sent_commands[1].start < self.now - COMMAND_MEMORY_TIME:    # forget the first
             self._sent_commands.popleft()
 
     def commanded_travel(self, until: float) -> float:

@@ -26,7 +26,7 @@ class GoalMachine:
     def __init__(self, law: DriveLaw) -> None:
         self.law = law
         self.goal: Optional[Pose2] = None
-        self.state = GoalState.GOAL_REACHED
+        self.state = GoalState.GOAL_REACHED    # no goal was set, so no drive is active
         self.failure = ''         # the reason why the drive was given up, or ''
         self.has_begun = False    # a motion to this goal was commanded
         self.is_canceled = False  # a person or program has canceled the drive
@@ -87,7 +87,7 @@ class GoalMachine:
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
             self._finish_state(motion.pose, goal)
-            return self._next_command(motion, is_resting, dt=0.0)
+            return self._next_command(motion, is_resting, dt=0.0)    # in the next state
         self.failure = self._stalls[self.state].update(
             step.remaining, is_resting, dt, must_move=step.command != Twist2())
         return None if self.failure else step.command

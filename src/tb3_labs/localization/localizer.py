@@ -84,7 +84,7 @@ class Localizer:
         self.jumps: Queue[Jump] = Queue()    # jumps of both sensors
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets: List[Reset] = []                # those that pop_ended_resets() did not return
+        self._resets: List[Reset] = []    # resets that pop_ended_resets() has not returned yet
         self._odometry: Optional[TimedSample] = None  # the latest message that was used
         self._waits_for_imu = True                    # no IMU sample since both sensors were silent
 

@@ -122,7 +122,6 @@ class SenderClock:
         repeats = last.repeats + 1 if stamp == last.stamp else 0
         is_wrong = self._is_wrong(stamp, arrival)
         wrong_since = min(last.wrong_since, arrival) if is_wrong else math.inf
-
         stands_still = stamp == 0.0 or repeats >= MAX_REPEATS
         is_wrong_for_long = arrival - wrong_since > MAX_WRONG_TIME
         if self.uses_stamps and (stands_still or is_wrong_for_long):

@@ -12,10 +12,10 @@ from tb3_labs.geometry.angles import difference
 MAX_TURN_PER_SAMPLE = 1.0
 MAX_ODOMETRY_DISTANCE = 2e4     # [m]; the odometry counts at most this in a drive of one day
 MAX_ODOMETRY_SPEED = 3.0        # [m/s]; if a person spins the wheels, they are not faster
-MAX_ODOMETRY_TURN_RATE = 7e3    # [rad/s]; the firmware may count 2 pi too much in 1 ms or longer
+MAX_ODOMETRY_TURN_RATE = 7e3    # [rad/s]; a spike is a wrong turn by 2 pi in at least 1 ms
 MAX_GYRO_RATE = 35.0            # [rad/s]; the board's gyro measures up to 2000 deg/s
 MAX_WHEEL_ANGLE = 3.5e6         # [rad]; the encoder counts to 2^31
-MAX_STAMP = 2.0 ** 32 - 2.0     # [s]; ROS cannot send a later stamp. It is in the year 2106
+MAX_STAMP = 2.0 ** 32 - 2.0     # [s]; the latest stamp that ROS can send, in the year 2106
 #: The samples of a robot at rest have at most this speed [m/s], and this rate of turn [rad/s].
 MAX_REST_SPEED = 0.005
 MAX_REST_TURN_RATE = 0.03

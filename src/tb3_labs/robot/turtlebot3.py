@@ -49,7 +49,7 @@ WAFFLE = RobotModel(name='waffle', wheel_radius=0.033, wheel_separation=0.287, m
 MODELS: Dict[str, RobotModel] = {
     'burger': BURGER, 'waffle': WAFFLE, 'waffle_pi': replace(WAFFLE, name='waffle_pi')}
 DEFAULT_MODEL = 'burger'
-MODEL_VARIABLE = 'TURTLEBOT3_MODEL'    # environment variable that replaces a missing parameter
+MODEL_VARIABLE = 'TURTLEBOT3_MODEL'    # names the robot if no parameter does
 
 
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:

@@ -1,16 +1,13 @@
-"""The IncomingMessage that the core of a node gets, and the Output that the core returns. A core
-does not use ROS.
+"""The IncomingMessage that a node's core (its part without ROS) gets, and the Output of the core.
 
-A message is *doubtful* if its sender may have sent it before this node started, or before sender
-and node were connected. Only the first message on a connection can be older than the connection.
-Even this message can be older only if its sender existed before this node, or had an earlier
-connection. A first message that is not latched is doubtful only within `MAX_REPEAT_GAP` after the
-connection was made.
+A message is *doubtful* if its sender may have sent it before this node started, or before both were
+connected. Only the first message on a connection can be older than the connection. This message can
+be older only if its sender existed before this node, or had an earlier connection. If this message
+is not latched, it is doubtful only within `MAX_REPEAT_GAP` after the connection was made.
 
-A sender *repeats* a request for a goal or a turn if it sends the same content again within
-`MAX_REPEAT_GAP`. If a repeated request was ended, further repetitions are refused until the sender
-changes the content, or pauses. If a request was ended before it was repeated, the sender can send
-it again immediately.
+A sender *repeats* a goal or a turn if it sends the same content again within `MAX_REPEAT_GAP`. If a
+repeated request was ended, its later repetitions are refused until the sender changes the content,
+or pauses. If a request was ended before it was repeated, the sender can send it again immediately.
 """
 import math
 from dataclasses import dataclass
@@ -24,7 +21,7 @@ Content = TypeVar('Content')
 
 
 class Novelty(Enum):
-    """How new a message is. It may be from before this node could hear its sender."""
+    """How new a message is. A message may be from before this node could hear its sender."""
 
     NEW = 'it was sent after this node could hear its sender'
     RESTARTED = 'it is new, and its sender is a new process that has the name of an earlier sender'

@@ -210,8 +210,8 @@ class StallMonitor:
             self._stalled_for = 0.0
         else:
             self._stalled_for += dt
-        is_near_its_best = remaining <= self._least_remaining + MAX_RETREAT
-        if is_near_its_best and self._stalled_for <= STALL_TIME:
+        is_near_least_remaining = remaining <= self._least_remaining + MAX_RETREAT
+        if is_near_least_remaining and self._stalled_for <= STALL_TIME:
             return ''
         if is_at_rest:
             return 'the robot does not move although it is told to (stuck, or motors off?)'

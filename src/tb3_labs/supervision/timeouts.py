@@ -27,8 +27,7 @@ RESET_SILENCE = 1.0     # a reset silences the board for longer than this; it ta
 INPUT_TIMEOUT = 0.25    # a pad, a page that drives or an active mouse is lost after this silence
 #: If the robot is silent for longer than this, it may have started again with another clock.
 LONG_SILENCE = 1.5
-#: A longer silence counts as this when the largest possible step of the odometry is computed.
-LONGEST_COUNTED_SILENCE = 5.0
+LONGEST_COUNTED_SILENCE = 5.0    # after a longer silence, no larger step of the odometry is allowed
 
 # -- two samples are too far apart to be compared
 
