@@ -47,7 +47,7 @@ def _checked_value(item: Field, value: Any) -> Any:
     """Returns `value` in the field's type. Raises ``ValueError`` if `value` is not valid."""
     valid_type = type(item.default)
     rule = item.metadata
-    # types are compared exactly: a bool is also an int, but the rate "true" is a mistake
+    # types are compared exactly, because a bool is also an int, but a rate "true" is wrong
     if valid_type is float and type(value) is int:
         value = float(value)
     is_valid = type(value) is valid_type

@@ -15,7 +15,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 #: Each step after the first is due earlier by this time [s], as a sample may be up to 5 ms late.
 STEP_LEAD_TIME = 0.0035
 IDLE_SAMPLE_PERIOD = 0.036    # [s]; a node that does not drive reads one sample in this time
-COMMAND_MEMORY_TIME = 1.4     # [s], longer than any delay and any sample's age
+COMMAND_MEMORY_TIME = 1.4     # [s]; no delay and no age of a sample is longer
 
 
 class LawStep(NamedTuple):
@@ -93,7 +93,7 @@ class CommandHistory:
 
     def advance(self, dt: float) -> None:
         self.now += dt
-        # round to the nearest start of a period: a step may be a little early or late
+        # round to the nearest start of a period, because a step may be a little early or late
         self.period_start = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:

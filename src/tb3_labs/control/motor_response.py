@@ -48,7 +48,7 @@ INITIAL_DELAY = FIRMWARE_WAIT + 0.025
 #: 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = FIRMWARE_WAIT + 0.008
 COMMAND_SPREAD = 0.025       # [s]; a command's delay varies by this even if no sample is delayed
-MIN_SAMPLE_DELAY = 0.0135    # [s], measured on a fast host
+MIN_SAMPLE_DELAY = 0.0135    # [s]; it was measured on a fast host
 MAX_SAMPLE_DELAY = 0.15      # [s]
 MAX_DELAY = 0.4              # [s]
 MAX_LAG = 0.15               # [s]
@@ -87,7 +87,7 @@ class MotorResponse:
         self.lag = lag            # time constant of the motors [s]
         self.gain = gain          # steady speed as a share of the command
         self._count = 0           # number of measurements
-        self._mean_delay = 0.0    # [s]
+        self._mean_delay = 0.0    # mean [s] of the measured delays
 
     @property
     def sample_delay(self) -> float:
@@ -188,7 +188,7 @@ class Identification:
 
     def _solve(self, history: CommandHistory, travel: float, speed: float, max_speed: float,
                age: float) -> None:
-        """Add the equation of one sample. Solve all equations so far for the estimate."""
+        """Add a sample's equation, whose `row` multiplies the changes. Solve all equations."""
         point = self._linearization_point
         travel_under_way = history.command * (point.delay + age)
         obeyed_travel = history.commanded_travel(history.now) - travel_under_way

@@ -15,7 +15,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-SETTLING_TIME = 0.03    # [s], nearly one control period
+SETTLING_TIME = 0.03    # [s]; it is nearly one control period
 
 
 class Settling:

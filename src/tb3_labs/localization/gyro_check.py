@@ -37,7 +37,7 @@ MAX_GYRO_DRIFT = 0.02           # [rad/s]; a healthy gyro is wrong by at most th
 MAX_UNEXPLAINED_TURN = 0.015    # [rad]; after a larger turn, the gyro contradicts the wheels
 #: A contradiction is over when the wheels have rested, and the gyro has agreed, for this time [s].
 AGREEMENT_TIME = 1.0
-WHEEL_MEMORY_TIME = 0.6    # [s]
+WHEEL_MEMORY_TIME = 0.6    # [s]; older samples are forgotten
 #: The text for the user. The braces stand for the robot's model and its reset topic.
 GYRO_CONTRADICTION = (
     'the gyro contradicts the wheels (calibrated while the robot moved? carried? not a {}?): let '

@@ -44,7 +44,7 @@ class Reset:
     """A request to declare the robot's pose, and its outcome."""
 
     requested_pose: RequestedPose
-    requested_at: float = 0.0        # [s, receiver's clock]
+    requested_at: float = 0.0        # time of the request [s, receiver's clock]
     stamp: Optional[float] = None    # `requested_at` on the sender's clock [s]; None if unknown
     epoch: int = 0                   # epoch of the sender's clock at `stamp`
     sample_delay: float = 0.0        # samples are older by this [s] than their stamps show
@@ -59,7 +59,7 @@ class Reset:
 
     @property
     def is_over(self) -> bool:
-        """Returns True if the reset no longer waits: it was carried out, refused or given up."""
+        """Returns True if the reset was carried out, refused or given up, and no longer waits."""
         return self.is_done or bool(self.reason)
 
     @property

@@ -18,7 +18,7 @@ from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.supervision.timeouts import MAX_BRIDGED_GAP, MAX_INTERPOLATED_GAP
 
-SAMPLE_MEMORY_TIME = 1.5    # [s]
+SAMPLE_MEMORY_TIME = 1.5    # [s]; older samples are forgotten
 
 
 class _TimedValue(NamedTuple):

@@ -45,11 +45,11 @@ class TimedSample(NamedTuple):
     sample: Any              # an ImuSample or OdometrySample
     previous_sample: Any     # the previous sample of the same sensor, or None
     arrival: float           # time of arrival [s, receiver's clock]
-    time: float              # time of measurement [s, sender's clock]; without stamps `arrival`
+    time: float              # time of measurement [s, sender's clock]; `arrival` if unknown
     epoch: int               # epoch of the sender's clock
-    measured_at: float       # [s, receiver's clock], by SenderClock.to_receiver_time
-    silence: float           # time [s] since this sensor's previous sample; infinite without one
-    silence_of_robot: float  # time [s] since the latest sample of any sensor; infinite without one
+    measured_at: float       # time of measurement [s, receiver's clock]
+    silence: float           # time [s] since this sensor's previous sample; infinite for the first
+    silence_of_robot: float  # time [s] since the latest sample of any sensor; infinite for the first
     stamp_interval: float    # time [s] from the previous stamp; 0 for the first sample
 
     def age(self, now: float) -> float:
@@ -117,11 +117,11 @@ class SenderClock:
     def add_stamp(self, source: str, stamp: float, arrival: float, silence: float,
                   silence_of_robot: float) -> float:
         """Store a sample's stamp. Returns the sample's time on the sender's clock, or `arrival` if
-        the stamps are not a clock. `silence`, `silence_of_robot`: see TimedSample."""
+        the stamps are not a clock. TimedSample explains `silence` and `silence_of_robot`."""
         last = self._latest_stamps[source]
         repeats = last.repeats + 1 if stamp == last.stamp else 0
-        is_wrong = self._is_wrong(stamp, arrival)
-        wrong_since = min(last.wrong_since, arrival) if is_wrong else math.inf
+        wrong_since = min(last.wrong_since, arrival) if self._is_wrong(stamp, arrival) else math.inf
+
         stands_still = stamp == 0.0 or repeats >= MAX_REPEATS
         is_wrong_for_long = arrival - wrong_since > MAX_WRONG_TIME
         if self.uses_stamps and (stands_still or is_wrong_for_long):

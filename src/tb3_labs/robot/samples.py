@@ -25,7 +25,7 @@ class ImuSample(NamedTuple):    # a NamedTuple is faster than a dataclass
     """One message of the IMU. The zero of the yaw is arbitrary."""
 
     stamp: float
-    yaw: float            # [rad], (-pi, pi]
+    yaw: float            # [rad], in (-pi, pi]
     yaw_rate: float       # [rad/s]
 
 
@@ -48,8 +48,8 @@ class Motion(NamedTuple):
     """The robot's motion, for a control law."""
 
     pose: Any                         # local_T_base, a Pose2 that is extrapolated to now
-    linear: float                     # [m/s], from the wheels
-    angular: float                    # [rad/s], from the gyro
+    linear: float                     # speed [m/s] that the wheels show
+    angular: float                    # rate of turn [rad/s] that the gyro shows
     imu_age: float = 0.0              # time [s] since the latest sample of the IMU was measured
     odometry_age: float = 0.0         # time [s] since the latest odometry was measured
     yaw_noise: float = 0.0            # standard deviation [rad] of a sample's yaw

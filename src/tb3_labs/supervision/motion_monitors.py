@@ -184,8 +184,8 @@ class StallMonitor:
 
     def __init__(self) -> None:
         self._least_remaining: Optional[float] = math.inf    # [m or rad]; None after a silence
-        self._stalled_for = 0.0                              # [s]
-        self._rested_for = 0.0                               # [s]
+        self._stalled_for = 0.0    # time [s] without progress
+        self._rested_for = 0.0     # time [s] for which the command was 0
 
     def forget_least_remaining(self) -> None:
         """Call this after a silence of the sensors. A larger remaining travel is then no stall. The

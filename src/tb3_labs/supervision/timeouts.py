@@ -109,7 +109,7 @@ class Freshness:
 
 
 class SleepMonitor:
-    """Finds a sleep of this process: a long time between two looks at the clock."""
+    """Finds a sleep of this process, which is a long time between two looks at the clock."""
 
     def __init__(self) -> None:
         self.start(math.nan)
