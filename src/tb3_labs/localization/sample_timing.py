@@ -48,8 +48,8 @@ class TimedSample(NamedTuple):
     time: float              # time of measurement [s, sender's clock]; `arrival` if unknown
     epoch: int               # epoch of the sender's clock
     measured_at: float       # time of measurement [s, receiver's clock]
-    silence: float           # time [s] since this sensor's previous sample; infinite for the first
-    silence_of_robot: float  # time [s] since the latest sample of any sensor; infinite for the first
+    silence: float           # time [s] since this sensor's previous sample; infinite at first
+    silence_of_robot: float  # time [s] since the latest sample of any sensor; infinite at first
     stamp_interval: float    # time [s] from the previous stamp; 0 for the first sample
 
     def age(self, now: float) -> float:
