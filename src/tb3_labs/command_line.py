@@ -47,7 +47,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
         content = content.encode('utf-8', errors='backslashreplace')
     new_file = path.with_name(f'.{secrets.token_hex(8)}.part')
     try:
-        with new_file.open('xb') as file:    # x fails if the file or a link exists
+        with new_file.open('xb') as file:    # mode x fails if the file exists
             file.write(content)
         new_file.replace(path)
     finally:

@@ -22,7 +22,7 @@ from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
-MAX_ROUNDING_TIME = 1e-6    # [s]; equal times of samples may differ by less than this
+MAX_ROUNDING_TIME = 1e-6    # [s]; after rounding, two equal times differ by less than this
 #: This is added to the divisor of the gain for a nudge, because a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 #: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.

@@ -76,7 +76,7 @@ class Reset:
 class Localizer:
     def __init__(self, timing: SampleTiming) -> None:
         self._timing = timing
-        self.frame: Optional[LocalFrame] = None    # None before samples, and if the pose is lost
+        self.frame: Optional[LocalFrame] = None    # None before the first pose, and while the pose is lost
         self._frame_number = 0
         self.is_lost = False              # the pose is lost, until the next reset
         self._commanded_at = -math.inf    # time [s] of the latest known command to move
@@ -86,7 +86,7 @@ class Localizer:
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # resets that pop_ended_resets() has not returned yet
         self._odometry: Optional[TimedSample] = None  # the latest message that was used
-        self._waits_for_imu = True                    # no IMU sample since both sensors were silent
+        self._waits_for_imu = True                    # no IMU sample came since both were silent
 
     def on_imu(self, timed: TimedSample) -> None:
         jump_text = heading_jump_text(timed.previous_sample, timed.sample)

@@ -111,7 +111,7 @@ class SenderClock:
     def __init__(self) -> None:
         self.epoch = -1                  # number of the epoch; the first epoch is 0
         self.uses_stamps = True          # the stamps are a clock
-        self._last_arrival = math.nan    # before the first sample
+        self._last_arrival = math.nan    # NaN before the first sample
         self._start_epoch()
 
     def add_stamp(self, source: str, stamp: float, arrival: float, silence: float,
