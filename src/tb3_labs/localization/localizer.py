@@ -76,7 +76,7 @@ class Reset:
 class Localizer:
     def __init__(self, timing: SampleTiming) -> None:
         self._timing = timing
-        self.frame: Optional[LocalFrame] = None    # None before the first pose, and while the pose is lost
+        self.frame: Optional[LocalFrame] = None    # None without a known pose
         self._frame_number = 0
         self.is_lost = False              # the pose is lost, until the next reset
         self._commanded_at = -math.inf    # time [s] of the latest known command to move

@@ -63,7 +63,7 @@ class NoveltyFinder:
         """This node begins to listen at `now`. The `earlier_senders` existed before `now`."""
         self._earlier_senders = frozenset(earlier_senders)
         self._began_at = now
-        self._latest: Dict[str, SenderConnection] = {}       # each sender's latest
+        self._latest: Dict[str, SenderConnection] = {}       # latest one of each sender
         self._stamps: Dict[str, Tuple[float, float]] = {}    # each sender's latest (stamp, clock)
 
     def find(self, connection: SenderConnection, now: float, stamp: float = 0.0,
