@@ -1,8 +1,7 @@
 """Reads the records of a bag file, in the order in which they were recorded.
 
 A bag may come from a stranger, so this reader runs no code from a bag, and limits its memory. A
-recording that was cut off is read up to its last whole record. The library rosbags could read bags,
-too, but it is not a Debian package.
+recording that was cut off is read up to its last whole record.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -23,8 +22,7 @@ MAX_HEADER_BYTES = 10000
 MAX_NAME_BYTES = 200
 MAX_MESSAGE_BYTES = 2 ** 18
 MAX_CHUNK_BYTES = 2 ** 26
-#: The clock was set back if a message is earlier than the sender's previous message by more than this
-#: time [s]. By a smaller difference, a busy recorder may exchange two messages.
+#: A busy recorder may exchange two messages of a sender that are less than this time [s] apart.
 MIN_SET_BACK_TIME = 0.2
 #: A longer silence [s] shows that the clock was set forward, or that the computer slept.
 MAX_SILENCE = 3600.0

@@ -1,8 +1,7 @@
 """Reads a bag into a RunData. The bag needs an Imu topic and an Odometry topic.
 
-The library rosbag turns the message definitions in a bag into Python code, and runs this code. A
-bag may come from a stranger. This module therefore has its own reader, and reads only messages for
-which a class is installed.
+The library rosbag turns the message definitions in a bag into Python code, and runs this code.
+Since a bag may come from a stranger, this module reads only messages whose class is installed.
 """
 import posixpath
 from dataclasses import replace
@@ -35,14 +34,12 @@ OPTIONAL_TOPICS = {
 MESSAGE_CLASSES = {(cls._type, cls._md5sum): cls for cls in (
     Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(message_type for _, message_type in OPTIONAL_TOPICS.values()))}
-#: If a bag has one of these topics, a person could drive the robot. Messages of any type count.
-DEVICE_TOPICS = 'joy', 'mouse_info'
+DEVICE_TOPICS = 'joy', 'mouse_info'     # the type of their messages does not matter
 
 
 def read_run(path, namespace=None):
     """Returns the RunData of the bag file `path`, or raises BagProblem. If several robots were
-    recorded, only the robot in `namespace` is read. The field `notes` of the RunData names what was
-    not read."""
+    recorded, only the robot in `namespace` is read. `RunData.notes` tells what was not read."""
     try:
         return _run_of_bag(Bag(str(path), _class_of), str(path), namespace)
     except BagProblem as error:
@@ -75,7 +72,6 @@ def _run_of_bag(bag, path, namespace):
         samples[field] = replace(stamped, time=time)
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
-
     duration = max(float(stamped.arrival[-1]) for stamped in samples.values() if len(stamped))
     if bag.problem:
         notes.append(f'{bag.problem}: the report ends at {duration:.1f} s')
@@ -89,9 +85,8 @@ def _run_of_bag(bag, path, namespace):
 
 
 def _samples_of_topics(bag, topics, types, prefix, notes):
-    """Returns {field of RunData: samples}, whose `time` is on the sender's clock. A note for each
-    topic with invalid messages is added to `notes`. Raises BagProblem if a sensor has no samples.
-    """
+    """Returns {field of RunData: samples}. Their `time` is on the sender's clock. Adds a note to
+    `notes` for each topic with invalid messages. Raises BagProblem if a sensor has no samples."""
     samples = {}
     for field, topic in topics.items():
         received = _received(bag, topic, types[topic])
@@ -106,8 +101,7 @@ def _samples_of_topics(bag, topics, types, prefix, notes):
 
 
 def _received(bag, topic, message_type):
-    """Returns (arrival, sender, bytes) of each message of this type on a topic, in the order of
-    arrival."""
+    """Returns (arrival, sender, bytes) of each message of this type on a topic, earliest first."""
     received = [(arrival, connection.sender, message)
                 for connection, stream in bag.streams.items()
                 if connection.topic == topic and _class_of(connection) is message_type
@@ -117,8 +111,7 @@ def _received(bag, topic, message_type):
 
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} for the robot in `namespace`. If `namespace` is None, the
-    bag must have only one robot. `types` is {topic: message class}, with None for a class that is
-    not installed. May raise BagProblem."""
+    bag must have one robot. `types` is {topic: installed class or None}. May raise BagProblem."""
     prefix = None
     if namespace is not None:
         prefix = f"/{namespace.strip('/')}/".replace('//', '/')
@@ -143,7 +136,6 @@ def _topic_of_type(types, message_type, name, prefix):
         raise BagProblem(f'no {message_type._type} was recorded{place}; the bag has: {recorded}')
     if prefix and prefix + name in topics:
         return prefix + name
-
     named = [topic for topic in topics if posixpath.basename(topic) == name]
     best_topics = sorted(named or topics)
     if len(best_topics) > 1:

@@ -66,8 +66,7 @@ class Samples:
 
     @classmethod
     def without_stamps(cls: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
-        """Returns a sample for each row. The rows lack the value for `time`, so the `time` of a
-        sample is its `arrival`."""
+        """Returns a sample for each row. A row has no `time`, so the sample's `arrival` is used."""
         return cls.from_rows([(row[0], *row) for row in rows])
 
     @classmethod
@@ -151,8 +150,7 @@ class Poses(Yaws):
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Poses in ``odom``, and the robot's speeds. The firmware sometimes reports a much too large
-    `angular` speed for one sample. These spikes are not removed."""
+    """Poses in ``odom``, and the robot's speeds. The firmware's spikes in `angular` are kept."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -184,8 +182,7 @@ class Commands(Samples):
 
 @dataclass(frozen=True)
 class MouseSamples(Samples):
-    """Places of the mouse. `x` (to the right) and `y` (up) are in [-1, 1]. `active` is 1 while the
-    mouse may drive the robot, and 0 at other times."""
+    """Places of the mouse. `x` (to the right) and `y` (up) are in [-1, 1]. `active` is 1 or 0."""
 
     x: np.ndarray
     y: np.ndarray

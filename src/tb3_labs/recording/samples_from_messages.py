@@ -60,9 +60,8 @@ def times_on_recorder_clock(arrival: np.ndarray, stamp: np.ndarray,
     decrease.
 
     `robot_clock` is the clock of the odometry's sender. One offset is used for all senders that
-    share this clock, so the differences between their stamps stay exact. A plausible stamp is used
-    rather than the arrival. The arrival is less exact while the recorder is busy, or while a
-    simulated clock stands still.
+    share this clock, so the differences between their stamps stay exact. A plausible stamp is more
+    exact than the arrival, if the recorder is busy or a simulated clock stands still.
     """
     if not len(stamp):
         return arrival

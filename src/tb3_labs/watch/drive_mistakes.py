@@ -1,6 +1,5 @@
-"""Finds the mistakes of a node of the Transformation lab. The checks are in this order: control,
-state after a reset, goal, commands and end of each state, silence at the goal and without control.
-The module drive_pose.py checks the local pose.
+"""Finds the mistakes of a node of the Transformation lab in its control, its state after a reset,
+its goal, its commands, the ends of its states, and its silence. drive_pose.py checks its pose.
 """
 from itertools import product
 from typing import Any, Iterator, List, Optional, Tuple
@@ -26,8 +25,7 @@ MIN_WRONG_TURNS = 3
 MIN_LATE_COMMANDS = 4
 MIN_FITTED_COMMANDS = 5
 MIN_PACED_COMMANDS = 4
-#: By rounding, a correct goal may differ from the requested goal by this much [m, rad, deg].
-MAX_GOAL_ERROR = 1e-3
+MAX_GOAL_ERROR = 1e-3       # [m, rad, deg], because a node may round its goal
 GAIN_TOLERANCE_SHARE = 0.05
 COMMAND_TOLERANCE_SHARE = 0.03
 #: Commands that change by less than this [rad/s] are nearly constant. They fit every formula with a
@@ -35,8 +33,7 @@ COMMAND_TOLERANCE_SHARE = 0.03
 MIN_COMMAND_CHANGE = 0.1
 #: With this heading error [rad] or more, the robot may turn to either side.
 EITHER_SIDE_ERROR = 3.0
-#: A node must send its first command in a state within this time [s]. When the error is small, the
-#: node must leave the state within this time.
+#: A node must send the first command in a state, and leave a finished state, within this time [s].
 MAX_REACTION_TIME = 1.0
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}      # [1/s]
 
@@ -118,9 +115,8 @@ def heading_errors(node_run: NodeRun,
 
 
 def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, float]:
-    """Returns (formula of the heading error, gain). The node's commands are the gain times the
-    error by this formula. If several formulas fit, one with the handout's gain is preferred. If no
-    formula fits, the formula is ''."""
+    """Returns (formula, gain), such that each command is the gain times the heading error by the
+    formula. A formula with the handout's gain is preferred. If none fits, the formula is ''."""
     handout_gain = GAINS[interval.state]
     fits = []
     for formula, error, is_normalized in heading_errors(node_run, interval):
@@ -129,22 +125,19 @@ def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, flo
             fits.append((formula, gain))
     if not fits:
         return '', handout_gain
-    fits_with_handout_gain = [(formula, gain) for formula, gain in fits
-                              if abs(gain) == handout_gain]
-    return fits_with_handout_gain[0] if fits_with_handout_gain else fits[0]
+    preferred = [(formula, gain) for formula, gain in fits if abs(gain) == handout_gain]
+    return preferred[0] if preferred else fits[0]
 
 
 def fitted_gain(error: np.ndarray, is_normalized: bool, command: np.ndarray,
                 handout_gain: float) -> Optional[float]:
-    """Returns the gain for which each `command` is the gain times its `error`. Returns None if no
-    gain fits most of the commands."""
+    """Returns the gain for which the commands are the gain times the error, or None."""
     is_used = (command != 0.0) & (error != 0.0)
     if is_normalized:
         is_used &= np.abs(error) < EITHER_SIDE_ERROR
     command, error = command[is_used], error[is_used]
     if len(error) < MIN_FITTED_COMMANDS:
         return None
-
     gain = float(np.median(command / error))
     if np.isclose(abs(gain), handout_gain, rtol=GAIN_TOLERANCE_SHARE):
         gain = float(np.copysign(handout_gain, gain))
@@ -244,18 +237,17 @@ def find_missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[Mis
     small_indices = np.flatnonzero(error < tolerance)
     if not len(small_indices):
         return
-    first_small, last_small = small_indices[0], small_indices[-1]
-    small_at = times[first_small]
+    first, last = small_indices[0], small_indices[-1]
+    small_at = times[first]
     if interval.end - small_at <= MAX_REACTION_TIME:
         return
     # a node with a finer tolerance still turns towards its goal, which is no mistake
-    error_grew = error[first_small:].max() > tolerance + POSE_TOLERANCE
+    error_grew = error[first:].max() > tolerance + POSE_TOLERANCE
     is_later = interval.commands.arrival > small_at + MAX_PROBE_DELAY
     still_turns = interval.commands.angular[is_later].any()
     if error_grew or not still_turns:
-        error_clause = error_with_tolerance(interval.state, error[last_small])
-        yield Mistake(f'state stayed {interval.state} at {error_clause}', times[last_small],
-                      'state')
+        error_clause = error_with_tolerance(interval.state, error[last])
+        yield Mistake(f'state stayed {interval.state} at {error_clause}', times[last], 'state')
 
 
 def error_with_tolerance(state: str, error: float) -> str:
@@ -266,8 +258,7 @@ def error_with_tolerance(state: str, error: float) -> str:
 
 
 def find_late_commands(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake if a node sends commands at the goal or without control, or if its last
-    command before is not zero."""
+    """Yields a Mistake if commands go on, or end without a zero, at the goal or after a False."""
     commands = node_run.commands
     is_moving = (commands.linear != 0.0) | (commands.angular != 0.0)
     for begin, end, cause, may_send_zeros in required_silences(node_run):

@@ -1,8 +1,7 @@
 """Checks the variables local_x, local_y and local_yaw of the Transformation lab. If a variable is
 wrong, this module finds the quantity that the variable follows instead.
 
-In this file a place (x, y) is the complex number x + iy. Two angles are compared as points on the
-unit circle, so that a difference of a whole turn does not matter.
+In this file a place (x, y) is the complex number x + iy, and angles are points on the unit circle.
 """
 from dataclasses import replace
 from itertools import product
@@ -100,8 +99,7 @@ def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
 
 
 def find_wrong_pose(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each wrong variable of the local pose. The Mistakes of its references
-    are yielded first, because a wrong reference makes the variable wrong."""
+    """Yields a Mistake for each wrong variable, and before it the Mistakes of its references."""
     for frame, name in product(local_frames(node_run), REFERENCES_OF):
         for wrong in find_wrong_variable(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
@@ -110,8 +108,8 @@ def find_wrong_pose(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[Mistake]:
-    """Yields a Mistake if the reference `name` is wrong, and the reason is visible: the node did
-    not set the reference at the reset, or set it to another yaw."""
+    """Yields a Mistake if the reference `name` is wrong because the node did not set it at the
+    reset, or set it to another yaw."""
     series = node_run.variable(name)
     if series is None:
         return
@@ -167,7 +165,6 @@ def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Itera
         return
     if matching_quantities(readings, quantities[:2], MIN_CORRECT_SHARE):
         return
-
     expected = correct.at(readings.time)
     worst = worst_index(readings, expected)
     correct_value = np.angle(expected[worst]) if 'yaw' in name else expected[worst]

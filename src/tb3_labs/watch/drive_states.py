@@ -1,10 +1,8 @@
-"""Finds the local frames, the poses and the states of a node in the Transformation lab. The poses
-and the states are read from the node's own variables.
+"""Finds the local frames of a node in the Transformation lab, and the node's poses and states.
 
 In this file a place (x, y) is the complex number x + iy, so a rotation is a product.
 """
 from functools import lru_cache
-from operator import attrgetter
 from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
@@ -19,12 +17,9 @@ POSE_TOLERANCE = 0.03           # [m, rad]
 MIN_CORRECT_SHARE = 0.9
 PROBE_DELAY = 0.1       # the probe shows most changes of a variable within this time [s]
 MAX_PROBE_DELAY = 0.4   # the probe shows every change of a variable within this time [s]
-#: The probe may show a state up to this time [s] after the node's first command in the state.
-MAX_COMMAND_LEAD = PROBE_DELAY / 2.0
-#: The robot rests at least for this time [s] after the node starts.
-REST_TIME_AFTER_START = 1.5
-#: {variable of the local pose: its references}. A reference is a variable that the node sets at a
-#: reset. The node computes the variable of the pose from its references.
+MAX_COMMAND_LEAD = PROBE_DELAY / 2.0    # [s] from a first command until the probe shows its state
+REST_TIME_AFTER_START = 1.5     # the robot rests at least this time [s] after the node starts
+#: {variable of the local pose: references, which a node sets at a reset to compute the variable}.
 REFERENCES_OF = {
     'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
     'local_y': ('initial_global_y', 'initial_odom_yaw')}
@@ -81,7 +76,7 @@ def declared_frames(node_run: NodeRun) -> List[NodeFrame]:
     for time, x, y, yaw in zip(resets.arrival, resets.x, resets.y, resets.yaw):
         if time > times[0]:
             frames.append(NodeFrame(time, complex(x, y), yaw, is_reset=True))
-    return sorted(frames, key=attrgetter('begin'))
+    return sorted(frames, key=lambda frame: frame.begin)
 
 
 def index_from(times: np.ndarray, time: float) -> int:
@@ -107,8 +102,7 @@ class NodePose(NamedTuple):
 
 
 def node_poses(node_run: NodeRun, times: np.ndarray) -> NodePose:
-    """Returns the NodePose at these times. If a node in a trial has no variable for the goal, its
-    goal is the goal of the handout."""
+    """Returns the NodePose at these times. In a trial, a missing goal is the handout's goal."""
     default_goal = HANDOUT_GOAL if node_run.recording.starts else {}
     values = {}
     units = {}
@@ -127,15 +121,14 @@ def node_poses(node_run: NodeRun, times: np.ndarray) -> NodePose:
 
 
 def radians_per_unit(series: Series) -> float:
-    """Returns the factor that converts the values of a yaw to radians. The values are in degrees if
-    any of them exceeds 7."""
+    """Returns the factor that converts a yaw to radians. A value above 7 must be in degrees."""
     return np.pi / 180.0 if (np.abs(series.value) > 7.0).any() else 1.0
 
 
 def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -> Series:
     """Returns the `readings` at which the node has control and also had control `seconds` earlier.
     The node's variable has_control shows when the node has control. Without this variable, the
-    messages on ctrl_relinq show it. Without such messages, all readings are returned."""
+    messages on ctrl_relinq show it. Without messages, all readings are returned."""
     control = node_run.recording.control
     series = node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
@@ -150,8 +143,7 @@ def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
-    """Returns (begin [s], end [s], value) of each message on ctrl_relinq. The `end` is the arrival
-    of the next message."""
+    """Returns (arrival [s], arrival of the next message [s], value) of each ctrl_relinq message."""
     control = node_run.recording.control
     ends = np.append(control.arrival[1:], node_run.recording.duration)
     return list(zip(control.arrival, ends, control.value))
@@ -160,8 +152,7 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 class StateInterval(NamedTuple):
     """An interval in which the node is in one state and has control. `begin` and `end` are the
     times [s] of the first and the last reading in this state. `next_state` is '' if it is not
-    known. `commands` are the node's commands in the interval, and `pose` is the NodePose at their
-    times."""
+    known. `pose` is the NodePose at the times of the `commands`."""
 
     state: str
     begin: float

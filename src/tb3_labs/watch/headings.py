@@ -81,8 +81,7 @@ def component_candidates(imu: Any) -> Iterator[Quantity]:
 
 
 def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
-    """Returns True if a quantity differs from the correct heading by less than 1 degree. Its range
-    and its unit do not matter."""
+    """Returns True if `quantity` is the correct heading within 1 degree, in any range and unit."""
     if not quantity.per_degree:
         return False
     correct_value = correct.value / correct.per_degree * quantity.per_degree
@@ -100,7 +99,6 @@ def followed_quantity(series: Series, quantities: List[Quantity]) -> Optional[Qu
     for candidate in matching or matching_quantities(series, coarse_quantities):
         if is_usable_heading(candidate, correct):
             return candidate
-
     if matching:
         return matching[0]._replace(per_degree=0.0)
     if is_constant(series):
@@ -140,9 +138,8 @@ def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantit
 
 
 def heading_mistake(series: Series, correct: Quantity, followed: Optional[Quantity]) -> Mistake:
-    """Returns the Mistake of a variable that should follow the heading `correct`. The variable
-    follows the quantity `followed` instead, or no quantity if `followed` is None. The moment of the
-    Mistake is the time of the largest error."""
+    """Returns the Mistake, at the largest error, of a variable that should follow `correct`. The
+    variable follows the quantity `followed` instead, or no quantity if `followed` is None."""
     if followed is not None:
         behaviour = 'follows ' + followed.name
     elif is_constant(series):

@@ -107,8 +107,7 @@ class NodeRun:
         return bool((time - earlier_times <= MAX_READING_GAP).any())
 
     def last_reading_before_gap(self, time: float) -> float:
-        """Returns the time of the last reading before the first gap after `time`. Returns inf if no
-        reading follows `time`."""
+        """Returns the time of the last reading before the next gap, or inf without a reading."""
         later_times = self.reading_times[self.reading_times >= time]
         is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP
         return float(min(later_times[is_before_gap], default=np.inf))
@@ -128,8 +127,7 @@ class Check(NamedTuple):
 
 def find_first_mistake(node_run: NodeRun, checks: Iterable[Check],
                        parts: Optional[Iterable[str]] = None) -> Optional[Mistake]:
-    """Returns the first mistake, or None. If `parts` of the lab are given, only the checks of these
-    parts are done."""
+    """Returns the first mistake, or None. If `parts` are given, only their checks are done."""
     for check in checks:
         if parts is None or set(check.parts) & set(parts):
             mistake = next(check.find_mistakes(node_run), None)
@@ -139,8 +137,7 @@ def find_first_mistake(node_run: NodeRun, checks: Iterable[Check],
 
 
 def is_constant(series: Series) -> bool:
-    """Returns True if a variable has the same value in all readings after its first few readings.
-    Returns False if the variable has too few readings."""
+    """Returns True if all readings of a variable, after the first few readings, are equal."""
     count = len(series.text)
     first_judged = int(UNJUDGED_SHARE * count)
     return count >= MIN_READINGS and len(set(series.text[first_judged:])) == 1

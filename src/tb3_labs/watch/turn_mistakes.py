@@ -14,8 +14,7 @@ from tb3_labs.watch.typed_turns import (
     quantity_of_curr_yaw)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: A correct goal_yaw may differ by this much from curr_yaw at the letter plus the letter's angle. A
-#: robot that is already turning turns some degrees before the node reads the letter.
+#: A goal_yaw may be off by this angle, since a robot may turn before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
 #: The side of a turn is judged only if the error is farther than this [deg] from 0 and from 180.
 CLEAR_ERROR_DEG = 20.0
@@ -30,10 +29,9 @@ MIN_COMMANDS_AWAY = 2
 MIN_FORWARD_COMMANDS = 3
 MIN_PACED_COMMANDS = 3
 MIN_TURNING_SPEED = 0.02            # [rad/s]
-#: When the error is below half the handout's tolerance, the turn must end within this time [s]. A
-#: node whose own tolerance is finer has the longer time FINE_STOP_TIME.
+#: When the error is below half the handout's tolerance, the turn must end within this time [s].
 MAX_STOP_TIME = 0.5
-FINE_STOP_TIME = 2.5
+FINE_STOP_TIME = 2.5                # [s] for a node whose tolerance is finer than the handout's
 
 
 def find_wrong_heading(node_run: NodeRun) -> Iterator[Mistake]:
@@ -70,8 +68,7 @@ def find_wrong_goal_yaw(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def has_correct_goal(turn: NodeTurn, per_degree: float) -> bool:
-    """Returns True if the letter set goal_yaw to the correct angle. `per_degree` converts degrees
-    to the node's unit. After an unknown letter, a turn to either side is correct."""
+    """Returns True if a letter sets goal_yaw correctly. An unknown letter may be l or r."""
     change = (to_number(turn.goal_after) - turn.begin_yaw) / per_degree
     change_deg = float(wrap_all(change, 360.0))
     requested_deg = TURN_OF_LETTER_DEG[turn.letter]
@@ -106,8 +103,7 @@ def find_ignored_letter(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def find_slow_turn_commands(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each turn whose commands are too far apart, are often interrupted by
-    zeros, or end without a zero after one or two commands."""
+    """Yields a Mistake for each turn whose commands are too slow, mixed with zeros, or too few."""
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
         if len(moving) >= MIN_PACED_COMMANDS:
@@ -126,8 +122,7 @@ def find_slow_turn_commands(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def find_wrong_turn_command(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each turn whose commands do not turn the robot, turn it to the wrong
-    side, are too fast, or move it forward."""
+    """Yields a Mistake for each turn by zeros, to the wrong side, too fast, or also forward."""
     for turn in letter_turns(node_run):
         has_only_zeros = len(turn.time) >= MIN_ZERO_COMMANDS and not turn.command.any()
         if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:

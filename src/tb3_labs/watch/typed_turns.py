@@ -17,8 +17,7 @@ READING_PERIOD = 0.06
 #: The probe may show a change up to this time [s] after the node made the change.
 MAX_READING_DELAY = 2.0 * READING_PERIOD
 UNKNOWN_LETTER = 'a letter'
-#: {number in RunData.letters: letter that begins a turn, or ''}.
-LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY, 0.0: ''}
+LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY, 0.0: ''}      # for the numbers of RunData.letters
 TURN_OF_LETTER_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, UNKNOWN_LETTER: np.nan}
 
 
@@ -29,11 +28,9 @@ class NodeTurn:
 
     Angles are in the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
-    letter. Both texts are '' if the node has no goal_yaw.
-
-    Each array has a value for each command of the turn. `time` is the arrival of the command,
-    `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is goal_yaw
-    minus curr_yaw [deg]. It is NaN if the goal is not known.
+    letter. Both texts are '' if the node has no goal_yaw. The arrays have a value for each command
+    of the turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference`
+    is goal_yaw minus curr_yaw [deg], or NaN if the goal is not known.
     """
 
     begin: float
@@ -99,8 +96,7 @@ def own_heading(node_run: NodeRun) -> Optional[Quantity]:
 
 @lru_cache(maxsize=1)
 def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
-    """Returns the NodeTurn of each l or r. If no letters were recorded, a turn begins when
-    `turning` becomes True."""
+    """Returns the NodeTurn of each l or r. Without letters, `turning` shows when turns begin."""
     recording = node_run.recording
     times = recording.letters.arrival
     letters = [LETTER_OF_SIDE[side] for side in recording.letters.value]
@@ -176,7 +172,6 @@ def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bo
 
 
 def letter_read_at(goal_yaw: Series, begin: float, end: float) -> float:
-    """Returns the time [s] at which the node changed goal_yaw after a letter. If goal_yaw did not
-    change, returns the time of about one reading after `begin`."""
+    """Returns the time [s] at which the node read a letter, and so changed its goal_yaw."""
     changes = goal_yaw.between(begin, min(end, begin + MAX_LETTER_DELAY)).changes
     return float(changes[0]) if len(changes) else begin + READING_PERIOD

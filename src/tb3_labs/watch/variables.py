@@ -41,8 +41,7 @@ class Series:
     value: np.ndarray
 
     def at(self, time: Any) -> Any:
-        """Returns the last number read up to a time, or the first number if all are later. For an
-        array of times, returns an array."""
+        """Returns the last number read up to each time, or the first number if all are later."""
         return self.value[index_at_or_before(self.time, time).clip(0)]
 
     def text_at(self, time: float) -> str:
@@ -107,8 +106,7 @@ class Quantity(NamedTuple):
     per_degree: float = 0.0
 
     def at(self, time: Any) -> Any:
-        """Returns the last number before a time, or the first number if none is before. For an
-        array of times, returns an array."""
+        """Returns the last number before each time, or the first number if none is before."""
         return self.value[index_before(self.time, time).clip(0)]
 
 
@@ -156,8 +154,7 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the delay [s] that the share DELAYED_SHARE of the values does not exceed. Returns inf
-    if this delay exceeds MAX_LATENESS."""
+    """Returns the delay [s] that only a few of the values exceed, or inf if it is too long."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_LATENESS))
     if not len(ages):
         return math.inf

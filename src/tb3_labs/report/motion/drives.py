@@ -51,8 +51,8 @@ def drive_reports(run: RunData) -> List[DriveReport]:
 
 def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
     """Returns the FrameInterval of a drive from `begin` to `end` [s]. If a reset begins the drive,
-    the new frame may come a moment after the drive begins. A reset in the second half of a short
-    drive has ended the drive, so its frame is not the drive's frame."""
+    the new frame may come a moment later. If a reset comes in the second half of a short drive, the
+    reset has ended the drive."""
     latest = min(begin + MAX_RESET_DELAY, (begin + end) / 2.0)
     begun = [interval for interval in frames if interval.begin <= latest]
     return begun[-1]        # the first interval begins at -inf
@@ -72,8 +72,7 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
 
 def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequence[RecordedState],
                   next_state: Optional[RecordedState]) -> DriveReport:
-    """Returns the report of a drive with these states. `next_state` is None if the recording ended
-    during the drive."""
+    """Returns the report. `next_state` is None if the recording ended during the drive."""
     begin, end = states[0].begin, states[-1].end
     goal = states[0].goal
     interval = frame_interval_of(frames, begin, end)

@@ -5,13 +5,12 @@ in the lab, the robot's place follows the odometry, and the robot's heading foll
 
 A *movement* is a series of commands that are not zero, with pauses shorter than
 `MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A turn has
-no forward speed. A drive goes forward, and the robot turns before or after it goes forward. Any
-other movement was made by a person, "by hand".
+no forward speed. A drive goes forward, and has a turn before or after. A person made any other
+movement "by hand".
 
 If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
 at any other time. If `mouse_info` was recorded, no movement is a drive, and a turn must be faster
-than the mouse can command. If none of these topics was recorded, a drive that a person makes by
-keys cannot be distinguished from a node's drive.
+than the mouse can command. Without these topics, a person's drive by keys looks like a node's.
 """
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -70,8 +69,7 @@ def movements(run: RunData) -> List[Movement]:
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
-    """Returns the movement of the commands with the indices `moves`. `ends` has the time [s] at
-    which each command of the run ends."""
+    """`moves` are indices of commands. `ends` are the times [s] at which the commands end."""
     time = run.commands.time
     begin = float(time[moves[0]])
     end = float(min(ends[moves[-1]], run.duration))
@@ -110,8 +108,7 @@ def has_control(run: RunData, time: float) -> bool:
 
 def with_derived_fields(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
-    computed, and its name is added to `derived`. If no goals were recorded, all drives have this
-    `goal`."""
+    computed, and its name is added to `derived`. Goals that were not recorded are all `goal`."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ run.odometry.at(run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))

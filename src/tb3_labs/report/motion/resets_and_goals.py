@@ -21,9 +21,9 @@ from tb3_labs.recording.run_data import Poses, RunData
 
 #: The log line of a reset, and the first pose in the new frame, are at most this time [s] apart.
 RESET_SEARCH_TIME = 0.3
-#: A frame interval begins at the jump with the largest weight. The weight is the size of the jump
-#: [m], minus this number times the time [s] between the jump and the log line. If no pose jumps, the
-#: frame therefore begins at the pose nearest to the log line.
+#: The jump with the largest weight begins a frame interval. The weight is the size of the jump [m],
+#: minus this number times the time [s] from the jump to the log line. If no pose jumps, the pose
+#: nearest to the log line has the largest weight.
 WEIGHT_LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message in the old frame and the first message in the
 #: new frame, but at most this time [s] before the first message.
@@ -73,7 +73,7 @@ def _interval_begins(run: RunData) -> List[float]:
     for reset_at in run.resets.time:
         window = reset_at - RESET_SEARCH_TIME, reset_at + RESET_SEARCH_TIME
         first_pose, end_pose = np.searchsorted(local.time, window)
-        # the jump before the first pose in the window also ends in the window
+        # a jump leads from the pose with the same index to the next pose
         near_jumps = range(max(0, first_pose - 1), min(end_pose, len(jump_sizes)))
         # two resets never begin the same interval
         candidates = [jump for jump in near_jumps if jump not in chosen_jumps]
@@ -132,8 +132,7 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 def true_poses(run: RunData, interval: FrameInterval, parent_T_local: Pose2 = Pose2(),
                end: float = math.inf) -> Poses:
-    """Returns the robot's true poses in `parent` until `end` [s], or no poses if they are unknown.
-    """
+    """Returns the robot's true poses in `parent` until `end` [s], or no poses without them."""
     if interval.local_T_world is None:
         return Poses.none()
     truth = run.ground_truth.between(interval.begin, min(end, interval.end))

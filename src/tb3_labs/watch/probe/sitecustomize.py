@@ -90,8 +90,7 @@ class WatchedNode:
         self._next_search = 0.0
 
     def is_own(self, cls):
-        """Returns True if a class is defined in the node's script, in a module beside the script,
-        or in the folder `src` of the script's package."""
+        """Returns True if a class is of the script, a module beside it, or the package's `src`."""
         if cls not in self._own_classes:
             name = module_of(cls)
             path = getattr(sys.modules.get(name), '__file__', None)
@@ -102,7 +101,7 @@ class WatchedNode:
         return self._own_classes[cls]
 
     def is_own_object(self, value):
-        """Returns True for an object of an own class, if it is no type, Enum, tuple or exception."""
+        """Returns True if the class is own, and the value is no type, Enum, tuple or exception."""
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
@@ -146,8 +145,7 @@ class WatchedNode:
         self._next_search += (time.thread_time() - begin) / MAX_SEARCH_SHARE
 
     def _show(self, shown, variables, owner, shown_ids):
-        """Add the texts of `variables` to `shown`. If `shown` already has a name, the new name is
-        prefixed by `owner`."""
+        """Add variables to `shown`. If `shown` has a name already, `owner` is put before it."""
         for name, value in variables.items():
             if len(shown) >= MAX_SHOWN_VARIABLES:
                 return
