@@ -117,14 +117,14 @@ export class RobotMap {
     for (const frame of FRAMES) {
       const points = this.trails[frame];
       // The parts before the last break are faint. They may belong to an older frame local.
-      const lastPart = points.lastIndexOf(null) + 1;
+      const lastPartBegin = points.lastIndexOf(null) + 1;
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
       c.setLineDash(frame === 'odom' ? [] : [7, 5]);
       c.lineJoin = 'round';
       c.globalAlpha = 0.4;
-      this._path(c, frame, points.slice(0, lastPart));
+      this._path(c, frame, points.slice(0, lastPartBegin));
       c.globalAlpha = 1;
-      this._path(c, frame, points.slice(lastPart));
+      this._path(c, frame, points.slice(lastPartBegin));
       c.setLineDash([]);
     }
   }

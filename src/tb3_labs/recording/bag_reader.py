@@ -70,7 +70,7 @@ class Bag:
         self.problem = ''
         self._is_wanted = is_wanted
         self._memory_left = MAX_MEMORY_BYTES
-        self._last_arrival = math.inf           # of the last kept message, inf without one
+        self._last_arrival = math.inf           # of the last kept message, or inf
         self._stream_by_connection: Dict[bytes, Optional[Stream]] = {}
         with open(path, 'rb') as file:
             if not os.fstat(file.fileno()).st_size:

@@ -171,13 +171,12 @@ def stamped_samples(field, message, prefix, start, received):
             continue
         stamp = arrival
         if header is not None:
-            # `start` is subtracted first: a float of seconds since 1970 is exact to 0.2 us only
+            # `start` is subtracted first, since a float of seconds since 1970 is exact to 0.2 us
             stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
         rows += [(arrival, stamp, *row) for row in contents]
     samples = samples_type.from_rows(rows)
     is_valid = np.ones(len(samples), bool)
-    _, _, *columns = samples.columns        # the first two columns are the times
-    for column in columns:
+    for column in samples.columns[2:]:      # the first two columns are the times
         if column.dtype != object:
             is_valid &= np.abs(column) < MAX_NUMBER     # False for NaN
     return samples.take(is_valid), dropped_count + int((~is_valid).sum())

@@ -28,8 +28,7 @@ MIN_PACED_COMMANDS = 4
 MAX_GOAL_ERROR = 1e-3       # [m, rad, deg], because a node may round its goal
 GAIN_TOLERANCE_SHARE = 0.05
 COMMAND_TOLERANCE_SHARE = 0.03
-#: Commands that change by less than this [rad/s] are nearly constant. They fit every formula with a
-#: nearly constant error, so they do not show which formula the node uses.
+#: Commands that change by less than this [rad/s] do not show by which formula they were computed.
 MIN_COMMAND_CHANGE = 0.1
 #: With this heading error [rad] or more, the robot may turn to either side.
 EITHER_SIDE_ERROR = 3.0
@@ -103,12 +102,10 @@ def heading_errors(node_run: NodeRun,
     if interval.state != ROTATE_TO_GOAL:
         targets.reverse()       # the correct target is first
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
-
     imu = node_run.recording.imu
     newest_indices = index_before(imu.arrival, interval.commands.arrival).clip(0)
     headings = [('local_yaw', interval.pose.yaw), ('the yaw of the IMU', imu.yaw[newest_indices]),
                 ('0', np.zeros(len(newest_indices)))]
-
     for (target, target_yaw), (heading, yaw) in product(targets, headings):
         yield f'{target} - {heading}', wrap_all(target_yaw - yaw), True
         yield f'{target} - {heading}, not normalized', target_yaw - yaw, False
@@ -204,9 +201,8 @@ def find_wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[
                       f'{GAINS[interval.state]:g} x ({correct})', interval.begin, 'angular.z')
 
     # if the error is small or almost half a turn, a command to either side may be correct
-    error_size = np.abs(error)
-    has_one_side = (error_size > 2.0 * TOLERANCES[interval.state]) & (
-        error_size < EITHER_SIDE_ERROR)
+    size = np.abs(error)
+    has_one_side = (size > 2.0 * TOLERANCES[interval.state]) & (size < EITHER_SIDE_ERROR)
     turns_away = angular * error < 0.0
     never_turns = not angular.any()
     wrong_indices = np.flatnonzero(has_one_side & (turns_away | never_turns))
@@ -258,7 +254,7 @@ def error_with_tolerance(state: str, error: float) -> str:
 
 
 def find_late_commands(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake if commands go on, or end without a zero, at the goal or after a False."""
+    """Yields a Mistake if commands go on, or end without a zero, at the goal or without control."""
     commands = node_run.commands
     is_moving = (commands.linear != 0.0) | (commands.angular != 0.0)
     for begin, end, cause, may_send_zeros in required_silences(node_run):

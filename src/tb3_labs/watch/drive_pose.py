@@ -99,7 +99,7 @@ def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
 
 
 def find_wrong_pose(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each wrong variable, and before it the Mistakes of its references."""
+    """Yields a Mistake for each wrong variable, after the Mistakes of the variable's references."""
     for frame, name in product(local_frames(node_run), REFERENCES_OF):
         for wrong in find_wrong_variable(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
@@ -147,7 +147,7 @@ def followed_yaw_text(node_run: NodeRun, value: float, reset_at: float) -> str:
 
 
 def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[Mistake]:
-    """Yields a Mistake if the variable `name` does not follow its quantity in a frame."""
+    """Yields a Mistake if the variable `name` does not follow a correct quantity in a frame."""
     series = node_run.variable(name)
     quantities = pose_quantities(node_run, frame, name)
     if series is None or not quantities:

@@ -17,7 +17,8 @@ POSE_TOLERANCE = 0.03           # [m, rad]
 MIN_CORRECT_SHARE = 0.9
 PROBE_DELAY = 0.1       # the probe shows most changes of a variable within this time [s]
 MAX_PROBE_DELAY = 0.4   # the probe shows every change of a variable within this time [s]
-MAX_COMMAND_LEAD = PROBE_DELAY / 2.0    # [s] from a first command until the probe shows its state
+#: The first command of a state may come up to this time [s] before the probe shows the state.
+MAX_COMMAND_LEAD = PROBE_DELAY / 2.0
 REST_TIME_AFTER_START = 1.5     # the robot rests at least this time [s] after the node starts
 #: {variable of the local pose: references, which a node sets at a reset to compute the variable}.
 REFERENCES_OF = {

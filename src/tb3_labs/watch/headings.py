@@ -33,7 +33,7 @@ YAW_RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = 
     ('without its sign', lambda yaw, whole_turn: np.abs(yaw)),
     ('mirrored, from 0 to 360', lambda yaw, whole_turn: -yaw % whole_turn),
     ('mirrored, from -180 to 180', lambda yaw, whole_turn: -yaw))
-#: A variable that follows another angle than the yaw is only looked for in these ranges.
+#: A variable is compared with angles other than the yaw in these ranges only.
 RANGES_OF_OTHER_ANGLES = YAW_RANGES[:3]
 #: (name, number per degree) of each unit that a node may use for a yaw.
 YAW_UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),

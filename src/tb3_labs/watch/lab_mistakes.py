@@ -60,14 +60,14 @@ VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
 
 
 def remarks(recording: Any, lab: str) -> List[str]:
-    """Returns a list with a sentence on a mistake that costs no points, or []."""
+    """Returns a list with a sentence on the first mistake of the remarked checks, or []."""
     remarked_checks = [check for check in CHECKS.get(lab, ()) if check.is_remarked]
     mistake = find_first_mistake(NodeRun(recording), remarked_checks)
     return [] if mistake is None else [f'{mistake.as_sentence()} See {mistake.place}.']
 
 
 def mistakes_of_nodes(recording: Any) -> List[Tuple[str, Mistake]]:
-    """Returns the first mistake of each node of a known lab: [(node, mistake)]."""
+    """Returns (node, first mistake) for each node of a known lab that has a mistake."""
     mistakes = []
     for node in sorted(set(recording.variables.node)):
         node_run = NodeRun(recording, node)

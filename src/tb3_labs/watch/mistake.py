@@ -18,12 +18,11 @@ MAX_READING_GAP = 0.4
 MAX_COMMAND_PAUSE = 0.45        # [s]
 SPEED_TOLERANCE = 0.01          # [m/s, rad/s]
 MIN_READINGS = 11
-#: This share of a variable's first readings is ignored, because the node may set it a little later.
-UNJUDGED_SHARE = 0.05
+UNJUDGED_SHARE = 0.05           # a node may set a variable after the variable's first readings
 
 
 class SheetStep(NamedTuple):
-    """A numbered `step` in a section of a lab sheet; the whole section if `step` is 0."""
+    """A numbered `step` in a section of a lab sheet, or the whole section if `step` is 0."""
 
     sheet: str
     heading: str
@@ -89,7 +88,7 @@ class NodeRun:
                      if bare_name(full_name) == name), None)
 
     def boolean_variable(self, name: str) -> Optional[Series]:
-        """Returns the variable if all its values are True, False, 1 or 0, or None."""
+        """Returns the variable, or None if it has a value other than True, False, 1 and 0."""
         series = self.variable(name)
         if series is None or not set(series.value) <= {0.0, 1.0}:
             return None

@@ -103,7 +103,7 @@ def find_ignored_letter(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def find_slow_turn_commands(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each turn whose commands are too slow, mixed with zeros, or too few."""
+    """Yields a Mistake for each turn whose commands are too far apart, often 0, or too few."""
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
         if len(moving) >= MIN_PACED_COMMANDS:
@@ -122,7 +122,7 @@ def find_slow_turn_commands(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def find_wrong_turn_command(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each turn by zeros, to the wrong side, too fast, or also forward."""
+    """Yields a Mistake for each turn whose commands are 0, wrong in sign, too fast, or forward."""
     for turn in letter_turns(node_run):
         has_only_zeros = len(turn.time) >= MIN_ZERO_COMMANDS and not turn.command.any()
         if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:

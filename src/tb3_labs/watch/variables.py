@@ -70,7 +70,7 @@ def to_number(text: str) -> float:
 
 
 def shortened_value(text: str) -> str:
-    """Returns a variable's text, shortened to 40 characters; a number is rounded to four digits."""
+    """Returns a variable's text with at most 40 characters. A number is rounded to four digits."""
     value = to_number(text)
     return text[:40] if np.isnan(value) else f'{value:.4g}'
 
@@ -120,7 +120,7 @@ def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     recent_count = int((max_age + MAX_ARRIVAL_LEAD) / max(step, MIN_STEP))
     count = min(len(times), recent_count + EXTRA_SAMPLES)
-    # in the arrays below, a row is a reading, and a column is a sample; the newest sample is first
+    # in the arrays below, a row is a reading, and a column is a sample, with the newest first
     newest = index_before(times, readings + MAX_ARRIVAL_LEAD)
     indices_before = newest[:, None] - np.arange(count)     # negative before the first sample
     indices = indices_before.clip(0)

@@ -51,8 +51,7 @@ def drive_reports(run: RunData) -> List[DriveReport]:
 
 def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
     """Returns the FrameInterval of a drive from `begin` to `end` [s]. If a reset begins the drive,
-    the new frame may come a moment later. If a reset comes in the second half of a short drive, the
-    reset has ended the drive."""
+    the new frame may come a moment later. A reset in the second half has ended the drive."""
     latest = min(begin + MAX_RESET_DELAY, (begin + end) / 2.0)
     begun = [interval for interval in frames if interval.begin <= latest]
     return begun[-1]        # the first interval begins at -inf

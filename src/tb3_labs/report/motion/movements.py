@@ -61,8 +61,8 @@ def movements(run: RunData) -> List[Movement]:
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
     # a reset, or the loss of control, cuts off a movement
     cuts = np.concatenate([run.resets.time, run.control.time[run.control.value == 0.0]])
-    cuts_until_command = np.searchsorted(np.sort(cuts), time[moves])
-    is_cut = np.diff(cuts_until_command) > 0
+    cut_counts = np.searchsorted(np.sort(cuts), time[moves])     # before each command
+    is_cut = np.diff(cut_counts) > 0
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE_TIME
     first_indices = np.flatnonzero(is_cut | is_pause) + 1
     return [_movement(run, indices, ends) for indices in np.split(moves, first_indices)]

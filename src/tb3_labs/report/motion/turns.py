@@ -66,7 +66,7 @@ def turn_reports(run: RunData) -> List[TurnReport]:
 
 def _separate_turns(run: RunData, movement: Movement,
                     next_begin: float) -> List[Tuple[float, float, float]]:
-    """Returns (begin, end, next command's time) of each turn. A quick correction is part of it."""
+    """Returns (begin, end, next command's time) of each turn, which includes quick corrections."""
     commands = run.commands.between(movement.begin, movement.end)
     times = commands.time[np.abs(commands.angular) > MIN_MOVING_SPEED]
     first_after_pause = np.flatnonzero(np.diff(times) > MIN_PAUSE_BETWEEN_TURNS) + 1

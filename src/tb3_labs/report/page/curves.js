@@ -77,9 +77,8 @@ function path(points) {
 }
 
 /** Returns the points of a variable whose text changes at these times, with a null while there is no
- *  text. If less than half of the texts are numbers, `levels` are the different texts, and a point
- *  has the index of its text. In `levels`, False is before True, and a later state is before an
- *  earlier state. */
+ *  text. If at most half of the texts are numbers, a point has the index of its text in `levels`.
+ *  In `levels`, False is before True, and a state is before all earlier states. */
 export function stepsOf(times, texts) {
   const isNumber = (text) => text !== '' && Math.abs(Number(text)) < MAX_DRAWN;
   const known = texts.filter((text) => text !== null);

@@ -112,7 +112,6 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     if run.derived or (turns and not len(run.turn_requests)):
         parts.append(f'<p>{escape(COMPUTED_NOTE)}</p>')
     parts.append(f"<p>Beside this page: {', '.join(files)}.</p>")
-
     files = {'report.html': document('Run report: ' + name, parts), **files}
     for file, content in files.items():
         write_output(folder / file, content)

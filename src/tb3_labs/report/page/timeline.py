@@ -120,7 +120,7 @@ def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _reset_indices(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
-    """Returns the index of the first sample after each reset, by the samples' `time` [s]."""
+    """Returns the index of the first sample after each reset. `time` has the samples' times [s]."""
     indices = np.searchsorted(time, [interval.begin for interval in frames[1:]])
     return [int(index) for index in indices if 0 < index < len(time)]
 
@@ -170,7 +170,7 @@ def variable_rows(run: RunData) -> List[List[Any]]:
 
 
 def _text_changes(variable: Series) -> List[List[Any]]:
-    """Returns [times, texts] of a variable. The text None begins a gap, or the end."""
+    """Returns [times, texts] of a variable. The text None begins each gap, and is last."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
     is_last = np.diff(variable.time, append=np.inf) > MIN_GAP       # a gap or the end follows
     is_after_gap = np.append(False, is_last[:-1])

@@ -115,7 +115,7 @@ class WatchedNode:
         part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
         shown = {}
         shown_ids = set()
-        # first the objects that are no part of another object, which then show their parts, too
+        # objects that are no part of another object come first, because they also show their parts
         for thing in sorted(objects, key=lambda thing: id(thing) in part_ids):
             if id(thing) not in shown_ids:
                 shown_ids.add(id(thing))
@@ -201,7 +201,7 @@ def module_of(cls):
 
 
 def sendable(text):
-    """Returns the first characters of a text. A '?' replaces each character that UTF-8 lacks."""
+    """Returns the first characters of a text. A '?' replaces what UTF-8 cannot encode."""
     text = text[:MAX_VALUE_LENGTH]
     return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
