@@ -254,14 +254,14 @@ def error_with_tolerance(state: str, error: float) -> str:
 
 
 def find_late_commands(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake if commands go on, or end without a zero, at the goal or without control."""
+    """Yields a Mistake if a node goes on to send commands at the goal or without control, or if its
+    last command there is not zero."""
     commands = node_run.commands
     is_moving = (commands.linear != 0.0) | (commands.angular != 0.0)
     for begin, end, cause, may_send_zeros in required_silences(node_run):
         seen_at = begin + MAX_PROBE_DELAY
         if end <= seen_at:
             continue
-
         is_late = (commands.arrival > seen_at) & (commands.arrival < end)
         if may_send_zeros:
             is_late &= is_moving

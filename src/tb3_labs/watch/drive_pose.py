@@ -152,23 +152,23 @@ def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Itera
     quantities = pose_quantities(node_run, frame, name)
     if series is None or not quantities:
         return
-    correct = quantities[0]
+    correct_quantities, other_quantities = quantities[:2], quantities[2:]
+    correct = correct_quantities[0]
     # before the first message in the new frame, the node cannot compute its new pose
     message_times = correct.time[correct.time >= frame.begin]
     if not len(message_times):
         return
     readings = series.between(message_times[0] + MAX_PROBE_DELAY, frame.end)
     values = comparable_values(name, readings.value * radians_per_unit(series))
-    readings = replace(readings, value=values)
-    readings = readings_with_control(node_run, readings, MAX_PROBE_DELAY)
+    readings = readings_with_control(node_run, replace(readings, value=values), MAX_PROBE_DELAY)
     if np.isfinite(readings.value).sum() < MIN_JUDGED_VALUES:
         return
-    if matching_quantities(readings, quantities[:2], MIN_CORRECT_SHARE):
+    if matching_quantities(readings, correct_quantities, MIN_CORRECT_SHARE):
         return
     expected = correct.at(readings.time)
     worst = worst_index(readings, expected)
     correct_value = np.angle(expected[worst]) if 'yaw' in name else expected[worst]
-    behaviour = behaviour_text(readings, correct, quantities[2:])
+    behaviour = behaviour_text(readings, correct, other_quantities)
     value_text = shortened_value(readings.text[worst])
     yield Mistake(
         f'{frame.clause}{series.name} {behaviour}; it should be {correct.name}: it was '
