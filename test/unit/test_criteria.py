@@ -250,7 +250,8 @@ CHANGES = [
     ('gamepad', {'left stick down': scene((0.1, 0.2, 0.0))}, 'drives'),
     ('gamepad', {'right stick left': scene((0.1, 0.0, 1.49))}, 'turns'),
     ('gamepad', {'right stick right': scene((0.1, 0.051, -2.0))}, 'turns'),
-    ('gamepad', {'right stick right': scene((0.1, 0.0, 0.0))}, 'turns lets_go'),
+    ('gamepad', {'right stick right': scene((0.1, 0.0, 0.0))}, 'turns'),     # the left stick still drives
+    ('gamepad', {'left stick half up, right stick half right': scene((0.1, 0.0, 0.0))}, 'drives turns lets_go'),
     # without a zero, the robot stops by its own timeout
     ('gamepad', {'sticks let go': [stopped(0.51), scene((0.05, 0.0, -1.0)), scene(), scene((0.6, 0.0, 0.0))]},
      'lets_go'),

@@ -53,6 +53,9 @@ WRONG = {
               'initial_global_yaw'),
     'control': ([('self.has_control = relinq_msg.data', 'self.has_control = not relinq_msg.data')],
                 r'after a True on ctrl_relinq has_control was False', 'has_control'),
+    'control of another name': (
+        [('self.has_control', 'self.allowed'), ('= relinq_msg.data', '= not relinq_msg.data')],
+        r'after a False on ctrl_relinq \d+ commands moved the robot, and after a True none', ''),
     'control not read': ([('not self.has_control or ', '')],
                          r'ctrl_relinq became False, and \d+ commands came later', ''),
     'no zero': ([('            self.cmd_pub.publish(Twist())\n', '            pass\n')],
@@ -98,6 +101,15 @@ def test_a_wrong_node_is_named_by_its_first_mistake(name):
     found = mistake_of(played(*changes))
     assert re.search(words, found.message), found
     assert found.variable == variable
+
+
+@pytest.mark.parametrize('law, words', [
+    ('self.goal_yaw - self.local_yaw', r'angular.z was 0.5 x \(goal_yaw in degrees - local_yaw\); by the handout'),
+    ('math.radians(self.goal_yaw) - self.local_yaw', '')])
+def test_a_goal_in_degrees_is_a_mistake_if_the_law_does_not_convert_it(law, words):
+    run = played(('self.goal_yaw = 0.0', 'self.goal_yaw = 90.0'), ('self.goal_yaw - self.local_yaw', law))
+    found = mistake_of(replace(run, goals=replace(run.goals, yaw=np.array([np.pi / 2.0]))))
+    assert bool(words) == bool(found) and re.search(words, found.message if found else '')
 
 
 OTHER_REFERENCES = ('self.initial_global_', 'self.first_'), ('self.initial_odom_yaw', 'self.first_theta')

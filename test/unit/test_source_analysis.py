@@ -32,6 +32,8 @@ MOVED = 'pass'
     # the course's own client knows the size of the screen as a pair, and sends zeros at its end
     ('0.0; w, h = pyautogui.size(); self.mouse_info.yPos = event.y / (h / 2) - 1', 'self.mouse_info.yPos = 0.0', -1),
     # the direction is unknown: a helper may count up, a function is unknown, two texts contradict each other
+    # an item of a list has no name of its own
+    ('self.y', 'buttons[0] = 1; self.y = 1 - y / 540', 1), ('1 - event.y / size[1]', 'size[1] = y', 1),
     ('self.pointer.y', MOVED, 0), ('np.interp(event.y, [0, 1080], [1, -1])', MOVED, 0),
     ('event.y / 540 - 1', 'self.mouse_info.yPosition = 1', -1),
     ('event.y - 2 * event.y', MOVED, 0), ('0', MOVED, 0),

@@ -12,7 +12,7 @@ from tb3_labs.handout import (
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
 from tb3_labs.watch.drive_states import (
     HANDOUT_GOAL, MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, PROBE_DELAY, StateInterval,
-    control_intervals, local_frames, node_poses, state_intervals)
+    control_intervals, local_frames, node_poses, radians_per_unit, state_intervals)
 from tb3_labs.watch.mistake import (
     SPEED_TOLERANCE, Mistake, NodeRun, find_slow_commands, is_constant)
 from tb3_labs.watch.variables import shortened_value
@@ -41,6 +41,7 @@ def find_wrong_control(node_run: NodeRun) -> Iterator[Mistake]:
     """Yields a Mistake for each message on ctrl_relinq that has_control does not follow."""
     series = node_run.variable('has_control')
     if series is None:
+        yield from find_inverted_control(node_run)
         return
     for begin, end, value in control_intervals(node_run):
         if not node_run.runs_at(begin):     # the node did not receive the message
@@ -52,6 +53,22 @@ def find_wrong_control(node_run: NodeRun) -> Iterator[Mistake]:
             delay = readings.time[-1] - begin
             yield Mistake(f'{delay:.1f} s after a {bool(value)} on ctrl_relinq {series.name} '
                           f'was {readings.text[-1]}', readings.time[0], series.name)
+
+
+def find_inverted_control(node_run: NodeRun) -> Iterator[Mistake]:
+    """Yields a Mistake if the node drives after a False on ctrl_relinq, and never after a True."""
+    commands = node_run.commands
+    moving = commands.take((commands.linear != 0.0) | (commands.angular != 0.0))
+    intervals = [(begin, moving.between(begin + MAX_PROBE_DELAY, end), value)
+                 for begin, end, value in control_intervals(node_run)
+                 if node_run.runs_at(begin) and end - begin > MAX_REACTION_TIME]
+    values = {value for _, _, value in intervals}
+    if len(values) < 2 or any(value and len(sent) for _, sent, value in intervals):
+        return
+    for begin, sent, _ in intervals:
+        if len(sent) >= MIN_LATE_COMMANDS:
+            yield Mistake(f'after a False on ctrl_relinq {len(sent)} commands moved the robot, and '
+                          'after a True none: the node uses the value the wrong way round', begin)
 
 
 def find_unreset_state(node_run: NodeRun) -> Iterator[Mistake]:
@@ -102,6 +119,10 @@ def heading_errors(node_run: NodeRun,
     if interval.state != ROTATE_TO_GOAL:
         targets.reverse()       # the correct target is first
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
+    goal_yaw = node_run.variable('goal_yaw')
+    if goal_yaw is not None and radians_per_unit(goal_yaw) < 1.0:
+        # a node that does not convert its goal_yaw takes the number of degrees for radians
+        targets.append(('goal_yaw in degrees', np.degrees(interval.pose.goal_yaw)))
     imu = node_run.recording.imu
     newest_indices = index_before(imu.arrival, interval.commands.arrival).clip(0)
     headings = [('local_yaw', interval.pose.yaw), ('the yaw of the IMU', imu.yaw[newest_indices]),

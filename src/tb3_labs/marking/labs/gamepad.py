@@ -62,8 +62,8 @@ def _judge_stick(observation, column, positive, negative, full_bounds, full_scen
 
 
 def _judge_stop_when_let_go(observation: Observation) -> Reason:
-    if not len(observation.enter_scene(stimuli.RIGHT_STICK_RIGHT).moving_commands):
-        raise NotObserved('the sticks did not move the robot at all')
+    if not len(observation.enter_scene(stimuli.BOTH_STICKS).moving_commands):
+        raise NotObserved('the sticks did not move the robot before they were let go')
     return judge_stop(observation, stimuli.STICKS_LET_GO, 'the sticks were let go')
 
 

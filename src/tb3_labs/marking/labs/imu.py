@@ -91,7 +91,8 @@ def _judge_survival(observation: Observation) -> Reason:
     for heading in printed_headings(scene.printed):
         if abs(heading - stimuli.VALID_HEADING_DEG) < HEADING_TOLERANCE_DEG:
             return ''
-    return 'after a quaternion of zeros the heading was not printed any more'
+    return ('after a quaternion of zeros, and a valid one, the heading '
+            f'{stimuli.VALID_HEADING_DEG:g} was not printed')
 
 
 CRITERIA = [

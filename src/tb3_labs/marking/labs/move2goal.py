@@ -9,8 +9,9 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import (
-    ANGLE_TOLERANCE, CTRL_RELINQ_TOPIC, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG,
-    MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE_SERVICE)
+    ANGLE_TOLERANCE, CTRL_RELINQ_TOPIC, DISTANCE_TOLERANCE, GAIN_TO_GOAL, GOAL_X, GOAL_Y,
+    GOAL_YAW_DEG, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED,
+    SET_POSE_SERVICE)
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
     EXTRAS, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS, Criterion, Reason,
@@ -25,8 +26,10 @@ from tb3_labs.watch.lab_mistakes import (
 from tb3_labs.watch.mistake import SheetStep
 
 LAST_COMMAND_TIME = 0.5     # A node may send commands until this time [s] after its arrival.
-#: After a reset in the middle of a drive, a correct node turns the robot by at least this angle.
-MIN_TURN_IN_DRIVE_DEG = 20.0
+#: After a reset in the middle of a drive, a correct node turns to the goal. By the handout's law it
+#: reaches this share of the goal's bearing. A quarter of this turn is enough.
+TURN_SHARE = 1.0 - math.exp(-GAIN_TO_GOAL * stimuli.TURN_TIME_IN_DRIVE)
+MIN_TURN_IN_DRIVE_DEG = round(0.25 * TURN_SHARE * abs(stimuli.GOAL_BEARING_DEG))
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
 #: After a stop command, the robot moves further by at most this distance [m] and this angle.
 COAST_DISTANCE, COAST_DEG = 0.02, 2.0

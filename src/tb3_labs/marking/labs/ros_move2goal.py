@@ -21,11 +21,13 @@ from tb3_labs.marking.trial.ros_student_node import SERVER
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.srv import ResetPoseRequest
+from tb3_labs.watch.lab_mistakes import LOCAL_POSE_SECTION
 
 ODOMETRY_RESET_TOPIC = 'reset'      # A message on this topic resets the robot's board.
 #: A robot has arrived if it rests, and if its node has sent no command to move for this time [s].
 ARRIVAL_IDLE_TIME = 1.5
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))     # of the part `declared`
+CONNECTION_TIME = 1.0       # A node that listens to ctrl_relinq connects within this time [s].
 OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 #: The names of the reset service in the handouts, the likeliest name first.
 RESET_NAMES = ('reset_pose', 'reset', SET_POSE_SERVICE, 'reset_local_pose', 'set_local_pose')
@@ -75,6 +77,15 @@ class ResetCaller:
         """Returns True if a request of the service has fields for a pose."""
         return (self._service_class is not None
                 and fill_pose(self._service_class._request_class(), Pose2()))
+
+    def remarks(self):
+        """Returns a list with a sentence on a type of std_srvs, which has no fields for a pose."""
+        type_name = '' if self._service_class is None else self._service_class._type
+        if not type_name.startswith('std_srvs/'):
+            return []
+        return [f'{self.name} has the type {type_name}, which takes no pose: neither gamepad.py '
+                'nor the call in the sheet can reset the frame. '
+                f'See {LOCAL_POSE_SECTION.at_step(1)}.']
 
     def call_service(self, pose=Pose2()):
         """Call the reset service with a Pose2 and record the call. Returns a text that says why the
@@ -127,6 +138,10 @@ class ControlGiver:
         self._control = rospy.Publisher(CTRL_RELINQ_TOPIC, Bool, queue_size=1, latch=True)
         self.take_away()    # a node may ignore a True before the first False
 
+    def wait_for_node(self):
+        """Wait until the node, if it listens, has received that it does not have control."""
+        wait_until(self._control.get_num_connections, CONNECTION_TIME)
+
     def give(self):
         self._control.publish(Bool(True))
 
@@ -172,10 +187,12 @@ def reset_to_origin(trial):
 
 def try_drive(trial):
     """Start the node without control. Then give control for a drive from the odometry's origin."""
-    control = ControlGiver(trial)
     start = trial.recorder.pose
     trial.node.start()
+    # nothing is published before: a False would stop a node that wrongly starts with control
     trial.observe(stimuli.WITHOUT_CONTROL, stimuli.OBSERVATION_TIME)
+    control = ControlGiver(trial)
+    control.wait_for_node()
     control.drive(stimuli.FIRST_DRIVE, start=start)
     trial.observe(stimuli.AT_GOAL, stimuli.OBSERVATION_TIME)
 
@@ -191,6 +208,7 @@ def try_reset(trial):
     caller = ResetCaller(trial)
     if not caller.name:
         trial.skip_part([stimuli.RESET_TO_ORIGIN, stimuli.SECOND_DRIVE], OFFERS_NO_RESET)
+    trial.add_remarks(caller.remarks())
     if _record_reset(trial, stimuli.RESET_TO_ORIGIN, caller):
         control.drive(stimuli.SECOND_DRIVE)
         _try_reset_in_drive(trial, control, caller)
@@ -214,8 +232,7 @@ def _try_reset_in_drive(trial, control, caller):
     middle of the drive, reset the frame again."""
     control.take_away()
     caller.call_service()
-    x, y, _ = stimuli.GOAL
-    trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
+    trial.robot.turn_to(trial.recorder.heading_deg + stimuli.GOAL_BEARING_DEG)
     begin = ros_time()
 
     def has_driven_forward():

@@ -5,7 +5,8 @@ mark.py repeats all trials after a change of this file.
 import math
 from typing import NamedTuple
 
-from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, LEFT_KEY, RIGHT_KEY, TURN_DEG
+from tb3_labs.handout import (
+    DRIVE_SPEED, GOAL_X, GOAL_Y, GOAL_YAW_DEG, LEFT_KEY, RIGHT_KEY, TURN_DEG)
 
 # -- several labs
 
@@ -112,8 +113,12 @@ TURN_BEFORE_RESET_DEG = 100.0   # The marker turns the robot so far before the s
 TURN_TIME_IN_DRIVE = 3.0        # The node turns to its new goal for this time [s] after a reset.
 GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))     # (x [m], y [m], heading [rad])
 DRIVE_REACTION_TIME = 4.0       # A node that gets control must drive within this time [s].
-MAX_DRIVE_TIME = 50.0           # [s]
-MAX_DRIVE_DISTANCE = 3.0        # [m] from the start of the drive
+GOAL_DISTANCE = math.hypot(GOAL_X, GOAL_Y)      # [m]
+#: By the handout's law, the two rotations together need at most 22 s. This is twice that time [s].
+MAX_DRIVE_TIME = math.ceil(44.0 + GOAL_DISTANCE / DRIVE_SPEED)
+MAX_DRIVE_DISTANCE = math.ceil(1.0 + 2.0 * GOAL_DISTANCE)       # [m] from the start of the drive
+#: The bearing [deg] of the goal after a reset to the origin.
+GOAL_BEARING_DEG = math.degrees(math.atan2(GOAL_Y, GOAL_X))
 
 # -- the Transformation lab, gamepad
 

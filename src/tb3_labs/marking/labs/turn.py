@@ -159,6 +159,9 @@ def _judge_inactive_mouse(observation: Observation) -> Reason:
 def _judge_mouse_after_turn(observation: Observation) -> Reason:
     if _has_driven_forward(observation, stimuli.MOUSE_AFTER_TURN):
         return ''
+    if len(observation.enter_scene(stimuli.MOUSE_AFTER_TURN).moving_commands):
+        return ('after a turn the mouse at the upper edge moved the robot, but not forward by '
+                f'{MIN_EDGE_SPEED:g} m/s')
     return 'after a turn the mouse did not move the robot any more'
 
 

@@ -141,7 +141,8 @@ def _slopes_of_variables(nodes: List[Any]) -> Slopes:
         for name, slope in _assigned_slopes(assignment, slopes):
             # the program may set a variable back to a constant, which does not change its slope
             has_slope = slopes.get(name, 0.0) != 0.0    # True also for NaN
-            if not (has_slope and slope == 0.0):
+            is_known_by_name = name != ''       # not so for an item of a list, buttons[0] = 1
+            if is_known_by_name and not (has_slope and slope == 0.0):
                 slopes[name] = slope
     return slopes
 
