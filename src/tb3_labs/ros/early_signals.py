@@ -2,8 +2,9 @@
 
 Python itself would raise KeyboardInterrupt in the middle of an import. If nothing catches the
 exception, Python prints a traceback. If a library catches the exception, the node ignores Ctrl+C,
-and roslaunch waits 15 s. After the imports, :mod:`tb3_labs.ros.node` catches the signals. If a
-Python package is missing, this module ends the program, or the build, with one line.
+and roslaunch waits 15 s for its end. After the imports, :mod:`tb3_labs.ros.node` catches the
+signals. If a Python package is missing, this module prints one line and ends the program. The build
+imports this module, too, and fails with the same line.
 """
 import signal
 import sys
@@ -12,7 +13,7 @@ import sys
 if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:
-    import numpy, squaternion    # noqa: E401, F401 (the other files of this package need them)
+    import numpy, squaternion    # noqa: E401, F401 (other files of tb3_labs need them)
 except ImportError as error:    # rosdep was not run
     raise SystemExit(
         'tb3_labs: {} has no package {}. On Noetic, in the workspace: rosdep install --from-paths '

@@ -2,8 +2,8 @@
 
 roslaunch ignores an argument that the launch file does not know. So each launch file of this
 package begins with a parameter, whose value is the output of ``python3 PATH/run.py launch
-FILE.launch``. If an argument is unknown or missing, ``run.py`` prints one line and fails, and
-roslaunch does not start a node. Any Python can run this module.
+FILE.launch``. If an argument is unknown or missing, ``run.py`` prints one line and fails. Then
+roslaunch starts no node. This module imports only Python's own modules, so any Python can run it.
 """
 import difflib
 import os
@@ -13,16 +13,20 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 PACKAGE = 'tb3_labs'
-#: The doc of an argument that is a group of parameters contains an example, such as {slip: 0.1}.
+#: Some arguments contain a group of parameters. The doc of such an argument shows an example, such
+#: as {slip: 0.1}.
 GROUP_EXAMPLE_PATTERN = re.compile(r'.*({.*})')
-#: Matches a group of parameters. With {slip:0.1} or {slip: 0,5} roslaunch would crash.
+#: Matches a correct group of parameters. A wrong group, such as {slip:0.1} or {slip: 0,5}, would
+#: crash roslaunch.
 GROUP_PATTERN = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
-#: If an argument chooses a file, its doc contains a pattern, such as params/pad_*.yaml.
+#: Some arguments choose a file. The doc of such an argument shows the path of the files with a * in
+#: place of the argument's value, such as params/pad_*.yaml.
 FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
 def _words_of(process):
-    """Returns the words after `roslaunch` on a process's command line, or []."""
+    """Returns the words after `roslaunch` on the command line of a process, whose id is `process`.
+    Returns [] for a process that is not a roslaunch."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     names = [os.path.basename(word) for word in argv[:2]]    # the first word may be python3
     if 'roslaunch' not in names:
@@ -34,21 +38,18 @@ def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
     all arguments are correct, or if another launch file includes `path`. `argv` is the list of
     words after `roslaunch`."""
-    previous_words = ['', *argv]
-    if not any(_names_launch_file(path, *words) for words in zip(previous_words, argv)):
+    if not _starts_launch_file(argv, path):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
-    # roslaunch itself uses a word such as __name:=value
+    # a word such as __name:=value is for roslaunch itself
     given_values = dict(word.split(':=', 1) for word in argv if re.match(r'(?!__)\w+:=', word))
+
     for name, value in given_values.items():
-        if name not in arguments:
-            similar_names = difflib.get_close_matches(name, arguments, 1)
-            remedy = f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
-            if similar_names:
-                remedy = f'is {similar_names[0]}:= meant?'
-            return f'{name}:={value}: {path.name} has no argument {name}; {remedy}'
-        problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
+        if name in arguments:
+            problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
+        else:
+            problem = _problem_of_unknown(name, arguments, path)
         if problem:
             return f'{name}:={value}: {problem}'
     for name, item in arguments.items():
@@ -57,15 +58,26 @@ def problem_of(argv, path):
     return ''
 
 
-def _names_launch_file(path, word_before, word):
-    if word == path.name and word_before == PACKAGE:
+def _starts_launch_file(argv, path):
+    """Returns True if a word of `argv` is the path of the launch file, or if the name of the file
+    follows the name of the package."""
+    if (PACKAGE, path.name) in zip(argv, argv[1:]):
         return True
-    return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
+    return any(word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
+               for word in argv)
+
+
+def _problem_of_unknown(name, arguments, path):
+    remedy = f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
+    similar_names = difflib.get_close_matches(name, arguments, 1)
+    if similar_names:
+        remedy = f'is {similar_names[0]}:= meant?'
+    return f'{path.name} has no argument {name}; {remedy}'
 
 
 def _problem_of_value(name, value, doc, folder):
-    """Returns a sentence that corrects a wrong value; '' if the value is valid. The argument's text
-    `doc` shows which values are valid. The launch files are in `folder`."""
+    """Returns a sentence that corrects a wrong value; '' if the value is valid. The text `doc` of
+    the argument shows which values are valid. `folder` contains the launch file."""
     example = GROUP_EXAMPLE_PATTERN.match(doc)
     if example and not GROUP_PATTERN.fullmatch(value):
         return ('parameters are given in braces, with a blank after each colon, and a point in '

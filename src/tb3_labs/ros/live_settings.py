@@ -1,9 +1,10 @@
 """Lets a user change settings of a running node, by dynparam or in rqt_reconfigure.
 
 LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12). That server
-silently clips an invalid value to the nearest bound, before a callback can refuse it. It
-also writes each change to the parameter server, so a simulated fault is present after the next
-start. Its import calls rosdep, which may print a line. Test: test/ros/live_test.py.
+silently clips an invalid value to the nearest bound, so no callback can refuse the value. The
+server also writes each change to the parameter server. A node that starts again would read the
+change there, for example a simulated fault. The import of the server calls rosdep, which may print
+a line. Test: test/ros/live_test.py.
 """
 import threading
 from dataclasses import asdict, fields, replace
@@ -24,9 +25,9 @@ _GROUP = 'Default'    # the name of the group that contains all settings
 
 
 class LiveSettings:
-    """Offers the fields of `config`, except the fields whose names are in `fixed`. Each offered
-    field is a float or a bool. A thread of rospy calls `apply_config` with each new Config. If
-    `apply_config` raises ValueError, the change is refused."""
+    """Offers the fields of `config` to the user, except the fields whose names are in `fixed`. Each
+    offered field is a float or a bool. A thread of rospy calls `apply_config` with each new Config.
+    If `apply_config` raises ValueError, the user's change is refused."""
 
     def __init__(self, config, apply_config, fixed=()):
         self._current = config
@@ -48,23 +49,28 @@ class LiveSettings:
         return message
 
     def _change(self, values):
-        """Apply {name: value}. Raises ServiceException with the reason if the change is refused."""
+        """Change the settings to `values`, a {name: value}. If the change is refused, raises
+        ServiceException with the reason."""
         try:
-            names = [item.name for item in self._offered_fields]
-            unknown = sorted(set(values) - set(names))
-            if unknown:
-                raise ValueError(f'{unknown[0]} cannot be changed while the node runs; '
-                                 + spelling_hint(unknown[0], names))
+            self._refuse_unknown(values)
             changed = replace(self._current, **values)
             if changed != self._current:
                 self._apply_config(changed)
         except ValueError as error:
             rospy.logwarn('not changed: %s', error)
             raise rospy.ServiceException(str(error)) from None
+
         for name, value in asdict(changed).items():
             if value != getattr(self._current, name):
                 rospy.loginfo('%s is now %s', name, value)
         self._current = changed
+
+    def _refuse_unknown(self, names):
+        offered_names = [item.name for item in self._offered_fields]
+        unknown_names = sorted(set(names) - set(offered_names))
+        if unknown_names:
+            raise ValueError(f'{unknown_names[0]} cannot be changed while the node runs; '
+                             + spelling_hint(unknown_names[0], offered_names))
 
     def _message(self):
         values = {item.name: getattr(self._current, item.name) for item in self._offered_fields}
@@ -73,13 +79,14 @@ class LiveSettings:
 
 def encode(values, groups=()):
     """Returns the dynamic_reconfigure/Config of {name: value}."""
-    def all_of(value_type, message):
-        return [message(name, value) for name, value in values.items()
+    def values_of_type(value_type, message_type):
+        return [message_type(name, value) for name, value in values.items()
                 if type(value) is value_type]
 
-    return Values(bools=all_of(bool, BoolParameter), ints=all_of(int, IntParameter),
-                  strs=all_of(str, StrParameter), doubles=all_of(float, DoubleParameter),
-                  groups=list(groups))
+    return Values(
+        bools=values_of_type(bool, BoolParameter), ints=values_of_type(int, IntParameter),
+        strs=values_of_type(str, StrParameter), doubles=values_of_type(float, DoubleParameter),
+        groups=list(groups))
 
 
 def decode(message):

@@ -1,7 +1,8 @@
 """Finds the velocity that a mouse asks for, and whether the mouse is active or lost.
 
-Positions of the mouse are from -1 to 1, x to the right, y up. Speeds are in m/s and rad/s, left
-positive. The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Source: the mouse lab.
+Positions of the mouse are from -1 to 1; x points to the right, y up. Speeds are in m/s and rad/s; a
+turn to the left is positive. The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`).
+Source: the mouse lab.
 """
 import math
 from collections import defaultdict
@@ -31,13 +32,13 @@ def to_mouse(message) -> MouseState:
 
 
 class Mouse:
-    """Finds whether one mouse is active or lost."""
+    """Finds whether one mouse is active or lost. An active mouse repeats its messages."""
 
     def __init__(self) -> None:
         self.freshness = Freshness('mouse', INPUT_TIMEOUT)
-        self.is_reported_active = False    # an active mouse repeats its messages
+        self.is_reported_active = False       # by the last message
         self.is_lost = True
-        self._silence_ended_at = -math.inf    # end [s] of the last silence
+        self._silence_ended_at = -math.inf    # end [s] of the last silence or delay
         self._lateness = Lateness()
 
     @property
@@ -45,6 +46,8 @@ class Mouse:
         return self.is_reported_active and not self.is_lost
 
     def on_message(self, message: 'IncomingMessage[MouseState]', asks_for_stop: bool) -> None:
+        """Use a message of this mouse. `asks_for_stop` is True if the mouse is inactive, or in the
+        middle of the screen."""
         is_active = message.content.is_active
         now = message.arrived_at
         was_active = self.is_reported_active
@@ -52,12 +55,15 @@ class Mouse:
             was_active = is_active    # the state before the first message is unknown
         elif not was_active and self._is_steady(now):
             self.is_lost = False
-        if self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT:
+
+        is_late = self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT
+        # an inactive mouse may be silent
+        was_silent = was_active and not self.freshness.is_fresh(now)
+        if is_late or was_silent:
             self._silence_ended_at = now
-            if is_active:
-                self.is_lost = True
-        elif was_active and not self.freshness.is_fresh(now):    # an inactive mouse may be silent
-            self._silence_ended_at = now
+        if is_late and is_active:
+            self.is_lost = True
+
         if message.novelty is not Novelty.SAME_STAMP:
             self.freshness.on_message(now)
         self.is_reported_active = is_active
@@ -65,6 +71,7 @@ class Mouse:
             self.is_lost = False
 
     def _is_steady(self, now: float) -> bool:
+        """Returns True if messages have arrived without a silence or a delay for long enough."""
         return now - self._silence_ended_at >= MAX_TRANSIT_TIME
 
     def lose(self, now: float) -> None:
@@ -76,11 +83,12 @@ class Mice:
     """Finds whether a mouse is active, and the velocity that it asks for.
 
     A mouse is treated as lost at the start, after a sleep of this process, and if it is active but
-    silent. A lost mouse stays inactive until it is deactivated, or moved to the middle of the
-    screen. A message that is delayed, or follows a silence, does not activate a mouse.
+    silent. A lost mouse stays inactive until the user deactivates it, or moves it to the middle of
+    the screen. A message that is delayed, or that follows a silence, does not activate a mouse.
 
     Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
-    lost or deactivated, the others are lost, since a user may have forgotten an active mouse.
+    lost or deactivated, all other mice are treated as lost, too. A user may have forgotten that one
+    of them is still active.
     """
 
     def __init__(self, log: LogQueue) -> None:
@@ -93,7 +101,7 @@ class Mice:
 
     @property
     def is_active(self) -> bool:
-        """At least one mouse is active and not lost."""
+        """Returns True if at least one mouse is active and not lost."""
         return any(mouse.is_active for mouse in self._mice.values())
 
     def on_message(self, message: 'IncomingMessage[MouseState]') -> str:
@@ -106,10 +114,13 @@ class Mice:
                 self._log.add('The mouse is active: it drives outside the middle of the screen; '
                               'scroll up to stop')
             return ''
+
         if not message.content.is_active:
             self._loss_is_logged = False
             must_stop = was_active or is_deactivated
             return 'the mouse was deactivated' if must_stop else ''
+
+        # the message reports an active mouse, but the mouse is treated as lost
         if was_active:
             self._loss_is_logged = True
             return 'messages of the mouse are late: ' + REMEDY_OF_LOST_MOUSE
@@ -121,23 +132,23 @@ class Mice:
     def _update(self, message: 'IncomingMessage[MouseState]') -> bool:
         """Update the mouse that sent the message. Returns True if the message deactivates it."""
         is_active, x, y = message.content
-        mouse = self._mice[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
-        asks_for_stop = not is_active or twist == Twist2()
+        mouse = self._mice[message.sender]
         was_active = mouse.is_active
         is_deactivated = mouse.is_reported_active and not is_active
+
         self.freshness.on_message(message.arrived_at)
-        mouse.on_message(message, asks_for_stop)
-        was_lost = was_active and not mouse.is_active
-        if is_deactivated or was_lost:
-            self.lose(message.arrived_at, current_mouse=mouse)
+        mouse.on_message(message, asks_for_stop=not is_active or twist == Twist2())
         if mouse.is_active:
             self.twist = twist
+        is_newly_lost = was_active and not mouse.is_active
+        if is_deactivated or is_newly_lost:
+            self.lose(message.arrived_at, current_mouse=mouse)
         return is_deactivated
 
     def lose_if_silent(self, now: float, has_slept: bool = False) -> str:
-        """Treat all mice as lost if an active mouse is silent, or if this process `has_slept`.
-        Returns a text about the silence of an active mouse; '' if no active mouse is silent."""
+        """Treat all mice as lost if an active mouse is silent, or if this process has just slept.
+        Returns a text about the silent active mouse; '' if no active mouse is silent."""
         silent_mice = [mouse for mouse in self._mice.values()
                        if mouse.is_active and not mouse.freshness.is_fresh(now)]
         if has_slept or silent_mice:

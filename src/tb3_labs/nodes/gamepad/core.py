@@ -2,8 +2,8 @@
 
 No press of a button is lost, even if several messages arrive together. Button B always sends False,
 even if the pad drives already. Old presses of A and Y are refused. A silent pad is treated as lost
-if a stick is pushed, or if move_to_goal drives by the pad's permission. Without the autorepeat_rate
-of joy_node, a motionless stick looks like a lost pad.
+if a stick is pushed, or if move_to_goal drives by the pad's permission. If joy_node has no
+autorepeat_rate, it is silent while a pushed stick does not move. Then the pad looks lost.
 
 The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Speeds are in m/s and rad/s.
 """
@@ -30,7 +30,7 @@ class PadOutput(Output):
     holder: ControlHolder = ControlHolder.NOBODY
     control_messages: Sequence[bool] = ()    # to publish on `ctrl_relinq`, in order
     renewal_is_due: bool = False             # publish a True that renews the permission
-    is_reset_requested: bool = False         # the reset button was pressed
+    is_reset_requested: bool = False         # the reset button was pressed, so call the reset
 
 
 class GamepadCore:
@@ -46,8 +46,8 @@ class GamepadCore:
         self._zero_until = 0.0    # the pad's command is zero until this time [s]
         self._command_is_due = False
         self._is_reset_requested = False    # Y was pressed after the last tick
-        # Time [s] at which a warning about a pushed stick is due; None if no stick is pushed, and
-        # infinite if the warning was logged.
+        # Time [s] at which a warning about a pushed stick is due. The time is None if no stick is
+        # pushed, and infinite if the warning was logged already.
         self._stick_warning_at: Optional[float] = None
         self._log = LogQueue()
 
@@ -59,25 +59,32 @@ class GamepadCore:
         self._update_sleep(now)
         joy_node_hangs = joy.novelty is Novelty.SAME_STAMP
         self.pad.on_message(state, now, joy.sent_at, joy_node_hangs=joy_node_hangs)
-        presses = self.pad.presses
-        sent_at = now - self.pad.lateness
         self._command_is_due = True
+        self._obey_control_buttons(state, now)
+        self._obey_sticks(state, now)
+        if self.pad.presses.reset and self._accept_press('Y', MAX_RESET_AGE, now):
+            self._is_reset_requested = True
+
+    def _obey_control_buttons(self, state: PadState, now: float) -> None:
+        presses = self.pad.presses
         if presses.regain:
-            self.messages.stop(sent_at)
+            self.messages.stop(now - self.pad.lateness)
             self._change_holder(ControlEvent.REGAIN, now)
         elif presses.relinquish and not state.regain:
             if self._accept_press('A', RESUME_TIME, now) and not self.messages.must_renew:
                 self.messages.grant(now, self.pad.lateness)
                 self._change_holder(ControlEvent.RELINQUISH, now)
-        is_ready = presses.hold if self._config.has_hold else state.is_at_rest
+
+    def _obey_sticks(self, state: PadState, now: float) -> None:
+        """Let the pad drive if it is ready. End its drive after a silence of the pad, or if the
+        stick was pushed before a stop."""
+        is_ready = self.pad.presses.hold if self._config.has_hold else state.is_at_rest
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._change_holder(ControlEvent.LOST, now)    # before this message, the pad was silent
-        elif self._is_driving and sent_at < self.messages.stopped_at:
+        elif self._is_driving and now - self.pad.lateness < self.messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
-        if presses.reset and self._accept_press('Y', MAX_RESET_AGE, now):
-            self._is_reset_requested = True
 
     def on_has_control(self, has_control: 'IncomingMessage[bool]') -> None:
         """move_to_goal reports whether it has control."""
@@ -89,12 +96,13 @@ class GamepadCore:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'IncomingMessage[bool]') -> None:
-        """Another node gives or takes control. A False stops a robot that this pad drives."""
+        """Another node gives or takes control. A False takes control, and stops a robot that this
+        pad drives."""
         if not message.content:
             self._on_control_taken(message.arrived_at)
 
     def on_leave(self, now: float) -> None:
-        """Take back the control that this pad gave."""
+        """This node ends. Take back the control that the pad gave to move_to_goal."""
         if self.messages.must_renew:
             self._on_control_taken(now)
 
@@ -136,10 +144,13 @@ class GamepadCore:
             self._stick_warning_at = now + STICK_WARNING_TIME
         elif now > self._stick_warning_at:
             self._stick_warning_at = math.inf
-            axis = self._config.angular_axis if state.left else self._config.linear_axis
-            self._log.warn(f'No stick drives: axis {axis} is at {state.axes[axis]:.2f}, beyond '
-                           f'dead_zone {self._config.dead_zone:g}. Let go of it; if it rests '
-                           'there, set a larger dead_zone')
+            self._warn_of_pushed_stick(state)
+
+    def _warn_of_pushed_stick(self, state: PadState) -> None:
+        axis = self._config.angular_axis if state.left else self._config.linear_axis
+        self._log.warn(f'No stick drives: axis {axis} is at {state.axes[axis]:.2f}, beyond '
+                       f'dead_zone {self._config.dead_zone:g}. Let go of it; if it rests '
+                       'there, set a larger dead_zone')
 
     def _next_command(self, now: float) -> Twist2:
         self._command_is_due = False
@@ -164,7 +175,8 @@ class GamepadCore:
         return self._is_driving or self.messages.must_renew
 
     def _update_sleep(self, now: float) -> None:
-        """After a sleep the pad must become ready again. A long sleep also ends its permission."""
+        """After a sleep of this process, the pad may drive only when it has become ready again. A
+        long sleep also ends the permission that the pad gave to move_to_goal."""
         self._sleep.update(now)
         if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
             self._log.warn(f'{self._sleep.as_text()}: press A to let move_to_goal drive again')
@@ -176,7 +188,8 @@ class GamepadCore:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _accept_press(self, button: str, max_lateness: float, now: float) -> bool:
-        """Returns True if a press counts, else logs the reason. `max_lateness` is in [s]."""
+        """Returns True if the press of `button` counts. Otherwise, logs the reason and returns
+        False. A press that is later than `max_lateness` [s] does not count."""
         lateness = self.pad.lateness
         if self._sleep.reason_to_refuse:
             reason = self._sleep.reason_to_refuse
@@ -192,6 +205,7 @@ class GamepadCore:
     # -- who holds the robot
 
     def _change_holder(self, event: ControlEvent, now: float) -> None:
+        """Change the holder of the control after `event`, if NEXT_HOLDER says so."""
         previous_holder = self.holder
         if (previous_holder, event) not in NEXT_HOLDER:
             return
@@ -201,6 +215,7 @@ class GamepadCore:
             self._zero_until = now + HAND_BACK_TIME
             if self.messages.must_renew:    # another node took control
                 self.messages.stop(now)
+
         if event is ControlEvent.TAKEN:
             self._log.add('Control was taken from move_to_goal: press A to give it again')
         elif event is ControlEvent.STOPPED:
@@ -216,9 +231,17 @@ class GamepadCore:
         return action + ' to drive again'
 
     def _stop_if_lost(self, now: float) -> None:
+        """Stop the robot if the pad drives, or has given permission, and is silent."""
         is_lost = self._needs_pad and not self.pad.freshness.is_fresh(now)
         if not is_lost:
             return
+        self._warn_of_lost_pad(now)
+        self.pad.state = None      # the last state is not valid any more
+        self._command_is_due = True
+        self.messages.stop(now)
+        self._change_holder(ControlEvent.LOST, now)
+
+    def _warn_of_lost_pad(self, now: float) -> None:
         advice = ''
         if self.pad.joy_node_hangs:
             advice = '. joy_node repeats one message: start it again'
@@ -227,7 +250,3 @@ class GamepadCore:
                       'gamepad.launch does')
         silence = self.pad.freshness.silence_text(now).capitalize()
         self._log.warn(f'{silence}: robot stopped; {self._remedy}{advice}')
-        self.pad.state = None      # the last state is not valid any more
-        self._command_is_due = True
-        self.messages.stop(now)
-        self._change_holder(ControlEvent.LOST, now)
