@@ -93,8 +93,7 @@ def file_of(package, executable):
 
 
 class Check(unittest.TestCase):
-    """A test whose result is known already. A failed Check prints the sentence `failure`, and no
-    stack trace."""
+    """A test whose result is known already. Its `failure` is a sentence, or '' if it passes."""
 
     def __init__(self, name, failure=''):
         super().__init__()

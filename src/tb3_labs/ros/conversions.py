@@ -1,5 +1,4 @@
-"""Converts messages to the types of the cores, and back. A message with NaN, infinity or an invalid
-quaternion raises ``ValueError``."""
+"""Converts messages to the types of the cores, and back. Invalid messages raise ``ValueError``."""
 import math
 
 import rospy
@@ -31,8 +30,7 @@ def yaw_of(orientation):
 
 
 def to_quaternion(yaw, *tilt):
-    """Returns the geometry_msgs/Quaternion of a heading [rad]. `tilt` is roll and pitch [rad], or
-    nothing on a level floor."""
+    """Returns the geometry_msgs/Quaternion of a heading [rad]. `tilt` can be roll and pitch."""
     w, x, y, z = quaternion_from_yaw(yaw, *tilt)
     return Quaternion(x=x, y=y, z=z, w=w)
 

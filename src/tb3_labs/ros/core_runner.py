@@ -30,9 +30,8 @@ DIAGNOSTICS_PERIOD = 1.0    # [s, wall clock]
 
 class CoreRunner:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock. The CoreRunner also holds the lock while
-    it sends a command. So no thread can send an older command after a stop. A separate thread
-    carries out the rest of an Output without the lock, because a blocked terminal or actionlib must
-    not delay a stop."""
+    it sends a command. So no thread can send an older command after a stop. A blocked terminal or
+    actionlib must not delay a stop. So a separate thread carries out the rest of an Output."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the core's next Output. ``publish(output)`` is called under the lock,
@@ -49,9 +48,8 @@ class CoreRunner:
 
     def call_and_decide(self, method, *arguments):
         """Give a message to the core by ``method(*arguments)``, let the core decide, and return its
-        Output. If the core needs the current time, `method` must read the clock, because this
-        method waits for the lock first. A time that was read before the lock was taken could be
-        older than the core's last decision."""
+        Output. `method` itself must read the clock. A time that was read before the lock was taken
+        could be older than the core's last decision."""
         with self._lock:
             method(*arguments)
             output = self._tick_and_send()
@@ -138,7 +136,6 @@ class Watchdog:
                 time.sleep(max(CHECK_PERIOD, remaining_quiet_time))
 
     def _check_clock(self):
-        """If time is simulated, call `on_clock()`."""
         if is_wall_time():
             return
         now = rospy.get_time()

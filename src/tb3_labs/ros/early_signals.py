@@ -2,9 +2,8 @@
 
 Python itself would raise KeyboardInterrupt in the middle of an import. If nothing catches the
 exception, Python prints a traceback. If a library catches the exception, the node ignores Ctrl+C,
-and roslaunch waits 15 s for its end. After the imports, :mod:`tb3_labs.ros.node` catches the
-signals. If a Python package is missing, this module prints one line and ends the program. The build
-imports this module, too, and fails with the same line.
+and roslaunch waits 15 s. After the imports, :mod:`tb3_labs.ros.node` catches the signals. If a
+Python package is missing, this module ends the program, or the build, with one line.
 """
 import signal
 import sys

@@ -13,14 +13,11 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 PACKAGE = 'tb3_labs'
-#: Some arguments contain a group of parameters. The doc of such an argument shows an example, such
-#: as {slip: 0.1}.
+#: The doc of an argument that contains a group of parameters shows an example, as {slip: 0.1}.
 GROUP_EXAMPLE_PATTERN = re.compile(r'.*({.*})')
-#: Matches a correct group of parameters. A wrong group, such as {slip:0.1} or {slip: 0,5}, would
-#: crash roslaunch.
+#: Matches a correct group of parameters. {slip:0.1} and {slip: 0,5} would crash roslaunch.
 GROUP_PATTERN = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
-#: Some arguments choose a file. The doc of such an argument shows the path of the files with a * in
-#: place of the argument's value, such as params/pad_*.yaml.
+#: The doc of an argument that chooses a file shows the pattern of the files, as params/pad_*.yaml.
 FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
@@ -59,8 +56,7 @@ def problem_of(argv, path):
 
 
 def _starts_launch_file(argv, path):
-    """Returns True if a word of `argv` is the path of the launch file, or if the name of the file
-    follows the name of the package."""
+    """Returns True if `argv` contains the path of the launch file, or the package and its name."""
     if (PACKAGE, path.name) in zip(argv, argv[1:]):
         return True
     return any(word.endswith(path.name) and os.path.exists(word) and path.samefile(word)

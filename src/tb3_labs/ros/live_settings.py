@@ -2,9 +2,9 @@
 
 LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12). That server
 silently clips an invalid value to the nearest bound, so no callback can refuse the value. The
-server also writes each change to the parameter server. A node that starts again would read the
-change there, for example a simulated fault. The import of the server calls rosdep, which may print
-a line. Test: test/ros/live_test.py.
+server also writes each change to the parameter server, so a simulated fault would be present after
+the next start. The import of the server calls rosdep, which may print a line. Test:
+test/ros/live_test.py.
 """
 import threading
 from dataclasses import asdict, fields, replace
@@ -49,8 +49,7 @@ class LiveSettings:
         return message
 
     def _change(self, values):
-        """Change the settings to `values`, a {name: value}. If the change is refused, raises
-        ServiceException with the reason."""
+        """Apply {name: value}. Raises ServiceException with the reason if the change is refused."""
         try:
             self._refuse_unknown(values)
             changed = replace(self._current, **values)

@@ -36,8 +36,7 @@ END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 
 _failures = []
 _received_signals = []
-#: While the shutdown hooks run, this event is set, but rospy.is_shutdown() is still false.
-_shutdown_has_begun = threading.Event()
+_shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until the hooks have run
 
 
 def run_node(name, start_node, interface):
@@ -71,8 +70,7 @@ def run_node(name, start_node, interface):
     exit_process()
 
 
-def _wait_for_master():
-    """rospy itself would not wait for the master if a user typed a parameter."""
+def _wait_for_master():    # rospy itself would not wait if a user typed a parameter
     if rosgraph.is_master_online():
         return
     print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
@@ -91,25 +89,20 @@ def exit_process(status=0):
 
 
 def guarded(callback):
-    """Returns a function that calls `callback`. If `callback` raises an exception, the node logs
-    one fatal line and ends."""
+    """Returns a function that calls `callback`. An exception ends the node with one fatal line."""
     def call(*args, **kwargs):
         try:
             return callback(*args, **kwargs)
         except rospy.ServiceException:
             raise    # rospy sends the reason to the client
         except Exception as error:    # after any exception the robot must not drive on
+            *_, raised_in = traceback.extract_tb(error.__traceback__)
+            place = f'{os.path.basename(raised_in.filename)} line {raised_in.lineno}'
             rospy.logdebug('%s', traceback.format_exc())
             # while the node ends, a publisher that is closed already may raise an exception
             if not (_shutdown_has_begun.is_set() or rospy.is_shutdown()):
-                begin_shutdown(f'{type(error).__name__}: {error} ({_place_of(error)})')
+                begin_shutdown(f'{type(error).__name__}: {error} ({place})')
     return call
-
-
-def _place_of(error):
-    """Returns the file and the line that raised `error`."""
-    *_, raised_in = traceback.extract_tb(error.__traceback__)
-    return f'{os.path.basename(raised_in.filename)} line {raised_in.lineno}'
 
 
 def begin_shutdown(failure=''):
@@ -128,8 +121,7 @@ def _shut_down(failure):
 
 
 def _log_failure(failure=''):
-    """Log `failure`. This hook is the last one, since a blocked terminal must not delay the zero
-    command."""
+    """Log the failure last, since a blocked terminal must not delay the zero command."""
     if failure:
         rospy.logfatal('%s', failure)
     time.sleep(FLUSH_TIME)

@@ -34,8 +34,7 @@ def read_config(*config_types, other_node=None, typed_values=()):
 
 
 def _refuse_wrong_words(known_names):
-    """Raises ``ValueError`` if a user typed a parameter without the _ before its name, or a word
-    without `:=`. rospy would take the first for a new name of a topic, and ignore the second."""
+    """Refuse a typed parameter without the _ before its name, and a word without `:=`."""
     for word in sys.argv[1:]:
         name, separator, _ = word.partition(':=')
         if name in known_names or not separator:
@@ -45,8 +44,7 @@ def _refuse_wrong_words(known_names):
 
 
 def read_model():
-    """Returns the RobotModel that the parameter ``~model`` names. Without this parameter, the
-    environment variable TURTLEBOT3_MODEL names the model."""
+    """Returns the RobotModel of the parameter ``~model``, else of the variable TURTLEBOT3_MODEL."""
     name = rospy.get_param('~model', NOT_GIVEN)
     if name == NOT_GIVEN:
         return model_of_environment(os.environ)

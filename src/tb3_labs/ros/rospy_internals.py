@@ -24,18 +24,16 @@ def connection_of(message):
 
 
 def sender_of(message):
-    """Returns the name of a message's sender without unprintable letters. Returns '' if the sender
-    is unknown."""
+    """Returns the printable letters of the name of a message's sender; '' if it is unknown."""
     name = connection_of(message).get('callerid', '')
     return ''.join(filter(str.isprintable, name))[:100]
 
 
 def record_connections():
     """Add 'connected_at' [s, steady_time] and the sender's address 'process' to the header of each
-    later connection. Call this function before a node subscribes. Without these two fields, a node
-    that starts again would take a repeated True for a new permission, and drive the robot.
-    Internals: `_validate_header` and `endpoint_id` of TCPROSTransport; test:
-    test/ros/start_order.test."""
+    later connection. Call this function before a node subscribes. Without these fields, a node
+    that starts again would obey a repeated True, and drive the robot. Internals: `_validate_header`
+    and `endpoint_id` of TCPROSTransport; test: test/ros/start_order.test."""
     validate = TCPROSTransport._validate_header
 
     def validate_and_record(self, header):
@@ -103,9 +101,8 @@ def join_publisher_lists(manager=None):
     """From now on connect to all publishers in the lists that the master sends. If a publisher
     registers just after a subscriber, the master sends two lists. rospy itself would use only the
     list that arrives last, even if this list is the older one. So this function joins all waiting
-    lists. A publisher that is in the older list may have ended, but then it only refuses the
-    connection. Internals: `updates`, `publisher_update` of RegManager; test:
-    test/unit/test_node.py."""
+    lists. A publisher that has ended only refuses the connection. Internals: `updates`,
+    `publisher_update` of RegManager; test: test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
     update = manager.publisher_update
@@ -163,7 +160,6 @@ class _Writer:
                 threading.Thread(target=self._write_rest, args=(rest,), daemon=True).start()
 
     def _write_rest(self, data):
-        """Wait until `data`, and all messages that wait meanwhile, are written."""
         while data:
             try:
                 self._connection.socket.sendall(data)
@@ -177,10 +173,8 @@ class _Writer:
 
 
 def publish_together(publisher, messages):
-    """Publish `messages` in one write, so that they arrive together. From messages that arrive
-    together, a subscriber with queue_size=1 reads only the last message. Without this function, the
-    subscriber would also read earlier ones. Internals: `buff`, `seq`; test:
-    test/ros/fake_robot.test."""
+    """Publish `messages` in one write, so that they arrive together. A subscriber with queue_size=1
+    reads only the last message. Internals: `buff`, `seq`; test: test/ros/fake_robot.test."""
     *first_messages, last = messages
     topic = publisher.impl
     topic.buff.seek(0)

@@ -27,8 +27,7 @@ REMINDER_PERIOD = 10.0        # [s, wall clock]
 
 
 class WarningThrottle:
-    """Logs at most one warning in WARNING_PERIOD. The throttle of rospy uses ROS time, so it would
-    log nothing more while a simulated clock stands still."""
+    """Logs at most one warning in WARNING_PERIOD. The throttle of rospy would use ROS time."""
 
     def __init__(self):
         self._warned_at = -WARNING_PERIOD
@@ -84,8 +83,7 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
 
 
 def novelty_reader(topic):
-    """Returns a function that returns the events.Novelty of a message. Call this function with each
-    message of `topic`."""
+    """Returns a function to call with each message, which returns the message's events.Novelty."""
     finder = NoveltyFinder(publishers_of(rospy.resolve_name(topic)), steady_time())
 
     def novelty_of(message):
@@ -116,7 +114,6 @@ def require_master():
 
 
 def publishers_of(topic):
-    """Returns the names of the nodes that publish `topic`, according to the master."""
     published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
     return set(dict(published).get(topic, []))
 

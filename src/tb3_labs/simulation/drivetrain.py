@@ -46,8 +46,7 @@ class Drivetrain:
         self._update_turn_rates()
 
     def _update_turn_rates(self) -> None:
-        """Compute the parts of the rate of turn. If both motors are near their goal speeds, they
-        get exactly these speeds."""
+        """Compute the rates of turn. Motors that are near their goal speeds get these speeds."""
         left_excess, right_excess = self._excess_speeds()
         max_excess = max(abs(left_excess), abs(right_excess))
         self._is_steady = not self._lag or max_excess < MOTOR_SPEED_TOLERANCE
@@ -126,7 +125,6 @@ class Body:
         return self.drivetrain.turn_curve.yaw
 
     def advance_to(self, stamp: float) -> None:
-        """Move the robot until `stamp` [s]. If the robot is later already, do nothing."""
         dt = stamp - self._moved_until
         if dt > 0.0:
             self.drivetrain.advance(dt)
@@ -140,8 +138,7 @@ class Body:
         return drivetrain.pose
 
     def save_motion(self) -> None:
-        """Save the motion that begins now. Call this after each change of goal speeds, physics or
-        settings of the IMU."""
+        """Save the motion that begins with a change of goal speeds, physics or IMU settings."""
         self.imu.add_motion(self._moved_until, self.drivetrain.turn_curve)
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 
@@ -151,8 +148,7 @@ class Body:
         self.save_motion()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """Returns the angles (left, right) [rad] of the motors at `moment` [s], which must not go
-        back from call to call."""
+        """Returns the angles (left, right) [rad] of the motors. `moment` [s] must not go back."""
         motions = self._unread_motions
         while len(motions) > 1 and motions[1][0] <= moment:    # the next motion has begun
             motions.popleft()

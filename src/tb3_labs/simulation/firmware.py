@@ -62,7 +62,6 @@ def _motor_speed(rim_speed: float, model: RobotModel) -> float:
 
 
 def encoder_ticks(motor_angle: float) -> int:
-    """Returns the count of an encoder, which is rounded down."""
     return math.floor(motor_angle / TICK_ANGLE)
 
 
@@ -110,8 +109,7 @@ class Odometer:
                               linear=distance / interval, angular=turn / interval)
 
     def reset(self, ticks: Optional[Tuple[int, int]]) -> None:
-        """Set the pose and the wheel angles to zero. `ticks` has the meaning as in :meth:`update`.
-        Without an answer of the servos, the wheel angles do not change."""
+        """Set the pose and the wheel angles to zero. `ticks` is the same as in :meth:`update`."""
         self._x, self._y, self._yaw = 0.0, 0.0, 0.0
         if ticks is not None:
             self._ticks, self._ticks_at_reset = ticks, ticks
@@ -141,8 +139,7 @@ class Board:
         self._yaw_at_begin = yaw
 
     def end_calibration(self, yaw: float) -> float:
-        """End the calibration. Returns the new bias [rad/s] of the gyro. `yaw` is the current true
-        yaw [rad], not wrapped."""
+        """Returns the gyro's new bias [rad/s]. `yaw` is the current true yaw [rad], not wrapped."""
         self._last_calibration_end = self.calibration_end
         self.calibration_end = math.inf
         if not self._calibration_duration:
@@ -150,8 +147,7 @@ class Board:
         return (self._yaw_at_begin - yaw) / self._calibration_duration
 
     def read_up_to_reset(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the messages that have arrived, up to the first reset. Returns True if there is a
-        reset. During a calibration all messages wait."""
+        """Read the arrived messages, up to the first reset. Returns True if there is a reset."""
         self._unread.extend(arrivals)
         while self._unread and not self.is_calibrating:
             arrival, message = self._unread.popleft()

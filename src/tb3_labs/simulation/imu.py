@@ -50,9 +50,8 @@ class ImuModel:
     def configure(self, yaw_noise: float, turn_rate_noise: float, drift: float,
                   sample_age: float) -> None:
         """Set the standard deviations `yaw_noise` [rad] and `turn_rate_noise` [rad/s], the `drift`
-        [rad/s] and the `sample_age` [s]. Call :meth:`add_motion` afterwards, because the drift is a
-        part of the IMU's motion. A gyro that drifts, or that is noisier than the firmware's gyro,
-        has no dead zone."""
+        [rad/s] and the `sample_age` [s]. Call :meth:`add_motion` afterwards. A gyro that drifts,
+        or that is noisier than the firmware's gyro, has no dead zone."""
         self._yaw_noise = yaw_noise
         self._turn_rate_noise = turn_rate_noise
         self._drift = drift
@@ -61,8 +60,7 @@ class ImuModel:
         self._dead_zone = GYRO_DEAD_ZONE if has_dead_zone else -math.inf
 
     def add_motion(self, now: float, curve: TurnCurve) -> None:
-        """Add a motion with the turn `curve`. This motion begins at `now` [s], which is the end of
-        the motion before."""
+        """Add a motion with the turn `curve`. It begins, and the last motion ends, at `now` [s]."""
         self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:

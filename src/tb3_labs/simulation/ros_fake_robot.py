@@ -32,8 +32,7 @@ STEPS_PER_TRUTH = 4            # number of steps between two messages of the gro
 #: After a pause of the computer, the robot catches up by fast steps. After a pause that is longer
 #: than this time [s], the robot does not simulate the missed time.
 MAX_CATCH_UP_TIME = 0.5
-#: The same for a robot that publishes /clock. A larger jump of /clock would make the sensors seem
-#: silent.
+#: The same with a /clock, because after a larger jump of /clock the sensors would seem silent.
 MAX_CATCH_UP_TIME_ON_CLOCK = 0.02
 GRAVITY = 9.80665            # [m/s^2]
 ROLL = math.radians(0.7)     # roll and pitch [rad] of the board in a recorded robot
@@ -132,8 +131,7 @@ def start_stepping(robot, speed):
 
 
 def step_forever(robot, clock, pace):
-    """Step `robot` without end, `pace` times as fast as real time. `clock` is the publisher of
-    /clock, or None."""
+    """Step `robot` without end, `pace` times as fast as real time."""
     max_catch_up_time = MAX_CATCH_UP_TIME_ON_CLOCK if clock else MAX_CATCH_UP_TIME
     due = time.monotonic()    # the time of the next step
     time_zero = time.time()   # the ROS time at which the simulator's time is 0
@@ -202,8 +200,7 @@ class SensorTopics:
 
 
 def _reading_at(wheel_readings, stamp):
-    """Remove the readings that are older than `stamp` [s], except the last reading. Returns the
-    oldest of the remaining readings."""
+    """Remove the readings before `stamp` [s]. Returns the first of the remaining readings."""
     while wheel_readings[0].stamp < stamp and len(wheel_readings) > 1:
         wheel_readings.popleft()
     return wheel_readings[0]

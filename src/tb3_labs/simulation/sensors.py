@@ -38,8 +38,7 @@ class Schedule:
         self.set_rate(rate, now=0.0)
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Use `rate` [1/s] from `now` [s] on. If the rate is the same as before, the moments do not
-        change."""
+        """Use `rate` [1/s] from `now` [s] on. An equal rate changes nothing."""
         if rate != self._rate:
             self._rate = rate
             self._start = now
@@ -54,8 +53,7 @@ class Schedule:
         return due
 
     def pop_until(self, end: float) -> List[float]:
-        """Returns all moments before `end` [s], and passes them. A moment that is equal to `end` is
-        left for the next call."""
+        """Returns all moments before `end` [s]. The next call may return `end` itself."""
         moments = []
         while self.due < end:
             moments.append(self.pop())
@@ -63,8 +61,7 @@ class Schedule:
 
 
 class BoardClock:
-    """The board's clock. Each synchronisation sets the error of the clock to a random value, whose
-    size is at most `max_error` [s]."""
+    """The board's clock. After each synchronisation its error is random, up to `max_error` [s]."""
 
     def __init__(self, max_error: float, seed: int) -> None:
         self._max_error, self._seed = max_error, seed

@@ -73,14 +73,12 @@ class Simulator:
             link.configure(config, self.now)
 
     def command(self, linear: float, angular: float) -> None:
-        """Send a command to the board now. `linear` is the forward speed [m/s], `angular` the rate
-        of turn [rad/s]. :mod:`tb3_labs.simulation.firmware` says how the board reads NaN and
-        infinity."""
+        """Send a command now. `linear` is the forward speed [m/s], `angular` the rate of turn
+        [rad/s]. NaN and infinity are allowed; see :mod:`tb3_labs.simulation.firmware`."""
         self._command_link.send([(linear, angular)], [self.now])
 
     def reset(self) -> None:
-        """Send a `reset` to the board now. :mod:`tb3_labs.simulation.firmware` says what the board
-        then does."""
+        """Send a `reset` to the board now; see :mod:`tb3_labs.simulation.firmware`."""
         self._command_link.send([RESET_MESSAGE], [self.now])
         self._read_messages(self.now)
 
@@ -95,9 +93,8 @@ class Simulator:
         sent = self.sensors.pop_samples()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
         arrivals = self.sensors.clock.restamp(self._sensor_link.pop(self.now + TIME_TOLERANCE))
-        arrival_time = itemgetter(0)
-        return [[sample for _, sample in burst]
-                for _, burst in groupby(arrivals, key=arrival_time)]
+        bursts = groupby(arrivals, key=itemgetter(0))    # by the time of arrival
+        return [[sample for _, sample in burst] for _, burst in bursts]
 
     def _advance(self, dt: float) -> None:
         """Let `dt` seconds pass, and handle all events in this time, in order. An event is the end
@@ -126,7 +123,6 @@ class Simulator:
                     sensors.measure_odometry(event_time)
 
     def _set_motors(self, stamp: float) -> None:
-        """Let the board read its messages, and set the motors to the latest command."""
         self._read_messages(stamp)
         if self._board.is_calibrating:
             return

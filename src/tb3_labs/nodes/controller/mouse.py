@@ -46,8 +46,7 @@ class Mouse:
         return self.is_reported_active and not self.is_lost
 
     def on_message(self, message: 'IncomingMessage[MouseState]', asks_for_stop: bool) -> None:
-        """Use a message of this mouse. `asks_for_stop` is True if the mouse is inactive, or in the
-        middle of the screen."""
+        """`asks_for_stop` is True for an inactive mouse, or in the middle of the screen."""
         is_active = message.content.is_active
         now = message.arrived_at
         was_active = self.is_reported_active
@@ -57,7 +56,6 @@ class Mouse:
             self.is_lost = False
 
         is_late = self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT
-        # an inactive mouse may be silent
         was_silent = was_active and not self.freshness.is_fresh(now)
         if is_late or was_silent:
             self._silence_ended_at = now
@@ -84,7 +82,8 @@ class Mice:
 
     A mouse is treated as lost at the start, after a sleep of this process, and if it is active but
     silent. A lost mouse stays inactive until the user deactivates it, or moves it to the middle of
-    the screen. A message that is delayed, or that follows a silence, does not activate a mouse.
+    the screen. An inactive mouse may be silent. A message that is delayed, or that follows a
+    silence, does not activate a mouse.
 
     Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
     lost or deactivated, all other mice are treated as lost, too. A user may have forgotten that one

@@ -47,7 +47,7 @@ class ControllerNode:
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         read_keyboard(self._on_line, self._on_keyboard_end)
-        publish_diagnostics(self._model.name, self._diagnose)
+        publish_diagnostics(self._model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'imu': core.imu})
         LiveSettings(config, self._use_config)
         self._runner.decide()
@@ -95,9 +95,6 @@ class ControllerNode:
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _diagnose(self):
-        return self._runner.call_core(self._problem_and_values)
-
-    def _problem_and_values(self):
         core = self._core
         now = ros_time()
         values = {**values_of(core.imu, now), **values_of(core.mice.freshness, steady_time()),

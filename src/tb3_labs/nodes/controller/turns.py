@@ -51,8 +51,7 @@ class TurnConfig(Config):
 
 def make_turn_law(config: TurnConfig, model: RobotModel,
                   response: Optional[MotorResponse] = None) -> PreciseTurn:
-    """Returns the control law of a turn. `response` contains the delay and lag of this robot's
-    motors."""
+    """Returns the control law of a turn. `response` contains the delay of the motors."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or MotorResponse())
 

@@ -76,8 +76,7 @@ class GamepadCore:
                 self._change_holder(ControlEvent.RELINQUISH, now)
 
     def _obey_sticks(self, state: PadState, now: float) -> None:
-        """Let the pad drive if it is ready. End its drive after a silence of the pad, or if the
-        stick was pushed before a stop."""
+        """Let a ready pad drive. End its drive if it was silent, or was pushed before a stop."""
         is_ready = self.pad.presses.hold if self._config.has_hold else state.is_at_rest
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
@@ -96,8 +95,7 @@ class GamepadCore:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'IncomingMessage[bool]') -> None:
-        """Another node gives or takes control. A False takes control, and stops a robot that this
-        pad drives."""
+        """Another node gives or takes control. A False also stops a robot that this pad drives."""
         if not message.content:
             self._on_control_taken(message.arrived_at)
 
@@ -144,13 +142,10 @@ class GamepadCore:
             self._stick_warning_at = now + STICK_WARNING_TIME
         elif now > self._stick_warning_at:
             self._stick_warning_at = math.inf
-            self._warn_of_pushed_stick(state)
-
-    def _warn_of_pushed_stick(self, state: PadState) -> None:
-        axis = self._config.angular_axis if state.left else self._config.linear_axis
-        self._log.warn(f'No stick drives: axis {axis} is at {state.axes[axis]:.2f}, beyond '
-                       f'dead_zone {self._config.dead_zone:g}. Let go of it; if it rests '
-                       'there, set a larger dead_zone')
+            axis = self._config.angular_axis if state.left else self._config.linear_axis
+            self._log.warn(f'No stick drives: axis {axis} is at {state.axes[axis]:.2f}, beyond '
+                           f'dead_zone {self._config.dead_zone:g}. Let go of it; if it rests '
+                           'there, set a larger dead_zone')
 
     def _next_command(self, now: float) -> Twist2:
         self._command_is_due = False
@@ -175,8 +170,8 @@ class GamepadCore:
         return self._is_driving or self.messages.must_renew
 
     def _update_sleep(self, now: float) -> None:
-        """After a sleep of this process, the pad may drive only when it has become ready again. A
-        long sleep also ends the permission that the pad gave to move_to_goal."""
+        """After a sleep of this process, the pad must become ready before it drives. A long sleep
+        also ends the permission that the pad gave to move_to_goal."""
         self._sleep.update(now)
         if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
             self._log.warn(f'{self._sleep.as_text()}: press A to let move_to_goal drive again')
@@ -188,8 +183,8 @@ class GamepadCore:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _accept_press(self, button: str, max_lateness: float, now: float) -> bool:
-        """Returns True if the press of `button` counts. Otherwise, logs the reason and returns
-        False. A press that is later than `max_lateness` [s] does not count."""
+        """Returns True if a press counts, else logs the reason. A press that arrives later than
+        `max_lateness` [s] does not count."""
         lateness = self.pad.lateness
         if self._sleep.reason_to_refuse:
             reason = self._sleep.reason_to_refuse
@@ -205,7 +200,6 @@ class GamepadCore:
     # -- who holds the robot
 
     def _change_holder(self, event: ControlEvent, now: float) -> None:
-        """Change the holder of the control after `event`, if NEXT_HOLDER says so."""
         previous_holder = self.holder
         if (previous_holder, event) not in NEXT_HOLDER:
             return
@@ -231,17 +225,9 @@ class GamepadCore:
         return action + ' to drive again'
 
     def _stop_if_lost(self, now: float) -> None:
-        """Stop the robot if the pad drives, or has given permission, and is silent."""
         is_lost = self._needs_pad and not self.pad.freshness.is_fresh(now)
         if not is_lost:
             return
-        self._warn_of_lost_pad(now)
-        self.pad.state = None      # the last state is not valid any more
-        self._command_is_due = True
-        self.messages.stop(now)
-        self._change_holder(ControlEvent.LOST, now)
-
-    def _warn_of_lost_pad(self, now: float) -> None:
         advice = ''
         if self.pad.joy_node_hangs:
             advice = '. joy_node repeats one message: start it again'
@@ -250,3 +236,7 @@ class GamepadCore:
                       'gamepad.launch does')
         silence = self.pad.freshness.silence_text(now).capitalize()
         self._log.warn(f'{silence}: robot stopped; {self._remedy}{advice}')
+        self.pad.state = None      # the last state is not valid any more
+        self._command_is_due = True
+        self.messages.stop(now)
+        self._change_holder(ControlEvent.LOST, now)

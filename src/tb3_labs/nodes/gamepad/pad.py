@@ -110,8 +110,7 @@ class PadListener:
             self.freshness.on_message(now)
 
     def knows_lateness(self, now: float) -> bool:
-        """Returns True if the usual delay of messages is known, without which `lateness` may be
-        wrong."""
+        """Returns True if the usual delay of messages is known, so that `lateness` is right."""
         is_stuck = self.joy_node_hangs and not self.freshness.is_fresh(now)
         return not is_stuck and now - self._learning_since >= MAX_TRANSIT_TIME
 
@@ -121,8 +120,7 @@ class PadListener:
 
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:
-    """Returns the PadState for axes and buttons. Raises ``ValueError`` if the pad has fewer of them
-    than `config` needs."""
+    """Returns the PadState for axes and buttons. Raises ``ValueError`` if an index is too large."""
     needed_axes = 1 + max(config.linear_axis, config.angular_axis)
     needed_buttons = 1 + max(config.relinquish_button, config.regain_button, config.reset_button,
                              config.hold_button)

@@ -35,7 +35,7 @@ class GamepadNode:
                          lambda joy: read_pad(joy.axes, joy.buttons, config))
         subscribe_events('ctrl_relinq', Bool, self._on_ctrl_relinq)
         subscribe_events('has_control', Bool, self._on_has_control)
-        publish_diagnostics(model.name, self._diagnose)
+        publish_diagnostics(model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'joy': self._core.pad.freshness}, 'is joy_node running (Debian has '
                            'none)? The page of web:=true is a pad, too')
 
@@ -69,9 +69,6 @@ class GamepadNode:
             self._holder_publisher.publish(output.holder.value)
 
     def _diagnose(self):
-        return self._runner.call_core(self._problem_and_values)
-
-    def _problem_and_values(self):
         joy = self._core.pad.freshness
         problem = '' if joy.count else joy.silence_text()
         return problem, dict(values_of(joy, steady_time()), holder=self._core.holder.value)

@@ -49,8 +49,7 @@ class MoveToGoalCore:
         self._pace = Pace(law.period)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
-        #: {another node that drives the robot: time [s] of its first command, infinite after the
-        #: warning about this node}
+        #: {another node that drives the robot: time [s] of its first command}
         self._rivals_began_at: Dict[str, float] = {}
         self._status_logger = StatusLogger(self._log)
 
@@ -88,7 +87,7 @@ class MoveToGoalCore:
     def _warn_of_rival(self, rival: str, now: float) -> None:
         began_at = self._rivals_began_at.setdefault(rival, now)
         if now - began_at > RIVAL_WARNING_TIME:
-            self._rivals_began_at[rival] = math.inf
+            self._rivals_began_at[rival] = math.inf    # warn only once
             self._log.warn(f'{rival} drives the robot, too: stop one of the two (False on '
                            'ctrl_relinq stops this one)')
 
@@ -104,8 +103,7 @@ class MoveToGoalCore:
         self._request_motion()
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
-        """Drive to the requested goal. If the request is refused, or repeats the current goal,
-        the drive does not change."""
+        """Drive to a goal. A refused goal, or a repetition of the current goal, changes nothing."""
         sender_goal = self.register_goal(request, steady_now)
         requests = self._requests
         try:
@@ -120,8 +118,7 @@ class MoveToGoalCore:
         requests.accept(request)
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
-        """Store that a goal arrived. If actionlib knows the goal's GoalID already, call only this
-        method, because the robot must not drive to this goal again."""
+        """Store that a goal arrived. The robot does not drive to the goal."""
         self._update_control(steady_now)    # the goal may have waited during a sleep
         self._answer_ended_goal()
         return self._requests.on_goal(request, steady_now)
@@ -185,7 +182,6 @@ class MoveToGoalCore:
             stamped_pose=self._localizer.pop_pose(), odom_T_local=self.odom_T_local)
 
     def _next_command(self, now: float) -> Optional[Twist2]:
-        """Returns the next command; None if the robot must stop or stand."""
         self._update_sensors(now)
         failure = POSE_LOST if self._localizer.is_lost else self._sensor_conflict()
         if not self._is_driving:
@@ -211,8 +207,7 @@ class MoveToGoalCore:
         return command
 
     def _answer_ended_goal(self) -> None:
-        """If the drive has ended, tell the client of the goal how it ended. After the first answer,
-        GoalRequests.answer_client() does nothing."""
+        """If the drive has ended, tell the client of the goal once how it ended."""
         machine = self._machine
         if machine.goal is None or machine.is_active:
             return
@@ -289,8 +284,7 @@ class MoveToGoalCore:
             self._machine.give_up(frozen_text)
 
     def _forget_motion(self) -> None:
-        """Let the next command begin a new motion, because the robot rests now, or another node
-        drives it."""
+        """The robot rests, or another node drives it. Let the next command begin a new motion."""
         self._pace.restart()
         self.sensors.forget_motion()
 

@@ -107,7 +107,6 @@ class GoalServer(ActionServer):
         self._on_request(message, message)
 
     def _on_request(self, action_goal, message):
-        """Give a goal to actionlib, and then to the core. The goal arrived in `message`."""
         target = action_goal.goal.target_pose
         with self.lock:
             handle = self._new_handle(action_goal)
@@ -179,7 +178,6 @@ class ResetServer:
         return None
 
     def _log_refusal(self, reason):
-        """Returns the reason as text."""
         self._warnings.warn('Reset refused, the old frame stays: %s', reason)
         return str(reason)
 
@@ -205,8 +203,7 @@ def _in_degrees(pose):
 
 
 def without_old(topic, callback):
-    """Returns a function that passes the messages of `topic` to `callback`. The function drops a
-    latched message that may be old."""
+    """Returns a function that passes a message to `callback`, but drops old latched messages."""
     novelty_of = novelty_reader(topic)
 
     def on_message(message):
@@ -221,9 +218,8 @@ def without_old(topic, callback):
 
 
 def to_requested_pose(header, pose):
-    """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The frame must be
-    odom or one of LOCAL_FRAMES, perhaps with this node's namespace. Another frame raises
-    ``ValueError``."""
+    """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The name of the
+    frame may begin with this node's namespace. Raises ``ValueError`` for an unknown frame."""
     name = header.frame_id.lstrip('/')
     is_odom = name in (ODOM_FRAME, frame_name(ODOM_FRAME))
     is_local = name in LOCAL_FRAMES or name == frame_name('local')

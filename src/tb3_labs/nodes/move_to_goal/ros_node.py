@@ -46,8 +46,7 @@ WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 def pop_permission():
     """Remove `_has_control:=VALUE` from the arguments of this process. Returns the value, or False.
-    Call this function before init_node(), which would set a parameter from the argument. The
-    parameter would remain, so a later node would also drive."""
+    init_node() would set a parameter from this argument, by which a later node would also drive."""
     typed_control = False
     values = {'true': True, 'false': False}
     for word in list(sys.argv):
@@ -61,8 +60,7 @@ def pop_permission():
 def _has_control_at_start(typed_control):
     """Returns False if roslaunch has restarted this node, else the value `typed_control`."""
     launch = parent_roslaunch()
-    # this parameter contains the process id of the last roslaunch that gave control
-    giver_parameter = rospy.get_name() + '_given_by'
+    giver_parameter = rospy.get_name() + '_given_by'    # contains the roslaunch that gave control
     if launch and typed_control is True:
         if rospy.get_param(giver_parameter, 0) == launch:
             rospy.logwarn('This launch gave control before: False, then True, gives it again')
@@ -99,9 +97,8 @@ class MoveToGoalNode:
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_time=core.idle_time)
         # every message is read, since the firmware may reverse the displacement of one message
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample, queue_size=None)
-        # the core looks for sleeps from its first decision on, and a slow start is not a sleep
-        self._runner.decide()
-        publish_diagnostics(self._model.name, self._diagnose)
+        self._runner.decide()    # the first decision; without it a slow start would seem a sleep
+        publish_diagnostics(self._model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
     def _make_law(self, config):
@@ -147,9 +144,6 @@ class MoveToGoalNode:
             self._display.show_status(output.status)
 
     def _diagnose(self):
-        return self._runner.call_core(self._problem_and_values)
-
-    def _problem_and_values(self):
         core = self._core
         now = ros_time()
         status = core.status(now)
@@ -221,8 +215,7 @@ class Display:
         self._local_path = LocalPath(self._local_frame)
 
     def show_pose(self, stamped, odom_T_local):
-        """Publish a localizer.StampedPose. If a transform is due, also publish the transform, the
-        path and the markers."""
+        """Publish a localizer.StampedPose. Publish transform, path and markers if they are due."""
         if self._pose_publisher.get_num_connections():
             self._pose_publisher.publish(
                 to_pose_stamped(stamped.local_T_base, self._local_frame, stamped.stamp))

@@ -71,8 +71,7 @@ class DriveStatus(NamedTuple):
 class DriveOutput(Output):
     """The decision of a MoveToGoalCore."""
 
-    #: Control was given to this node and not taken back. A short silence of the sender does not end
-    #: the control.
+    #: Control was given and not taken back. A short silence of the sender does not end control.
     has_control: bool = False
     answers: Sequence[GoalAnswer] = ()            # to send to the goals' clients, in order
     status: Optional[DriveStatus] = None          # None if the status has not changed
