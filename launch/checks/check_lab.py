@@ -15,6 +15,7 @@ Started by check_LAB.test. Parameters
     ~record     The path of the trial's bag; empty if the bag is not kept.
     ~pad        NAME of launch/params/pad_NAME.yaml. Only for the lab gamepad.
     ~strict     May a criterion beyond the handout fail a test?
+    ~wrong_argument     A sentence about a wrong argument of rostest, or ''.
 """
 import os
 import re
@@ -47,18 +48,20 @@ def run_trial_and_judge():
     check, since mark.py itself judges the bag of the trial."""
     parameters = rospy.get_param('~')
     lab_name, package, executable = parameters['lab'], parameters['pkg'], parameters['type']
+    if parameters['wrong_argument']:
+        raise ValueError(parameters['wrong_argument'])
     node = parameters.get('node', FINISHED)
     if package == OWN_PACKAGE and node != FINISHED:
         executable = f'{node}_{executable}'
     lab = LABS[lab_name]
     parts = lab.read_parts(parameters['parts'])
-    for private_name in ('lab', 'points', 'parts', 'record'):    # no student's node may read these
+    # no student's node may read these parameters
+    for private_name in ('lab', 'points', 'parts', 'record', 'wrong_argument'):
         rospy.delete_param('~' + private_name)
     criterion_points = points_of(lab_name, read_points(parameters['points']))
     pad = pad_called(parameters.get('pad', HANDOUT_PAD))
     if lab_name == GAMEPAD:
         rospy.set_param('/' + GAMEPAD, pad)     # for the finished node of this package
-
     if package == OWN_PACKAGE:
         print_line('This is the node of this package. For yours: pkg:=PACKAGE type:=FILE')
     marked_program = NodeStart.from_environment().program

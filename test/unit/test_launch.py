@@ -13,6 +13,7 @@ from roslaunch.rlutil import check_roslaunch
 from roslaunch.xmlloader import XmlLoader
 
 from pages import ROOT
+from tb3_labs.marking.marks import LABS
 from tb3_labs.ros import launch_arguments
 
 pytestmark = pytest.mark.usefixtures('among_namesakes')
@@ -94,6 +95,29 @@ def test_a_wrong_argument_is_one_line_with_a_correction(file, given, line):
         assert line in problem and bool(line) == bool(problem) and '\n' not in problem
         # a file that another file includes is not checked
         assert launch_arguments.problem_of(words + given.split(), LAUNCH / 'view.launch') == ''
+
+
+def test_the_arguments_of_a_students_launch_file_are_checked(tmp_path):
+    """roslaunch lab2 turn.launch sym:=true"""
+    path = tmp_path / 'lab1' / 'launch' / 'turn.launch'
+    path.parent.mkdir(parents=True)
+    path.write_text('<launch><arg name="sim" default="false"/></launch>')
+    (tmp_path / 'lab1' / 'package.xml').write_text('<package><name>lab2</name></package>')
+    assert launch_arguments.problem_of(['lab2', 'turn.launch', 'sim:=true'], path) == ''
+    assert launch_arguments.problem_of(['lab2', 'turn.launch', 'sym:=true'], path) == (
+        'sym:=true: turn.launch has no argument sym; is sim:= meant?')
+    assert launch_arguments.problem_of(['tb3_labs', 'turn.launch', 'sym:=true'], path) == ''
+
+
+@pytest.mark.parametrize('lab', sorted(LABS))
+def test_a_check_gets_the_sentence_on_a_wrong_argument(lab):
+    """rostest tb3_labs check_turn.test part:=mouse"""
+    path = LAUNCH / 'checks' / 'check_{}.test'.format(lab)
+    assert '"$(find tb3_labs)/launch/run.py" launch "$(find tb3_labs)/launch/checks/{}"'.format(path.name) in (
+        path.read_text(encoding='utf-8'))
+    words = ['--text', 'tb3_labs', path.name, 'part:=lost']
+    assert launch_arguments.problem_of(words, path).endswith('has no argument part; is parts:= meant?')
+    assert launch_arguments.problem_of([*words[:-1], 'parts:=lost', 'pkg:=a', 'type:=b.py'], path) == ''
 
 
 @pytest.mark.parametrize('value, is_right', [

@@ -1,14 +1,11 @@
 """The four clocks, and the purpose of each clock.
 
-    ros_time()         measures the age of sensor samples and times all steps of a drive. It may
-                       be the time of a simulated clock.
-    steady_time()      times the input of people (a pad, a mouse, a renewed permission), and the
-                       watchdog
+    ros_time()         times the samples of sensors and the steps of a drive; it may be simulated
+    steady_time()      times the watchdog, and what people do (a pad, a mouse, a permission)
     time.monotonic()   times the deadlines of waits, and the pauses between warnings
-    time.time()        is the wall clock. Without a simulated clock it is the ROS time.
+    time.time()        is the wall clock, and without a simulated clock the ROS time
 
-Threads sleep by the wall clock, because ``rospy.sleep`` and ``rospy.Timer`` wait without end if a
-simulated clock stands still.
+Threads sleep by the wall clock, since ``rospy.sleep`` waits without end if simulated time stops.
 """
 import time
 

@@ -31,12 +31,9 @@ class CmdVel:
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError(f'command ({linear}, {angular}) is not finite')
-        if abs(linear) < MIN_SPEED:
-            linear = 0.0
-        if abs(angular) < MIN_SPEED:
-            angular = 0.0
-        is_zero = linear == 0.0 and angular == 0.0
-        if is_zero or not self._clock_runs:
+        linear = linear if abs(linear) >= MIN_SPEED else 0.0
+        angular = angular if abs(angular) >= MIN_SPEED else 0.0
+        if linear == angular == 0.0 or not self._clock_runs:
             self.stop()
         elif not self._is_closed:
             self._is_driving = True

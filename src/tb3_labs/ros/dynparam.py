@@ -35,10 +35,8 @@ def change(node, name, text):
     refuses, raises ``ValueError`` with the reason. Raises ``ROSException`` for an unknown node."""
     service = rospy.resolve_name(node) + '/set_parameters'
     rospy.wait_for_service(service, SERVICE_TIMEOUT)
-    if text.lower() in ('true', 'false'):    # the node refuses a text in place of a bool
-        value = text.lower() == 'true'
-    else:
-        value = number_or_text(text)
+    is_bool = text.lower() in ('true', 'false')    # the node refuses a text in place of a bool
+    value = text.lower() == 'true' if is_bool else number_or_text(text)
     try:
         settings = rospy.ServiceProxy(service, Reconfigure)(encode({name: value})).config
     except rospy.ServiceException as error:

@@ -1,9 +1,13 @@
 """Checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not know. So each launch file of this
-package begins with a parameter, whose value is the output of ``python3 PATH/run.py launch
-FILE.launch``. If an argument is unknown or missing, ``run.py`` prints one line and fails. Then
-roslaunch starts no node. This module imports only Python's own modules, so any Python can run it.
+package, and of a student's skeleton, begins with a parameter, whose value is the output of
+``python3 PATH/run.py launch FILE.launch``. If an argument is unknown or missing, ``run.py`` prints
+one line and fails, and roslaunch starts no node. This module needs no package, so any Python can
+run it.
+
+rostest starts the checks of the labs. If ``run.py`` failed there, rostest would print a traceback.
+So ``run.py`` succeeds, the value of the parameter is the line, and the check prints this line.
 """
 import difflib
 import os
@@ -12,7 +16,6 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-PACKAGE = 'tb3_labs'
 #: The doc of an argument that contains a group of parameters shows an example, as {slip: 0.1}.
 GROUP_EXAMPLE_PATTERN = re.compile(r'.*({.*})')
 #: Matches a correct group of parameters. {slip:0.1} and {slip: 0,5} would crash roslaunch.
@@ -21,27 +24,28 @@ GROUP_PATTERN = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
 FILE_CHOICE_PATTERN = re.compile(r'(\w+/\w*)\*(\.\w+)')
 
 
-def _words_of(process):
-    """Returns the words after `roslaunch` on the command line of a process, whose id is `process`.
-    Returns [] for a process that is not a roslaunch."""
+def _program_and_words_of(process):
+    """Returns 'roslaunch' or 'rostest', and the words after this name on the command line of a
+    process, whose id is `process`. Returns ('', []) for another program."""
     argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     names = [os.path.basename(word) for word in argv[:2]]    # the first word may be python3
-    if 'roslaunch' not in names:
-        return []
-    return argv[names.index('roslaunch') + 1:]
+    for position, name in enumerate(names, start=1):
+        if name in ('roslaunch', 'rostest'):
+            return name, argv[position:]
+    return '', []
 
 
 def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
     all arguments are correct, or if another launch file includes `path`. `argv` is the list of
     words after `roslaunch`."""
-    if not _starts_launch_file(argv, path):
+    previous_words = ['', *argv]
+    if not any(_names_launch_file(path, *words) for words in zip(previous_words, argv)):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
     # a word such as __name:=value is for roslaunch itself
     given_values = dict(word.split(':=', 1) for word in argv if re.match(r'(?!__)\w+:=', word))
-
     for name, value in given_values.items():
         if name in arguments:
             problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
@@ -55,20 +59,26 @@ def problem_of(argv, path):
     return ''
 
 
-def _starts_launch_file(argv, path):
-    """Returns True if `argv` contains the path of the launch file, or the package and its name."""
-    if (PACKAGE, path.name) in zip(argv, argv[1:]):
-        return True
-    return any(word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
-               for word in argv)
-
-
 def _problem_of_unknown(name, arguments, path):
-    remedy = f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
+    remedy = f'its arguments: roslaunch --ros-args {_package_of(path)} {path.name}'
     similar_names = difflib.get_close_matches(name, arguments, 1)
     if similar_names:
         remedy = f'is {similar_names[0]}:= meant?'
     return f'{path.name} has no argument {name}; {remedy}'
+
+
+def _package_of(path):
+    """Returns the name of the package whose folder contains the file; '' if there is none."""
+    for folder in path.resolve().parents:
+        if (folder / 'package.xml').exists():
+            return ET.parse(str(folder / 'package.xml')).findtext('name').strip()
+    return ''
+
+
+def _names_launch_file(path, word_before, word):
+    if word == path.name and word_before == _package_of(path):
+        return True
+    return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
 
 
 def _problem_of_value(name, value, doc, folder):
@@ -87,6 +97,9 @@ def _problem_of_value(name, value, doc, folder):
 
 
 if __name__ == '__main__':
-    PROBLEM = problem_of(_words_of(os.getppid()), Path(sys.argv[1]))
-    if PROBLEM:
+    PROGRAM, WORDS = _program_and_words_of(os.getppid())
+    PROBLEM = problem_of(WORDS, Path(sys.argv[1]))
+    if PROBLEM and PROGRAM == 'rostest':
+        print(PROBLEM)
+    elif PROBLEM:
         sys.exit('tb3_labs: ' + PROBLEM)

@@ -51,7 +51,11 @@ class LiveSettings:
     def _change(self, values):
         """Apply {name: value}. Raises ServiceException with the reason if the change is refused."""
         try:
-            self._refuse_unknown(values)
+            names = [item.name for item in self._offered_fields]
+            unknown = sorted(set(values) - set(names))
+            if unknown:
+                raise ValueError(f'{unknown[0]} cannot be changed while the node runs; '
+                                 + spelling_hint(unknown[0], names))
             changed = replace(self._current, **values)
             if changed != self._current:
                 self._apply_config(changed)
@@ -63,13 +67,6 @@ class LiveSettings:
             if value != getattr(self._current, name):
                 rospy.loginfo('%s is now %s', name, value)
         self._current = changed
-
-    def _refuse_unknown(self, names):
-        offered_names = [item.name for item in self._offered_fields]
-        unknown_names = sorted(set(names) - set(offered_names))
-        if unknown_names:
-            raise ValueError(f'{unknown_names[0]} cannot be changed while the node runs; '
-                             + spelling_hint(unknown_names[0], offered_names))
 
     def _message(self):
         values = {item.name: getattr(self._current, item.name) for item in self._offered_fields}

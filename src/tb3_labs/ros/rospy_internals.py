@@ -54,10 +54,9 @@ def serve_connections_in_threads(server=None):
     """Serve each connection in a separate thread. Otherwise a browser that connects to a node would
     block all clients. Internals: `_tcpros_server`, `inbound_handler`; test: test/unit/test_node.py.
 
-    Closed connections are not served, because rospy keeps only the latest connection of each
-    subscriber. A subscriber that gets two lists of publishers at nearly the same time connects
-    twice, and closes its first connection. The thread of this closed connection may be the later
-    one. If it served the connection, the subscriber would get no messages."""
+    Closed connections are not served. A subscriber that gets two lists of publishers at nearly the
+    same time connects twice, and closes its first connection. If this connection were served last,
+    rospy would keep only this one, and the subscriber would get no messages."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
     serving_lock = threading.Lock()    # one connection at a time is checked and served
@@ -98,11 +97,10 @@ def is_wall_time():
 
 
 def join_publisher_lists(manager=None):
-    """From now on connect to all publishers in the lists that the master sends. If a publisher
-    registers just after a subscriber, the master sends two lists. rospy itself would use only the
-    list that arrives last, even if this list is the older one. So this function joins all waiting
-    lists. A publisher that has ended only refuses the connection. Internals: `updates`,
-    `publisher_update` of RegManager; test: test/unit/test_node.py."""
+    """From now on join all lists of publishers that wait. If a publisher registers just after a
+    subscriber, the master sends two lists. rospy itself would use only the list that arrives last,
+    even if it is the older list. A publisher that has ended only refuses the connection. Internals:
+    `updates`, `publisher_update` of RegManager; test: test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
     update = manager.publisher_update
@@ -122,10 +120,9 @@ def subscribers_of(publisher):
 
 
 def make_writes_immediate(publisher, max_waiting=1):
-    """From now on ``publish()`` itself writes to each subscriber. Without this function, messages
-    would wait in a queue of rospy, and would be lost when the process ends. If a subscriber's
-    buffers are full, the last `max_waiting` messages still wait. Internals: `impl`, its
-    `add_connection`; test: test/unit/test_node.py."""
+    """From now on ``publish()`` itself writes to each subscriber. Messages in rospy's own queue
+    would be lost when the process ends. If a subscriber's buffers are full, the last `max_waiting`
+    messages wait. Internals: `impl`, its `add_connection`; test: test/unit/test_node.py."""
     topic = publisher.impl
     add_connection = topic.add_connection
 

@@ -1,8 +1,7 @@
 """Converts messages of the IMU and of the wheels to samples.
 
-A conversion raises ``ValueError`` if the message contains NaN, infinity, an invalid quaternion, or
-a speed that the robot cannot have. A message of an IMU is also invalid if a covariance is -1,
-because this value says that the IMU does not measure the field.
+A conversion raises ``ValueError`` for NaN, infinity, an invalid quaternion, or a speed that the
+robot cannot have. It also refuses the covariance -1, since an IMU does not measure such a field.
 """
 import rospy
 from sensor_msgs.msg import JointState
@@ -58,8 +57,4 @@ def subscribe_wheels(callback):
     was_published = bool(publishers_of(rospy.resolve_name('joint_states')))
     subscriber = subscribe('joint_states', JointState, on_message,
                            idle_time=lambda now: WHEEL_PERIOD)
-
-    def is_published():
-        return was_published or subscriber.get_num_connections() > 0
-
-    return is_published
+    return lambda: was_published or subscriber.get_num_connections() > 0

@@ -2,8 +2,7 @@
 
 Permissions, turns and goals are events, because a person sends each of them at one moment. A node
 uses each event once, in order, and only if the event is new (supervision/events.py). After a delay
-of the network several events arrive together. So a node reads events with an unlimited queue,
-because a queue of one message would lose all events except the last one.
+several events arrive together, and a queue of one message would lose all but the last event.
 """
 import threading
 import time
@@ -84,13 +83,9 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
 
 def novelty_reader(topic):
     """Returns a function to call with each message, which returns the message's events.Novelty."""
-    finder = NoveltyFinder(publishers_of(rospy.resolve_name(topic)), steady_time())
-
-    def novelty_of(message):
-        return finder.find(
-            sender_connection(message), steady_time(), _stamp_of(message), ros_time())
-
-    return novelty_of
+    novelty_finder = NoveltyFinder(publishers_of(rospy.resolve_name(topic)), steady_time())
+    return lambda message: novelty_finder.find(
+        sender_connection(message), steady_time(), _stamp_of(message), ros_time())
 
 
 def _stamp_of(message):

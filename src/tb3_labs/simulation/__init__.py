@@ -2,6 +2,5 @@
 
 `firmware` simulates the board, `drivetrain` the motors and wheels, and `imu` the IMU with noise and
 bias. `sensors` makes the samples, `network` delays messages, and `mystery_robot` hides a fault.
-`simulator` joins all these parts, and `simulator_config` defines their settings. `ros_fake_robot`
-connects the simulator to the topics.
+`simulator` joins all parts, `simulator_config` has the settings, `ros_fake_robot` the topics.
 """

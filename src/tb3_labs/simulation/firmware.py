@@ -7,21 +7,18 @@ fast curve becomes slower and wider. The board rounds the speed of a motor towar
 number of speed steps, at most `motor_steps`. The board's library rosserial reads infinity as 1, and
 NaN as 1.5. The board obeys the newest command for half a second after reading it.
 
-The heading of the odometry comes from the IMU. The firmware does *not* wrap the IMU's turn from one
-sample to the next. So when the IMU crosses +/-180 deg, the displacement of one sample points
-backwards. The yaw of this sample is correct, but its rate of turn is wrong by a whole turn per
-sample, which is about 190 rad/s. If the servos do not answer, the odometry repeats its last
-displacement, while the wheels' angles stay constant.
+The heading of the odometry comes from the IMU, whose turn between two samples is *not* wrapped. So
+when the IMU crosses +/-180 deg, the displacement of one sample points backwards. The yaw of this
+sample is correct, but its rate of turn is wrong by a whole turn per sample, about 190 rad/s. If the
+servos do not answer, the odometry repeats its last displacement, while the wheels' angles stay.
 
 After a `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and
 commands and further resets wait in order. The mean rate of turn during the calibration becomes the
-gyro's bias. Then the board sets the odometry's pose to zero. The board does not change the IMU's
-yaw, so these two yaws differ. The next sample of the odometry adds the turn that the IMU measured
-during the calibration.
+gyro's bias. Then the board sets the odometry's pose to zero, but not the IMU's yaw. The next sample
+of the odometry adds the turn that the IMU measured during the calibration.
 
-Units: SI. Motor angles are in radians, and grow when the robot drives forwards. Source: ROBOTIS
-OpenCR firmware 1.2.6 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured
-with this firmware.
+Units: SI. Motor angles are in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
+(turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with this firmware.
 """
 import math
 from collections import deque

@@ -79,7 +79,6 @@ class NetworkLink:
         self._arrived: List[Arrival] = []
 
     def configure(self, settings: SimulatorConfig, now: float) -> None:
-        """From `now` [s] on use the fields of `settings` about the network."""
         self._arrived = self.pop(now)
         previous, self._settings = self._settings, settings
         per_min, longest = settings.stalls_per_min, settings.longest_stall

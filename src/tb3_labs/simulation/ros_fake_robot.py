@@ -98,10 +98,8 @@ class FakeRobot:
                 to_transform(world_T_odom, 'world', frame_name('odom'), now)]))
         for burst in bursts:
             self._sensors.send(burst, time_zero, self._simulator.sensors.wheel_readings)
-        if truth is not None:
-            self._send_truth(truth, now)
-
-    def _send_truth(self, truth, now):
+        if truth is None:
+            return
         if self._pipe:
             self._pipe.write(truth)
         else:
@@ -180,8 +178,8 @@ class SensorTopics:
 
     def send(self, burst, time_zero, wheel_readings):
         """Publish the samples of a `burst` by one write for each topic, so that they arrive
-        together. Remove the `wheel_readings` that are older than the samples of the odometry.
-        `time_zero` is the ROS time [s] at which the simulator's time is 0."""
+        together. Remove the `wheel_readings` that are older than the samples. `time_zero` is the
+        ROS time [s] at which the simulator's time is 0."""
         imu, tf, odometry, joints = [], [], [], []
         for sample in burst[-MAX_SAMPLES:]:
             stamp = time_zero + sample.stamp

@@ -122,13 +122,11 @@ class Sensors:
         ticks = None if self._config.battery_cut else (encoder_ticks(left), encoder_ticks(right))
         if self._is_reset_due:
             self.odometer.reset(ticks)
-
         [imu_sample] = self._body.imu.measure([stamp])
         sample = self.odometer.update(stamp, ticks, imu_sample.yaw)
         if self._is_reset_due:
             self._is_reset_due = False
             self.world_T_odom = self._body.drivetrain.pose @ sample.pose.inverse()
-
         self.wheel_readings.append(WheelReading(
             stamp=stamp + self.clock.error_at(stamp), angles=self.odometer.wheel_angles,
             speeds=self.odometer.wheel_speeds))

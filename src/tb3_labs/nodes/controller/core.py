@@ -1,5 +1,4 @@
-"""Computes the command of a turn or of the mouse. The table turns.NEXT_DRIVER says which of the two
-drives.
+"""Computes the command of a turn or of the mouse. turns.NEXT_DRIVER says which of the two drives.
 
 The time `now` [s] is on the receiver's clock. The time `steady_now` [s], and the `arrived_at` of an
 IncomingMessage, are on a steady clock (:mod:`tb3_labs.nodes`). Requests for turns are in degrees.
@@ -78,8 +77,7 @@ class ControllerCore:
             self._change_driver(event, 'the mouse took over')
 
     def on_turn(self, request: 'IncomingMessage[float]', now: float) -> None:
-        """Turn by the angle [deg] that another node requests. accept_turn() may refuse the request,
-        for example if it repeats an old turn."""
+        """Turn by the angle [deg] that another node requests, unless accept_turn() refuses it."""
         self._update_sleep_and_mice(request.arrived_at)
         if accept_turn(self._turn_requests, request, self._sleep.is_waking):
             self._request_or_log(request, now)

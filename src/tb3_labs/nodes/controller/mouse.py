@@ -54,14 +54,12 @@ class Mouse:
             was_active = is_active    # the state before the first message is unknown
         elif not was_active and self._is_steady(now):
             self.is_lost = False
-
         is_late = self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT
         was_silent = was_active and not self.freshness.is_fresh(now)
         if is_late or was_silent:
             self._silence_ended_at = now
         if is_late and is_active:
             self.is_lost = True
-
         if message.novelty is not Novelty.SAME_STAMP:
             self.freshness.on_message(now)
         self.is_reported_active = is_active
@@ -69,7 +67,6 @@ class Mouse:
             self.is_lost = False
 
     def _is_steady(self, now: float) -> bool:
-        """Returns True if messages have arrived without a silence or a delay for long enough."""
         return now - self._silence_ended_at >= MAX_TRANSIT_TIME
 
     def lose(self, now: float) -> None:
@@ -113,12 +110,10 @@ class Mice:
                 self._log.add('The mouse is active: it drives outside the middle of the screen; '
                               'scroll up to stop')
             return ''
-
         if not message.content.is_active:
             self._loss_is_logged = False
             must_stop = was_active or is_deactivated
             return 'the mouse was deactivated' if must_stop else ''
-
         # the message reports an active mouse, but the mouse is treated as lost
         if was_active:
             self._loss_is_logged = True
@@ -135,7 +130,6 @@ class Mice:
         mouse = self._mice[message.sender]
         was_active = mouse.is_active
         is_deactivated = mouse.is_reported_active and not is_active
-
         self.freshness.on_message(message.arrived_at)
         mouse.on_message(message, asks_for_stop=not is_active or twist == Twist2())
         if mouse.is_active:

@@ -148,7 +148,6 @@ class MoveToGoalCore:
         self._permission.on_message(message)
 
     def _update_control(self, steady_now: float) -> None:
-        """Find whether the node may drive now. Begin, continue or pause the drive."""
         self._permission.update(steady_now)
         was_allowed = self.may_drive
         self.may_drive = self._permission.has_valid_grant
@@ -302,7 +301,6 @@ class MoveToGoalCore:
                 self._machine.give_up(POSE_LOST)
             elif self._has_granted_goal and self._machine.has_begun:
                 self._machine.give_up(jump.text)
-
         for reset in self._localizer.pop_ended_resets():
             if not reset.is_done:
                 continue

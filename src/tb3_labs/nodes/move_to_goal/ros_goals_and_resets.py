@@ -185,12 +185,10 @@ class ResetServer:
         """Reset to a RequestedPose. Returns the localizer.Reset. Raises ``ValueError`` if the reset
         is refused, or not carried out within RESET_TIMEOUT."""
         reset = Reset(requested)
-
-        def is_over():
-            return self._runner.call_core(lambda: reset.is_over)
-
         self._runner.call_and_decide(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
-        if not wait_until(is_over, RESET_TIMEOUT, RESET_POLL_PERIOD):
+        is_over = wait_until(lambda: self._runner.call_core(lambda: reset.is_over),
+                             RESET_TIMEOUT, RESET_POLL_PERIOD)
+        if not is_over:
             self._runner.call_core(reset.give_up)
         if reset.reason:
             raise ValueError(reset.reason)

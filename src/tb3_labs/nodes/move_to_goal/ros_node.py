@@ -171,13 +171,11 @@ class LocalPath:
             self._frame_number = stamped.frame_number
             self._points.clear()
             self._sent_at = -math.inf
-
         here = stamped.local_T_base
         if not self._points or _needs_point(self._latest_pose, here):
             self._latest_pose = here
             self._points.append(to_pose_stamped(here, self._frame_id, stamped.stamp))
             self._has_unsent_points = True
-
         if self._has_unsent_points and abs(stamped.stamp - self._sent_at) >= PATH_PERIOD:
             self._sent_at = stamped.stamp
             self._has_unsent_points = False
@@ -193,9 +191,8 @@ class Display:
     """Publishes each StampedPose and each new DriveStatus for people to see.
 
     The thread of the IMU calls `show_pose`, and the thread of the CoreRunner calls `show_status`. A
-    message costs more computing time than a step of a control law. So this class makes poses and
-    transforms only if a node subscribes to them. It sends transforms, path and markers less often
-    than poses.
+    message costs more computing time than a step of a control law. So poses and transforms are made
+    only for subscribers. Transforms, path and markers are sent less often than poses.
     """
 
     def __init__(self):
@@ -219,7 +216,6 @@ class Display:
         if self._pose_publisher.get_num_connections():
             self._pose_publisher.publish(
                 to_pose_stamped(stamped.local_T_base, self._local_frame, stamped.stamp))
-
         is_early = abs(stamped.stamp - self._transform_sent_at) < TRANSFORM_PERIOD
         if is_early and odom_T_local == self._sent_odom_T_local:
             return

@@ -100,7 +100,6 @@ class StatusLogger:
         if not status.text or status_key == self._logged_key:
             return False
         self._logged_key = status_key
-
         has_just_begun = status.has_begun and status.attempt != self._begun_attempt
         if has_just_begun:
             self._begun_attempt = status.attempt
