@@ -140,12 +140,8 @@ def report(checks):
     if '--text' in sys.argv:
         runner = unittest.TextTestRunner(verbosity=2)
     else:
-        results_file = None
-        for word in sys.argv:
-            if word.startswith(XML_OPTION):
-                results_file = word[len(XML_OPTION):]
-                break
-        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', results_file)
+        files = [word[len(XML_OPTION):] for word in sys.argv if word.startswith(XML_OPTION)]
+        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', files[0] if files else None)
     result = runner.run(unittest.TestSuite(checks))
     return 0 if result.wasSuccessful() else 1
 

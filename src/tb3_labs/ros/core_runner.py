@@ -34,9 +34,8 @@ class CoreRunner:
     actionlib must not delay a stop. So a separate thread carries out the rest of an Output."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
-        """``tick()`` returns the core's next Output. ``publish(output)`` is called under the lock,
-        after the command was sent, and must not wait. ``carry_out(output)`` is called later, in a
-        separate thread without the lock, and may wait."""
+        """``tick()`` returns the core's next Output. ``publish(output)`` is called under the lock
+        and must not wait. ``carry_out(output)`` is called later without the lock and may wait."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting_outputs = queue.SimpleQueue()    # for carry_out

@@ -3,8 +3,7 @@
 roslaunch ignores an argument that the launch file does not know. So each launch file of this
 package, and of a student's skeleton, begins with a parameter, whose value is the output of
 ``python3 PATH/run.py launch FILE.launch``. If an argument is unknown or missing, ``run.py`` prints
-one line and fails, and roslaunch starts no node. This module needs no package, so any Python can
-run it.
+one line and fails, and roslaunch starts no node. Any Python can run this module.
 
 rostest starts the checks of the labs. If ``run.py`` failed there, rostest would print a traceback.
 So ``run.py`` succeeds, the value of the parameter is the line, and the check prints this line.

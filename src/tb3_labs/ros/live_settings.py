@@ -75,14 +75,13 @@ class LiveSettings:
 
 def encode(values, groups=()):
     """Returns the dynamic_reconfigure/Config of {name: value}."""
-    def values_of_type(value_type, message_type):
+    def of_type(value_type, message_type):
         return [message_type(name, value) for name, value in values.items()
                 if type(value) is value_type]
 
-    return Values(
-        bools=values_of_type(bool, BoolParameter), ints=values_of_type(int, IntParameter),
-        strs=values_of_type(str, StrParameter), doubles=values_of_type(float, DoubleParameter),
-        groups=list(groups))
+    return Values(bools=of_type(bool, BoolParameter), ints=of_type(int, IntParameter),
+                  strs=of_type(str, StrParameter), doubles=of_type(float, DoubleParameter),
+                  groups=list(groups))
 
 
 def decode(message):

@@ -3,9 +3,8 @@
     python3 launch/run.py robot_description MODEL [PREFIX]
 
 The URDF describes a simple shape with the size of the robot. Links and joints have the same names
-as in turtlebot3_description. Body and nose lie on the floor, because they would otherwise hide the
-goal, the path and the true pose. The name of each link begins with PREFIX, because all robots
-share one tree of frames.
+as in turtlebot3_description. Body and nose lie on the floor, so that they do not hide the goal, the
+path and the true pose. The name of each link begins with PREFIX, since all robots share one tree.
 
 The frame ``base_footprint`` is on the floor in the middle between the wheels. The frame
 ``base_link`` is above ``base_footprint``, at the height of the axle. In both frames x points

@@ -81,7 +81,6 @@ class Drivetrain:
         if self._is_steady:
             self._roll(self._left_goal * dt, self._right_goal * dt)
             return
-
         arc_count = max(1, math.ceil(dt / MAX_ARC_TIME - ROUNDING_SLACK))
         dt /= arc_count
         decay = math.exp(-dt / self._lag)

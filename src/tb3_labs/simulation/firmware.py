@@ -10,7 +10,7 @@ NaN as 1.5. The board obeys the newest command for half a second after reading i
 The heading of the odometry comes from the IMU, whose turn between two samples is *not* wrapped. So
 when the IMU crosses +/-180 deg, the displacement of one sample points backwards. The yaw of this
 sample is correct, but its rate of turn is wrong by a whole turn per sample, about 190 rad/s. If the
-servos do not answer, the odometry repeats its last displacement, while the wheels' angles stay.
+servos do not answer, the odometry repeats its last displacement, but no wheel angle changes.
 
 After a `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and
 commands and further resets wait in order. The mean rate of turn during the calibration becomes the

@@ -89,7 +89,6 @@ class ImuModel:
                 faded_rate = fading_rate * exp(-dt / lag)
                 yaw += lag * (fading_rate - faded_rate)
                 rate += faded_rate
-
             yaw = remainder(yaw + yaw_noise * yaw_deviation, WHOLE_TURN)
             if yaw == -math.pi:
                 yaw = math.pi

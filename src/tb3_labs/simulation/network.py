@@ -9,12 +9,10 @@ have separate random generators, so stalls do not change the jitter.
 Times are in seconds. A change of latency or jitter affects only messages that are sent after the
 change. A change of the settings of stalls ends the current stall. A message also waits until the
 earlier messages have arrived. So if messages follow each other fast, the mean delay exceeds the
-latency plus the mean jitter.
-
-Source: recordings of real TurtleBot3s over a WLAN, with stalls of 0.1 to 0.4 s. Some delays are
-much longer than the mean, because a sender in a WLAN waits for a random time before each packet and
-repeats a lost packet (Malone, Leith and Dangerfield, "Inferring queue state by measuring delay in a
-WiFi network").
+latency plus the mean jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of 0.1
+to 0.4 s. Some delays are much longer than the mean, because a sender in a WLAN waits for a random
+time before each packet and repeats a lost packet (Malone, Leith and Dangerfield, "Inferring queue
+state by measuring delay in a WiFi network").
 """
 import math
 import random

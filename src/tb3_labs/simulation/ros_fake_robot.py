@@ -1,7 +1,7 @@
 """Simulates a robot on the topics of a real robot, in real time or by its own /clock.
 
 The messages have the same values as messages of ROBOTIS OpenCR firmware 1.2.6. The covariances of
-the IMU are from its file turtlebot3_sensor.cpp. The covariances of the odometry are zero, as there.
+the IMU are from its file turtlebot3_sensor.cpp. The covariances of the odometry are zero.
 """
 import itertools
 import math
@@ -29,8 +29,7 @@ from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0  # [s]
 STEPS_PER_TRUTH = 4            # number of steps between two messages of the ground truth
-#: After a pause of the computer, the robot catches up by fast steps. After a pause that is longer
-#: than this time [s], the robot does not simulate the missed time.
+#: After a pause of the computer that is longer than this [s], the robot drops the missed time.
 MAX_CATCH_UP_TIME = 0.5
 #: The same with a /clock, because after a larger jump of /clock the sensors would seem silent.
 MAX_CATCH_UP_TIME_ON_CLOCK = 0.02
@@ -91,7 +90,6 @@ class FakeRobot:
             now = time_zero + self._simulator.now
             world_T_odom = self._simulator.sensors.world_T_odom
             truth = self._simulator.truth if is_truth_due else None
-
         if self._static_tf and self._world_T_odom != world_T_odom:
             self._world_T_odom = world_T_odom
             self._static_tf.publish(TFMessage([
@@ -178,8 +176,7 @@ class SensorTopics:
 
     def send(self, burst, time_zero, wheel_readings):
         """Publish the samples of a `burst` by one write for each topic, so that they arrive
-        together. Remove the `wheel_readings` that are older than the samples. `time_zero` is the
-        ROS time [s] at which the simulator's time is 0."""
+        together. Remove older `wheel_readings`. For `time_zero` see :meth:`FakeRobot.tick`."""
         imu, tf, odometry, joints = [], [], [], []
         for sample in burst[-MAX_SAMPLES:]:
             stamp = time_zero + sample.stamp

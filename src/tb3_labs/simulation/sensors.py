@@ -16,8 +16,7 @@ from tb3_labs.simulation.firmware import Odometer, encoder_ticks
 from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: After a stall of the network, a sensor sends at most this number of samples. The longest stall is
-#: 10 s, in which the IMU makes 200 samples per second.
+#: The IMU makes this number of samples in the longest stall, which takes 10 s.
 MAX_SAMPLES = 2000
 SYNC_PERIOD = 5.0    # the serial node sets the board's clock once in this time [s]
 

@@ -1,8 +1,7 @@
 """Finds the velocity that a mouse asks for, and whether the mouse is active or lost.
 
-Positions of the mouse are from -1 to 1; x points to the right, y up. Speeds are in m/s and rad/s; a
-turn to the left is positive. The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`).
-Source: the mouse lab.
+Positions of the mouse are from -1 to 1. x is positive to the right, y upwards. Speeds are in m/s
+and rad/s. The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Source: the mouse lab.
 """
 import math
 from collections import defaultdict
@@ -79,8 +78,7 @@ class Mice:
 
     A mouse is treated as lost at the start, after a sleep of this process, and if it is active but
     silent. A lost mouse stays inactive until the user deactivates it, or moves it to the middle of
-    the screen. An inactive mouse may be silent. A message that is delayed, or that follows a
-    silence, does not activate a mouse.
+    the screen. A message that is delayed, or that follows a silence, does not activate a mouse.
 
     Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
     lost or deactivated, all other mice are treated as lost, too. A user may have forgotten that one

@@ -51,7 +51,7 @@ class TurnConfig(Config):
 
 def make_turn_law(config: TurnConfig, model: RobotModel,
                   response: Optional[MotorResponse] = None) -> PreciseTurn:
-    """Returns the control law of a turn. `response` contains the delay of the motors."""
+    """Returns the control law of a turn. `response` contains the motors' delay and lag."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or MotorResponse())
 
@@ -138,9 +138,8 @@ NEXT_DRIVER = {
 
 
 def accept_turn(requests: SenderRequests, turn: IncomingMessage, is_waking: bool = False) -> bool:
-    """Store the request for a turn in `requests`. Returns False if the turn may be old, or if it
-    repeats a turn that may be old or has ended. `is_waking` is True if this process has just slept.
-    """
+    """Store the request for a turn in `requests`. Returns False if the turn may be old, or repeats
+    a turn that may be old or has ended. `is_waking` is True if this process has just slept."""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.novelty.is_doubtful:
         request.is_ended = True

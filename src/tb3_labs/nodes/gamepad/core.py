@@ -183,8 +183,7 @@ class GamepadCore:
         return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _accept_press(self, button: str, max_lateness: float, now: float) -> bool:
-        """Returns True if a press counts, else logs the reason. A press that arrives later than
-        `max_lateness` [s] does not count."""
+        """Returns True if a press counts, else logs the reason. `max_lateness` is in [s]."""
         lateness = self.pad.lateness
         if self._sleep.reason_to_refuse:
             reason = self._sleep.reason_to_refuse
@@ -209,7 +208,6 @@ class GamepadCore:
             self._zero_until = now + HAND_BACK_TIME
             if self.messages.must_renew:    # another node took control
                 self.messages.stop(now)
-
         if event is ControlEvent.TAKEN:
             self._log.add('Control was taken from move_to_goal: press A to give it again')
         elif event is ControlEvent.STOPPED:

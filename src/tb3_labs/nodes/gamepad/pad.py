@@ -91,7 +91,6 @@ class PadListener:
         is_first = math.isinf(self._learning_since)
         if is_first or (self.came_after_loss and stamp <= 0.0):
             self._learning_since = now
-
         previous = self.state
         if previous is None or self.came_after_loss:
             previous = state._replace(regain=False)

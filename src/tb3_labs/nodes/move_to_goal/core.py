@@ -118,7 +118,7 @@ class MoveToGoalCore:
         requests.accept(request)
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
-        """Store that a goal arrived. The robot does not drive to the goal."""
+        """Store that a goal arrived. This method does not drive to the goal."""
         self._update_control(steady_now)    # the goal may have waited during a sleep
         self._answer_ended_goal()
         return self._requests.on_goal(request, steady_now)
@@ -172,6 +172,7 @@ class MoveToGoalCore:
         command_is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
         command = self._next_command(now) if command_is_due else None
         self._answer_ended_goal()
+        # a drive continues by its last command until the next command is due
         must_stop = command is None if command_is_due else not self._is_driving
         status = self._log_new_status(now)
         return DriveOutput(
