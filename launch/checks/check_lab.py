@@ -96,7 +96,7 @@ def file_of(package, executable):
 
 
 class Check(unittest.TestCase):
-    """A test whose result is known already. Its `failure` is a sentence, or '' if it passes."""
+    """A test whose result is known already. `failure` is a sentence; '' if the test passes."""
 
     def __init__(self, name, failure=''):
         super().__init__()

@@ -1,6 +1,6 @@
 """The four clocks, and the purpose of each clock.
 
-    ros_time()         times the samples of sensors and the steps of a drive; it may be simulated
+    ros_time()         times samples of sensors and steps of drives, and may be simulated time
     steady_time()      times the watchdog, and what people do (a pad, a mouse, a permission)
     time.monotonic()   times the deadlines of waits, and the pauses between warnings
     time.time()        is the wall clock, and without a simulated clock the ROS time

@@ -1,4 +1,4 @@
-"""Starts a node of this package and ends it after a signal or a failure.
+"""Starts a node of this package, and ends the node after a signal or a failure.
 
 A ``ValueError`` at the start, such as for an invalid parameter, ends the node and its roslaunch.
 The node logs one fatal line, and its exit status is 1. An exception in a callback also ends the

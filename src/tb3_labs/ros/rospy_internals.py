@@ -99,8 +99,8 @@ def is_wall_time():
 def join_publisher_lists(manager=None):
     """From now on join all lists of publishers that wait. If a publisher registers just after a
     subscriber, the master sends two lists. rospy itself would use only the list that arrives last,
-    even if it is the older list. A publisher that has ended only refuses the connection. Internals:
-    `updates`, `publisher_update` of RegManager; test: test/unit/test_node.py."""
+    even if the other list is newer. A publisher that has ended only refuses the connection.
+    Internals: `updates`, `publisher_update` of RegManager; test: test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
     update = manager.publisher_update

@@ -1,7 +1,7 @@
 """Converts messages of the IMU and of the wheels to samples.
 
 A conversion raises ``ValueError`` for NaN, infinity, an invalid quaternion, or a speed that the
-robot cannot have. It also refuses the covariance -1, since an IMU does not measure such a field.
+robot cannot have. The covariance -1 is also refused, because the IMU does not measure this field.
 """
 import rospy
 from sensor_msgs.msg import JointState

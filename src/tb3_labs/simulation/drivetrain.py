@@ -18,7 +18,7 @@ from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 MAX_ARC_TIME = 1.0 / 60.0       # longest time [s] of an arc while the speed changes
 ROUNDING_SLACK = 1e-9           # a time that exceeds MAX_ARC_TIME by rounding remains one arc
-MOTOR_SPEED_TOLERANCE = 1e-6    # [rad/s]; a motor that is nearer to its goal speed has this speed
+MOTOR_SPEED_TOLERANCE = 1e-6    # [rad/s]; a motor with a smaller error gets its goal speed
 
 
 class Drivetrain:
@@ -114,7 +114,7 @@ class Body:
     def __init__(self, model: RobotModel, start: Pose2, imu_offset: float, seed: int) -> None:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
-        self._moved_until = 0.0    # [s]
+        self._moved_until = 0.0    # time [s] of the latest pose
         # (start [s], drivetrain at the start) of each motion that wheel_angles_at() still needs
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 

@@ -113,11 +113,11 @@ class Odometer:
 
 
 class Board:
-    """Reads messages and obeys commands. While the board calibrates its gyro, it reads nothing."""
+    """Reads messages and obeys commands. The board reads nothing while it calibrates its gyro."""
 
     def __init__(self) -> None:
         self._unread: Deque[Arrival] = deque()
-        self.calibration_end = math.inf           # time [s]; infinite without a calibration
+        self.calibration_end = math.inf           # time [s], infinite if no calibration runs
         self._last_calibration_end = -math.inf    # [s]
         self._calibration_duration = 0.0          # [s]
         self._yaw_at_begin = 0.0                  # true yaw [rad] when the calibration began
@@ -126,7 +126,7 @@ class Board:
 
     @property
     def is_calibrating(self) -> bool:
-        """Returns True while the board calibrates its gyro. Meanwhile it sends no samples."""
+        """Returns True while the board calibrates its gyro. The board then sends no samples."""
         return self.calibration_end < math.inf
 
     def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:

@@ -1,7 +1,7 @@
 """Simulates the IMU, which measures yaw and rate of turn with noise, drift and bias.
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
-Its rate of turn is the sum of the true rate, the rate of the drift, the bias of the last
+The rate of turn of the IMU is the true rate plus the rate of the drift, the bias of the last
 calibration, and another white noise. In its dead zone, the gyro sends 0. The IMU measures the yaw
 and the rate of turn of a sample `sample_age` [s] before the stamp of the sample.
 
@@ -29,7 +29,7 @@ class TurnCurve(NamedTuple):
 
     yaw: float                 # [rad], not wrapped
     steady_turn_rate: float    # [rad/s]
-    fading_turn_rate: float    # [rad/s]; 0 at constant speed
+    fading_turn_rate: float    # [rad/s]
     lag: float                 # [s]
 
 
@@ -40,7 +40,7 @@ class ImuModel:
         """At the start the true yaw is `yaw` [rad], and the yaw of the IMU is `yaw` + `offset`."""
         self.yaw_error = offset    # yaw [rad] of the IMU minus true yaw, before the noise
         self._noise = _pairs_of_normal_numbers(seed)
-        self.bias = 0.0    # [rad/s], of the gyro after the last calibration
+        self.bias = 0.0    # bias [rad/s] of the gyro after the last calibration
         self.configure(yaw_noise=0.0, turn_rate_noise=0.0, drift=0.0, sample_age=0.0)
         self._error_until = 0.0    # until this time [s], `yaw_error` includes drift and bias
         #: (start [s], curve of the IMU) of each motion that measure() still needs, oldest first.
@@ -60,7 +60,7 @@ class ImuModel:
         self._dead_zone = GYRO_DEAD_ZONE if has_dead_zone else -math.inf
 
     def add_motion(self, now: float, curve: TurnCurve) -> None:
-        """Add a motion with the turn `curve`. It begins, and the last motion ends, at `now` [s]."""
+        """End the last motion at `now` [s], and add a new motion with the turn `curve`."""
         self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:

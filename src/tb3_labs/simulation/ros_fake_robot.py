@@ -29,7 +29,7 @@ from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0  # [s]
 STEPS_PER_TRUTH = 4            # number of steps between two messages of the ground truth
-#: After a pause of the computer that is longer than this [s], the robot drops the missed time.
+#: If a pause of the computer is longer than this time [s], the robot does not catch up.
 MAX_CATCH_UP_TIME = 0.5
 #: The same with a /clock, because after a larger jump of /clock the sensors would seem silent.
 MAX_CATCH_UP_TIME_ON_CLOCK = 0.02

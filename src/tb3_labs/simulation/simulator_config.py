@@ -11,7 +11,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 @dataclass(frozen=True)
 class SimulatorConfig(Config):
-    """The settings of the simulated robot. The FIXED_FIELDS cannot change while it runs."""
+    """The settings of the simulated robot. The FIXED_FIELDS cannot change while the robot runs."""
 
     model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))
     start_x: float = setting(0.0, 'x at the start, true and by odometry', 'm', -1000.0, 1000.0)

@@ -22,7 +22,7 @@ from tb3_labs.supervision.motion_monitors import (
 from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, RESUME_TIME, SleepMonitor
 
 REFUSAL_LOG_PERIOD = 1.0    # [s]
-MAX_ANGLE_SLACK = 1e-9      # [rad]; rounding may make the largest angle a little larger
+MAX_ANGLE_SLACK = 1e-9      # [rad], by which rounding may exceed the largest angle
 
 
 class ControllerCore:
@@ -247,8 +247,8 @@ class ControllerCore:
         self._change_driver(DriverEvent.MOUSE_RELEASED, reason)
 
     def _change_driver(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver after `event`, if NEXT_DRIVER says so. If the event has a `reason`, it
-        ends the repetitions of all requests, and an active turn is given up."""
+        """Change the driver after `event`, if NEXT_DRIVER says so. An event with a `reason` ends
+        an active turn as given up, and the repetitions of all requests."""
         if reason:
             self._turn_requests.end_repetitions()
         previous_driver = self.driver

@@ -74,15 +74,15 @@ class Mouse:
 
 
 class Mice:
-    """Finds whether a mouse is active, and the velocity that it asks for.
+    """Finds whether a mouse is active, and which velocity this mouse asks for.
 
-    A mouse is treated as lost at the start, after a sleep of this process, and if it is active but
-    silent. A lost mouse stays inactive until the user deactivates it, or moves it to the middle of
-    the screen. A message that is delayed, or that follows a silence, does not activate a mouse.
+    A mouse is treated as lost at the start, and after a sleep of this process. An active mouse that
+    is silent is also lost. A lost mouse stays inactive until the user deactivates this mouse, or
+    moves it to the middle of the screen. A message that is delayed, or that follows a silence, does
+    not activate a mouse.
 
     Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
-    lost or deactivated, all other mice are treated as lost, too. A user may have forgotten that one
-    of them is still active.
+    lost or deactivated, all others are lost, too, since a user may have forgotten an active mouse.
     """
 
     def __init__(self, log: LogQueue) -> None:

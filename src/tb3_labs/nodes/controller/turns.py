@@ -60,7 +60,7 @@ class Heading:
     """The heading of a robot, measured only by the IMU. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
-        self.yaw = math.nan    # [rad], without jumps at +/-pi; NaN before the first sample
+        self.yaw = math.nan    # yaw [rad] without jumps at +/-pi; NaN before the first sample
         self.yaw_rate = 0.0    # [rad/s]
         self.noise = YawNoise()
         self.resting_yaw = FilteredNumber()    # filtered yaw [rad] of a robot at rest
@@ -86,7 +86,7 @@ class ActiveTurn:
         self.requested = requested
         self.goal = yaw + requested
         self.stall = StallMonitor()
-        self.remaining_at_end = 0.0    # [rad]; the core sets it to the law's filtered angle
+        self.remaining_at_end = 0.0    # angle [rad] that the law has measured with its filter
         self._begun_at = now
 
     def move_goal(self, angle: float) -> None:

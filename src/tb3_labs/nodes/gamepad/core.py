@@ -3,7 +3,7 @@
 No press of a button is lost, even if several messages arrive together. Button B always sends False,
 even if the pad drives already. Old presses of A and Y are refused. A silent pad is treated as lost
 if a stick is pushed, or if move_to_goal drives by the pad's permission. If joy_node has no
-autorepeat_rate, it is silent while a pushed stick does not move. Then the pad looks lost.
+autorepeat_rate, the pad is silent while a pushed stick does not move, and looks lost.
 
 The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Speeds are in m/s and rad/s.
 """
@@ -76,7 +76,7 @@ class GamepadCore:
                 self._change_holder(ControlEvent.RELINQUISH, now)
 
     def _obey_sticks(self, state: PadState, now: float) -> None:
-        """Let a ready pad drive. End its drive if it was silent, or was pushed before a stop."""
+        """Let a ready pad drive. Stop a pad that was silent, or was pushed before another stop."""
         is_ready = self.pad.presses.hold if self._config.has_hold else state.is_at_rest
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
@@ -100,7 +100,7 @@ class GamepadCore:
             self._on_control_taken(message.arrived_at)
 
     def on_leave(self, now: float) -> None:
-        """This node ends. Take back the control that the pad gave to move_to_goal."""
+        """Take back the control that the pad gave to move_to_goal, since this node ends."""
         if self.messages.must_renew:
             self._on_control_taken(now)
 

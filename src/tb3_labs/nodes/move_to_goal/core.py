@@ -118,7 +118,7 @@ class MoveToGoalCore:
         requests.accept(request)
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
-        """Store that a goal arrived. This method does not drive to the goal."""
+        """Store that a goal arrived, without a drive to this goal."""
         self._update_control(steady_now)    # the goal may have waited during a sleep
         self._answer_ended_goal()
         return self._requests.on_goal(request, steady_now)
@@ -207,7 +207,7 @@ class MoveToGoalCore:
         return command
 
     def _answer_ended_goal(self) -> None:
-        """If the drive has ended, tell the client of the goal once how it ended."""
+        """If the drive has ended, tell the client of the goal once how the drive ended."""
         machine = self._machine
         if machine.goal is None or machine.is_active:
             return

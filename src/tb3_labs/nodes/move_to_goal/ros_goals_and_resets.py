@@ -201,7 +201,7 @@ def _in_degrees(pose):
 
 
 def without_old(topic, callback):
-    """Returns a function that passes a message to `callback` unless it is latched and may be old."""
+    """Returns a function that gives each message to `callback`, but no old latched message."""
     novelty_of = novelty_reader(topic)
 
     def on_message(message):

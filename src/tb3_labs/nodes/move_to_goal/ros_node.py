@@ -35,7 +35,7 @@ from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 PATH_POINT_DISTANCE = 0.02
 PATH_POINT_ANGLE = math.radians(10.0)
 MAX_PATH_POINTS = 1000    # for a longer path, the oldest points are removed
-TRANSFORM_PERIOD = 0.1    # [s]; a changed transform is sent immediately
+TRANSFORM_PERIOD = 0.1    # time [s] between two equal transforms
 PATH_PERIOD = 0.2         # [s]
 MARKER_PERIOD = 1.0       # [s]
 
@@ -97,7 +97,7 @@ class MoveToGoalNode:
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_time=core.idle_time)
         # every message is read, since the firmware may reverse the displacement of one message
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample, queue_size=None)
-        self._runner.decide()    # the first decision; without it a slow start would seem a sleep
+        self._runner.decide()    # without this decision a slow start would look like a sleep
         publish_diagnostics(self._model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
