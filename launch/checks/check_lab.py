@@ -62,11 +62,13 @@ def run_trial_and_judge():
     pad = pad_called(parameters.get('pad', HANDOUT_PAD))
     if lab_name == GAMEPAD:
         rospy.set_param('/' + GAMEPAD, pad)     # for the finished node of this package
+
     if package == OWN_PACKAGE:
         print_line('This is the node of this package. For yours: pkg:=PACKAGE type:=FILE')
     marked_program = NodeStart.from_environment().program
     print_line(f"{lab.title}, {', '.join(parts or lab.parts)}: {package}/{executable} is judged, "
                f'{marked_program or file_of(package, executable)}')
+
     with tempfile.TemporaryDirectory() as folder:
         bag_path = parameters['record'] or os.path.join(folder, 'trial.bag')
         record_trial(lab_name, package, executable, parts, bag_path, pad, print_line)

@@ -12,9 +12,8 @@ from tb3_labs.robot.samples import (
     MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_TURN_RATE, MAX_STAMP, OdometrySample,
     checked_number)
 
-#: This environment variable contains the path of a pipe, to which a simulated robot writes its true
-#: poses. The robot uses no topic, because a student's node could read the true pose from a topic.
-#: Each line in the pipe is x [m], y [m], yaw [rad].
+#: This environment variable is the path of a pipe. A simulated robot writes its true poses there,
+#: because a student's node could read a topic. Each line is x [m], y [m], yaw [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 

@@ -111,8 +111,7 @@ class Watchdog:
         self._thread = threading.Thread(target=guarded(self._watch), name='watchdog', daemon=True)
 
     def set_awake(self, is_awake):
-        """If `is_awake`, call `on_quiet()` after QUIET_TIME without a message, else only after
-        IDLE_PERIOD. The caller holds the CoreRunner's lock."""
+        """Call `on_quiet()` often if `is_awake`, else seldom. The caller holds the lock."""
         if not self._thread.ident:
             self._thread.start()
         if is_awake:

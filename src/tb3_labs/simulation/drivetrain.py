@@ -59,7 +59,6 @@ class Drivetrain:
         self._fading_turn_rate = right_ratio * right_excess - left_ratio * left_excess
 
     def _excess_speeds(self) -> Tuple[float, float]:
-        """Returns the speeds (left, right) [rad/s] of the motors minus their goal speeds."""
         return self._left_speed - self._left_goal, self._right_speed - self._right_goal
 
     @property

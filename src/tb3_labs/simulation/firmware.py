@@ -94,7 +94,6 @@ class Odometer:
         left_ticks, right_ticks = self._tick_change
         left_turn, right_turn = TICK_ANGLE * left_ticks, TICK_ANGLE * right_ticks
         self.wheel_speeds = (left_turn / interval, right_turn / interval)
-
         distance = self._radius * (left_turn + right_turn) / 2.0
         turn = imu_yaw - self._last_imu_yaw    # not wrapped, as in the real firmware
         self._x += distance * math.cos(self._yaw + turn / 2.0)

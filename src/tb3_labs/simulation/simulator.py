@@ -97,8 +97,7 @@ class Simulator:
         return [[sample for _, sample in burst] for _, burst in bursts]
 
     def _advance(self, dt: float) -> None:
-        """Let `dt` seconds pass, and handle all events in this time, in order. An event is the end
-        of a calibration, a step of the motors, or a measurement of the odometry or the IMU."""
+        """Let `dt` seconds pass, and handle all events in this time, in order."""
         self.now += dt
         horizon = self.now + TIME_TOLERANCE
         board, sensors = self._board, self.sensors

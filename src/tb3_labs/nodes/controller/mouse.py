@@ -46,24 +46,27 @@ class Mouse:
 
     def on_message(self, message: 'IncomingMessage[MouseState]', asks_for_stop: bool) -> None:
         """`asks_for_stop` is True for an inactive mouse, or in the middle of the screen."""
-        is_active = message.content.is_active
         now = message.arrived_at
-        was_active = self.is_reported_active
-        if self.freshness.count == 0:
-            was_active = is_active    # the state before the first message is unknown
-        elif not was_active and self._is_steady(now):
+        is_active = message.content.is_active
+        is_first = self.freshness.count == 0    # then the state before this message is unknown
+        was_active = is_active if is_first else self.is_reported_active
+        if not is_first and not was_active and self._is_steady(now):
             self.is_lost = False
-        is_late = self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT
-        was_silent = was_active and not self.freshness.is_fresh(now)
-        if is_late or was_silent:
-            self._silence_ended_at = now
-        if is_late and is_active:
-            self.is_lost = True
+        self._find_silence(message, was_active)
         if message.novelty is not Novelty.SAME_STAMP:
             self.freshness.on_message(now)
         self.is_reported_active = is_active
         if asks_for_stop and self._is_steady(now):
             self.is_lost = False
+
+    def _find_silence(self, message: 'IncomingMessage[MouseState]', was_active: bool) -> None:
+        now = message.arrived_at
+        is_late = self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT
+        was_silent = was_active and not self.freshness.is_fresh(now)    # inactive mice are silent
+        if is_late or was_silent:
+            self._silence_ended_at = now
+        if is_late and message.content.is_active:
+            self.is_lost = True
 
     def _is_steady(self, now: float) -> bool:
         return now - self._silence_ended_at >= MAX_TRANSIT_TIME
