@@ -1,8 +1,8 @@
 """Is something wrong with this computer, its network or a robot? Each finding is one printed line.
 
-The module `checks` measures and calls the functions ``judge_*`` in order. Each of these turns
+The module `checks` measures, and calls the functions ``judge_*`` in order. Each ``judge_*`` turns
 numbers and names into a Finding. At first the doctor is not a node and only makes XML-RPC calls.
-After the line `Way back` it is an ordinary node, which listens but publishes nothing.
+After the line `Way back` the doctor is an ordinary node, which listens but publishes nothing.
 """
 from collections import Counter
 from functools import partial
@@ -22,8 +22,8 @@ class Finding(NamedTuple):
 
 # Each of these functions takes a subject, a text and a remedy, and returns a Finding.
 ok = partial(Finding, 'ok')
-warning = partial(Finding, 'warning')       # of a possible problem
-fault = partial(Finding, 'FAULT')           # of a problem that prevents a lab
+warning = partial(Finding, 'warning')       # the problem may disturb a lab
+fault = partial(Finding, 'FAULT')           # the problem prevents a lab
 
 
 def finding_text(finding: Finding) -> str:

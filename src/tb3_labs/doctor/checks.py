@@ -31,13 +31,14 @@ def examine(namespace):
     live_peers = {node: peer for node, peer in robot_peers.items() if not peer.problem}
     if not live_peers:
         return
+
     yield from _check_return_path(computer, graph, live_peers, publishers)
     is_wall_time = not Peer(master.uri).ask('getParam', '/use_sim_time')
     yield from examine_messages(graph, computer.outgoing_address, is_wall_time)
 
 
 def _peers_of(master, nodes):
-    """Returns {node: Peer}, after one call to each node."""
+    """Call each node once. Returns {node: Peer} with the outcomes of the calls."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
@@ -48,26 +49,27 @@ def _peers_of(master, nodes):
 def _check_return_path(computer, graph, live_peers, publishers):
     """Yields the finding on the connection from the robot to this computer. `live_peers` is {node
     of the robot that answers: Peer}. `publishers` is {node that publishes cmd_vel: Peer}."""
-    robot_node = next((node for node in graph.cmd_vel_listeners if node in live_peers), None)
-    if robot_node is None:
+    live_listeners = [node for node in graph.cmd_vel_listeners if node in live_peers]
+    if not live_listeners:
         return
+    robot_node = live_listeners[0]
     robot = live_peers[robot_node]
-    own_publishers = {}
-    for node, peer in publishers.items():
-        if peer.problem:
-            can_be_here = peer.problem == 'unresolved'
-        else:
-            can_be_here = is_own(peer.address)
-        if can_be_here and node not in graph.robot_nodes:
-            own_publishers[node] = peer.uri
+    own_publishers = {node: peer.uri for node, peer in publishers.items()
+                      if _can_be_here(peer) and node not in graph.robot_nodes}
     if own_publishers:
         time.sleep(1.0)    # the robot needs this time to connect to a new publisher
     connections = robot.ask('getBusInfo')
     if connections is None:
         return
-    # 'i' means inbound; `uri` may be a node's name
+
+    # the direction 'i' means inbound, and a node may report another node's name as `uri`
     connected = {str(uri).rstrip('/') for _, uri, direction, *_ in connections if direction == 'i'}
     address = outgoing_address(robot.address)
     yield judge_return_path(
         own_publishers, connected, robot_node, replace(computer, outgoing_address=address),
         is_robot_elsewhere=not is_own(robot.address))
+
+
+def _can_be_here(peer):
+    """Returns True if a node may run on this computer, even if its name cannot be resolved."""
+    return peer.problem == 'unresolved' if peer.problem else is_own(peer.address)

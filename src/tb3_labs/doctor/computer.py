@@ -33,7 +33,7 @@ def is_own(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def address_of(name: str) -> str:
-    """Returns the address of a host's name, perhaps after seconds; '' if it does not resolve."""
+    """Returns a host's address, perhaps after seconds, or '' if the name does not resolve."""
     try:
         return socket.gethostbyname(name) if name else ''
     except (OSError, UnicodeError):
@@ -41,10 +41,10 @@ def address_of(name: str) -> str:
 
 
 def outgoing_address(address: str) -> str:
-    """Returns the address from which this computer sends to `address`; '' if there is no route."""
+    """Returns the address from which this computer sends to `address`, or '' without a route."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect((address, 9))    # sends nothing; any other port would also do
+            probe.connect((address, 9))    # the port does not matter, because nothing is sent
             return str(probe.getsockname()[0])
         except OSError:
             return ''
@@ -70,7 +70,7 @@ class Computer:
     @property
     def remedy(self) -> str:
         """The commands that make this computer's nodes advertise the right address. If the master
-        is on this computer, this is the first of the `addresses`."""
+        is on this computer, the right address is the first of the `addresses`."""
         unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
         usable = (address for address in (self.outgoing_address, *self.addresses)
                   if address and not is_loopback(address))
@@ -79,7 +79,7 @@ class Computer:
 
 
 def this_computer(master_address: str) -> Computer:
-    """Returns this Computer. `master_address` is '' if it is unknown."""
+    """Returns the Computer that runs this program. An unknown `master_address` is ''."""
     computer = Computer(
         ros_ip=os.environ.get('ROS_IP', ''), ros_hostname=os.environ.get('ROS_HOSTNAME', ''),
         hostname=socket.gethostname(), addresses=own_addresses(),
@@ -91,20 +91,15 @@ def this_computer(master_address: str) -> Computer:
 
 
 def judge_address(computer: Computer) -> Finding:
-    """Judges whether other computers can reach this one at the address that its nodes advertise."""
-    resolved = computer.resolved_address
+    """Judges whether other computers can reach this computer by its advertised name."""
     if not computer.ros_ip and not computer.ros_hostname:
         text = 'neither ROS_IP nor ROS_HOSTNAME is set: '
         if computer.is_master_here:
             return ok('Address', text + 'this is right for this computer alone')
         text += f'the robot is told the name {computer.hostname}, and may not resolve it'
         return warning('Address', text, computer.remedy)
-    variable = 'ROS_HOSTNAME' if computer.ros_hostname else 'ROS_IP'
-    text = f'{variable}={computer.advertised_name!r}'
-    if resolved not in ('', computer.advertised_name) and not is_loopback(resolved):
-        text += f' ({resolved})'
-    if computer.ros_hostname and computer.ros_ip:
-        text += f' (it goes before ROS_IP={computer.ros_ip!r})'
+    resolved = computer.resolved_address
+    text = _setting_text(computer)
     if is_loopback(resolved) and computer.is_master_here:
         text += ' is right for this computer alone; for a real robot set ROS_IP'
         return ok('Address', text)
@@ -119,3 +114,15 @@ def judge_address(computer: Computer) -> Finding:
         addresses = ', '.join(computer.addresses) or 'none'
         text += f' is not an address of this computer (it has {addresses})'
     return fault('Address', text, computer.remedy)
+
+
+def _setting_text(computer):
+    """Returns a text such as ROS_IP='192.168.0.5', with the resolved address of a name."""
+    variable = 'ROS_HOSTNAME' if computer.ros_hostname else 'ROS_IP'
+    text = f'{variable}={computer.advertised_name!r}'
+    resolved = computer.resolved_address
+    if resolved not in ('', computer.advertised_name) and not is_loopback(resolved):
+        text += f' ({resolved})'
+    if computer.ros_hostname and computer.ros_ip:
+        text += f' (it goes before ROS_IP={computer.ros_ip!r})'
+    return text

@@ -14,7 +14,7 @@ from typing import Collection, Iterator, Mapping
 from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.doctor.computer import Computer, address_of, is_loopback
 
-CALLER_ID = f'/doctor_{os.getpid()}'    # not registered at the master
+CALLER_ID = f'/doctor_{os.getpid()}'    # the master does not know this name
 ANSWER_TIMEOUT = 1.0                    # [s]
 #: {problem of a Peer: words for the user}
 PROBLEM_TEXTS = {
@@ -26,7 +26,7 @@ SENSORS = 'imu', 'odom', 'joint_states'     # topics
 #: The robot or a node of the labs subscribes to these topics.
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A topic's name is probably a mistake if difflib finds at least this similarity to a right name.
+#: A wrong topic probably means a right topic if difflib finds at least this similarity of names.
 MIN_NAME_SIMILARITY = 0.65
 
 
@@ -35,7 +35,7 @@ class Peer:
     """A master or a node that the doctor calls, and the outcome of the latest call."""
 
     uri: str
-    problem: str = 'silent'    # a key of PROBLEM_TEXTS; '' if the peer has answered
+    problem: str = 'silent'    # a key of PROBLEM_TEXTS, or '' if the peer has answered
     address: str = ''          # the IP address of the host in `uri`
 
     def __post_init__(self):
@@ -102,26 +102,27 @@ class RobotGraph:
         # all other listeners are left out.
         listeners = self.subscribers.get(namespace + 'cmd_vel', [])
         sensor_nodes = self.sensor_publishers['imu'] + self.sensor_publishers['odom']
-        self.cmd_vel_listeners = (
-            [node for node in listeners if node in sensor_nodes]
-            or [node for node in listeners if node not in self.cmd_vel_publishers])
+        sensor_listeners = [node for node in listeners if node in sensor_nodes]
+        pure_listeners = [node for node in listeners if node not in self.cmd_vel_publishers]
+        self.cmd_vel_listeners = sensor_listeners or pure_listeners
         self.robot_nodes = sorted({*sensor_nodes, *self.cmd_vel_listeners})
-        namespaces = {topic.rpartition('odom')[0] for topic in self.publishers
-                      if topic.endswith('/odom')}
+        namespaces = {topic[:-len('odom')] for topic in self.publishers if topic.endswith('/odom')}
         self.other_robots = sorted(namespaces - {namespace})
 
     def right_topic(self, topic, node, names):
-        """Returns the robot's topic, with one of `names`, that `node` probably means by `topic`.
-        Returns '' if `topic` is right, belongs to another robot, or resembles no right topic."""
+        """Returns the robot's topic that `node` probably means by `topic`. The name of this topic
+        is one of `names`. Returns '' if `topic` is right, belongs to another robot, or resembles
+        none of these names."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''
         path = topic.lower()
-        # imu/data and raw_imu mean imu, simulator does not
-        right_names = [name for name in names
-                       if name in SENSORS and re.search('(?<![a-z])' + name, path)]
+        # imu/data and raw_imu contain the word imu, but simulator does not
+        sensor_names = [name for name in names
+                        if name in SENSORS and re.search('(?<![a-z])' + name, path)]
         _, _, base_name = path.rpartition('/')
-        right_names += difflib.get_close_matches(base_name, names, n=1, cutoff=MIN_NAME_SIMILARITY)
+        similar_names = difflib.get_close_matches(base_name, names, n=1, cutoff=MIN_NAME_SIMILARITY)
+        right_names = sensor_names + similar_names      # the likeliest first
         return self.namespace + right_names[0] if right_names else ''
 
     def _is_of_another_robot(self, topic, node):
@@ -174,24 +175,26 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 
 def _mistake_sentences(text, graph, names, users, partners):
     """Returns the sentence `text` for each node that uses a wrong topic instead of one of `names`.
-    `users` and `partners` are {topic: nodes}: the publishers and the subscribers, or vice versa."""
+    `users` {topic: nodes} are the publishers and `partners` the subscribers, or vice versa. A topic
+    without partners may be wrong."""
     sentences = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:
             right = graph.right_topic(topic, node, names)
             if right not in partners:
                 continue
+            # a node that also uses the right topic makes no mistake
             if node in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
-                continue    # a node that also uses the right topic makes no mistake
-            # a recorder is named only if no node of the robot uses the topic
-            of_robot = (partner for partner in partners[right] if partner in graph.robot_nodes)
-            partner = next(of_robot, partners[right][0])
+                continue
+            # the sentence names a recorder only if no node of the robot uses the topic
+            robot_partners = [node for node in partners[right] if node in graph.robot_nodes]
+            partner = (robot_partners or partners[right])[0]
             sentences.append(text.format(node=node, wrong=topic, right=right, partner=partner))
     return sentences
 
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
-    """Judges whether the nodes in `peers` {node: Peer} answer at the addresses of the master."""
+    """Judges whether the nodes in `peers` {node: Peer} answer at their registered addresses."""
     for node, peer in sorted(peers.items()):
         if not peer.problem:
             continue
@@ -211,7 +214,8 @@ def judge_return_path(publishers: Mapping[str, str], connected: Collection[str],
                       computer: Computer, is_robot_elsewhere: bool) -> Finding:
     """Judges whether this computer's commands reach the node `robot`, which listens to cmd_vel.
     `publishers` is {node of this computer that publishes cmd_vel: URI}. `connected` has the URIs of
-    nodes from which `robot` receives messages. `computer.outgoing_address` leads to the robot."""
+    nodes from which `robot` receives messages. From `computer.outgoing_address` this computer sends
+    to the robot."""
     for node, uri in sorted(publishers.items()):
         uri = uri.rstrip('/')
         if uri not in connected:

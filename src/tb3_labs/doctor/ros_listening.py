@@ -21,10 +21,10 @@ from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
-#: {topic to which the doctor listens: (type of its messages, function that returns a sample)}
-SAMPLE_READERS = {
-    'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
-    'joint_states': (JointState, to_wheel_sample), 'cmd_vel': (Twist, lambda command: None)}
+#: {topic to which the doctor listens: type of the messages}
+MESSAGE_TYPES = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': Twist}
+#: {topic of a sensor: function that converts a message to a sample}
+SAMPLE_READERS = dict(imu=to_imu_sample, odom=to_odometry_sample, joint_states=to_wheel_sample)
 
 
 class ReceivedMessage(NamedTuple):
@@ -42,13 +42,15 @@ def examine_messages(graph, address, is_wall_time):
         message.sender for message in received if message.topic == 'cmd_vel'))
     for name in SENSORS:
         arrivals = [message.arrived_at for message in received if message.topic == name]
-        publisher = next(iter(graph.sensor_publishers[name]), '')
+        publishers = graph.sensor_publishers[name]
+        publisher = publishers[0] if publishers else ''
         yield judge_stream(graph.namespace + name, arrivals, listening_end, publisher)
     delays = [arrived_at - message.header.stamp.to_sec()
               for topic, arrived_at, _, message in received
               if topic in SENSORS and message.header.stamp]
     if delays and is_wall_time:
         yield judge_clock(min(delays))
+
     samples = read_samples(received)
     gyro = gyro_monitor_of(samples, graph.namespace + 'reset')
     problem, _, remedy = gyro.problem_text().partition(': ')
@@ -65,7 +67,7 @@ def examine_messages(graph, address, is_wall_time):
 
 def listen(namespace, address):
     """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
-    The doctor advertises `address`, its address towards the master: ROS_IP may be wrong."""
+    ROS_IP may be wrong, so the doctor advertises `address`, from which it reaches the master."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []
@@ -76,7 +78,7 @@ def listen(namespace, address):
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
                         disable_rostime=True, disable_signals=True)
-        for name, (message_type, _) in SAMPLE_READERS.items():
+        for name, message_type in MESSAGE_TYPES.items():
             rospy.Subscriber(namespace + name, message_type, on_message, name)
         time.sleep(LISTENING_TIME)
         return list(received), time.time()
@@ -85,12 +87,12 @@ def listen(namespace, address):
 
 
 def read_samples(received):
-    """Returns [(time of arrival [s], sample)] of the valid messages. A command's sample is None."""
+    """Returns [(time of arrival [s], sample)] of the sensors' valid messages."""
     samples = []
     for topic, arrived_at, _, message in received:
-        _, read = SAMPLE_READERS[topic]
         with suppress(ValueError):    # an arm also publishes joint_states, but without wheels
-            samples.append((arrived_at, read(message)))
+            if topic in SAMPLE_READERS:
+                samples.append((arrived_at, SAMPLE_READERS[topic](message)))
     return samples
 
 

@@ -10,19 +10,19 @@ from tb3_labs.doctor import BRINGUP_REMEDY, Finding, fault, ok, warning
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 LISTENING_TIME = 5.0                # [s]
-CLOCK_WARNING_OFFSET = 0.1          # [s]; above, tf may refuse transforms
-CLOCK_FAULT_OFFSET = 1.0            # [s]; above, nodes that use stamps do not work
-MAX_DRIFT = 2.0                     # [deg/min]; a faster drift disturbs a lab
-MIN_RATE_TIME = 0.1                 # [s], for measuring a rate
-MIN_IMU_SAMPLES = 12                # for measuring a drift
-MIN_WHEEL_SAMPLES = 2               # for measuring a drift
+CLOCK_WARNING_OFFSET = 0.1          # [s] tf may refuse transforms if the offset is larger
+CLOCK_FAULT_OFFSET = 1.0            # [s] nodes that use stamps fail if the offset is larger
+MAX_DRIFT = 2.0                     # [deg/min] a faster drift disturbs a lab
+MIN_RATE_TIME = 0.1                 # [s] a rate is measured over at least this time
+MIN_IMU_SAMPLES = 12                # a drift is not measured with fewer samples
+MIN_WHEEL_SAMPLES = 2               # a drift is not measured with fewer samples
 #: The variance [s^2] of times that are spread evenly over 2 s.
 MIN_TIME_VARIANCE = 2.0 ** 2 / 12.0
-MAX_STANDING_ANGLE = 0.005          # [rad]; a wheel that turns more does not stand still
+MAX_STANDING_ANGLE = 0.005          # [rad] a wheel that turns more does not stand still
 
 
 def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
-    """Judges whether many nodes drive. `command_counts` is {node: commands in LISTENING_TIME}."""
+    """Judges how many nodes drive. `command_counts` is {node: commands in LISTENING_TIME}."""
     drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
                            for node, count in sorted(command_counts.items()))
     if len(command_counts) > 1:
@@ -35,8 +35,8 @@ def judge_drivers(command_counts: Mapping[str, int]) -> Finding:
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), listening_end: float = 0.0,
                  publisher: str = '') -> Finding:
-    """Judges whether the messages of a sensor arrive without long gaps. `arrivals` are the times of
-    arrival [s] before `listening_end` [s]. `publisher` is a node that publishes `topic`, or ''."""
+    """Judges whether a sensor's messages come without long gaps. `arrivals` are the times [s] at
+    which messages came before `listening_end` [s]. `publisher` publishes `topic`, or is ''."""
     _, _, name = topic.rpartition('/')
     if not publisher:
         return fault(name, f'nobody publishes {topic}', BRINGUP_REMEDY)
@@ -95,16 +95,17 @@ def judge_drift(drift: float, namespace: str) -> Finding:
 
 def drift_of(imu: Sequence[Tuple[float, float]],
              wheels: Sequence[Tuple[float, float]]) -> Optional[float]:
-    """Returns the slope of the yaw [deg/min]; None if the wheels turn, or samples are too few.
+    """Returns the slope of the yaw [deg/min], or None if the wheels turn or samples are too few.
     `imu` is [(stamp [s], yaw [rad])]. `wheels` is [(left angle [rad], right angle [rad])]."""
     if len(imu) < MIN_IMU_SAMPLES or len(wheels) < MIN_WHEEL_SAMPLES:
         return None
-    for angles in zip(*wheels):    # of the left wheel, then of the right wheel
+    for angles in zip(*wheels):    # first of the left wheel, then of the right wheel
         if max(angles) - min(angles) > MAX_STANDING_ANGLE:
             return None
-    middle = mean(stamp for stamp, _ in imu)
+    mean_stamp = mean(stamp for stamp, _ in imu)
     _, first_yaw = imu[0]
-    turns = [(stamp - middle, math.remainder(yaw - first_yaw, 2.0 * math.pi)) for stamp, yaw in imu]
+    turns = [(stamp - mean_stamp, math.remainder(yaw - first_yaw, 2.0 * math.pi))
+             for stamp, yaw in imu]
     # The slope of the least-squares line is sum(time * turn) / sum(time * time). In a recording
     # that is shorter than 2 s the divisor is increased, so that noise does not look like drift.
     divisor = max(sum(time * time for time, _ in turns), MIN_TIME_VARIANCE * len(turns))

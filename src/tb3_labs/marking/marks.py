@@ -25,8 +25,8 @@ from tb3_labs.marking.trial.remarks import (
 from tb3_labs.watch import lab_mistakes
 from tb3_labs.watch.mistake import Mistake, NodeRun, find_first_mistake
 
-MAX_POINTS = 10 ** 6        # of a criterion
-MAX_SENTENCES = 100         # of the remarks, and also of the findings
+MAX_POINTS = 10 ** 6        # the most points for one criterion
+MAX_SENTENCES = 100         # further remarks and further findings are left out
 NOT_JUDGED = 'not judged'
 EXTRA_SECTION = 'extra'
 
@@ -44,8 +44,8 @@ class Lab(NamedTuple):
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def read_parts(self, text: str) -> List[str]:
-        """Returns the parts in `text`, such as 'turns,mouse'. Raises ``ValueError`` if one of these
-        is not a part of the lab."""
+        """Returns the parts in `text`, such as 'turns,mouse'. Raises ``ValueError`` if the lab does
+        not have one of these parts."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         unknown = sorted(set(parts) - set(self.parts))
         if unknown:
@@ -71,19 +71,19 @@ class Marks:
     late: bool = False               # the learning platform calls the submission late
     remarks: List[str] = field(default_factory=list)      # sentences for the student
     findings: List[str] = field(default_factory=list)     # sentences only for the instructor
-    unjudged: str = ''               # why the submission was not judged; '' if it was judged
+    unjudged: str = ''               # why the submission was not judged, or '' if it was judged
     seconds: float = 0.0             # the duration [s] of the trial
-    #: Pages leave out these first parts of paths, which mean nothing on another machine.
+    #: A page shows a path without these beginnings, because only the marking machine has them.
     path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
     observation: Optional[Observation] = None    # None if there was no trial
-    decided_points: Optional[float] = None       # the points that a person gave, if any
-    decision_reason: str = ''                    # a person's reason for these points
+    decided_points: Optional[float] = None       # None if no person gave points
+    decision_reason: str = ''                    # a person's reason for the decided points
     first_mistake: Optional[Mistake] = None      # see _find_first_mistake
 
     @property
     def has_known_points(self) -> bool:
-        """True if the marker or a person gave points."""
+        """True if mark.py or a person gave points."""
         return not self.unjudged or self.decided_points is not None
 
     @property
@@ -94,7 +94,7 @@ class Marks:
 
     @property
     def delay_sentence(self) -> str:
-        """A warning if points were lost and the machine was too busy for a fair trial, else ''."""
+        """A warning if points were lost and the machine was too busy for a fair trial, or ''."""
         gap = self.observation.longest_gap if self.observation else 0.0
         if gap <= MAX_FAIR_GAP or self.meets_handout:
             return ''
@@ -103,14 +103,14 @@ class Marks:
 
     @property
     def mistake_sentence(self) -> str:
-        """A sentence on the first mistake, with line numbers; '' without a mistake."""
+        """A sentence on the first mistake, with line numbers, or '' if there is no mistake."""
         if self.first_mistake is None or self.observation is None:
             return ''
         return self.first_mistake.as_sentence(self.observation.assigned)
 
     @property
     def hint(self) -> str:
-        """A sentence on the mistake, and the place in a lab sheet; '' without a mistake."""
+        """The first mistake, and the place in a lab sheet that explains this mistake, or ''."""
         if self.first_mistake is None:
             return ''
         return f'{self.mistake_sentence} See {self.first_mistake.place}.'
@@ -122,19 +122,19 @@ class Marks:
 
     @property
     def points(self) -> float:
-        """The points that a person gave, else the marker's points."""
+        """The points that a person gave, or else the points from mark.py."""
         return self.earned_points if self.decided_points is None else self.decided_points
 
     @property
     def points_text(self) -> str:
-        """The points in words; NOT_JUDGED if neither the marker nor a person gave points."""
+        """The points in words, or NOT_JUDGED if neither mark.py nor a person gave points."""
         if not self.has_known_points:
             return NOT_JUDGED
         return f'{self.points:g} of {self.full_points:g} points'
 
     @property
     def earned_points(self) -> float:
-        """The marker's points, including those of the extra criteria."""
+        """The points from mark.py, including the points for the extra criteria."""
         return sum(verdict.points for verdict in self.verdicts)
 
     @property
@@ -158,7 +158,7 @@ def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], la
     """Returns `trial_marks` with verdicts and points.
 
     `observation` is None if there was no trial. `criterion_points` is a dict {name of a criterion:
-    points}. `parts` are the tried parts of the lab; [] means all parts.
+    points}. `parts` are the tried parts of the lab, or [] if all parts were tried.
     """
     marks = replace(trial_marks, observation=observation, findings=list(trial_marks.findings))
     if observation is None:
@@ -167,17 +167,11 @@ def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], la
     if observation.marker_error and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
     marks.verdicts = verdicts_of(LABS[lab].criteria, observation, criterion_points, parts)
+
     verdict_text = ' '.join(verdict.reason for verdict in marks.verdicts)
     marks.remarks = [*marks.remarks, *remarks_on(observation, verdict_text),
                      *LABS[lab].remarks_on_trial(observation)]
-    try:
-        if marks.meets_handout:
-            marks.remarks += lab_mistakes.remarks(observation.recording, lab)
-        else:
-            marks.first_mistake = _find_first_mistake(observation, marks.graded_verdicts)
-    except Exception as error:        # a node's variables may have any value
-        marks.findings.append('The marker could not look inside the node '
-                              f'({type(error).__name__}: {error}).')
+    _judge_variables(marks, observation, lab)
     marks.findings += observation.findings + version_errors(observation)
     if marks.delay_sentence:
         marks.remarks.append(marks.delay_sentence)
@@ -189,20 +183,33 @@ def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], la
     return marks
 
 
+def _judge_variables(marks, observation, lab):
+    """Look for mistakes in the recorded variables of the node. If the node meets the handout, add
+    remarks on these mistakes to `marks`. Otherwise set the first mistake of `marks`."""
+    try:
+        if marks.meets_handout:
+            marks.remarks += lab_mistakes.remarks(observation.recording, lab)
+        else:
+            marks.first_mistake = _find_first_mistake(observation, marks.graded_verdicts)
+    except Exception as error:        # a node's variables may have any value
+        marks.findings.append('The marker could not look inside the node '
+                              f'({type(error).__name__}: {error}).')
+
+
 def _find_first_mistake(observation, verdicts):
-    """Returns the first mistake in the parts of the lab in which points were lost, if any.
-    Returns None if the mistake is known: an exception, an unpublished topic, or a command that is
-    not finite. `verdicts` are on the handout's criteria."""
+    """Returns the first mistake in the parts of the lab in which the node lost points, or None.
+    Also returns None if a remark already names an exception, an unpublished topic, or a command
+    that is not finite. `verdicts` are on the handout's criteria."""
     if observation.recording is NO_RECORDING or tracebacks_before_the_end(observation):
         return None
     if observation.clause_on_silent_topics or observation.not_finite:
         return None
+    parts_of_handout = {verdict.criterion.part for verdict in verdicts}
     missed_parts = {verdict.criterion.part for verdict in verdicts
                     if verdict.outcome is not Outcome.MET}
-    parts_of_handout = {verdict.criterion.part for verdict in verdicts}
     variables = observation.recording.variables
     for part, begin, end in observation.part_intervals():
-        if part not in parts_of_handout:
+        if part not in parts_of_handout:    # the handout does not ask for what the node does here
             is_in_part = (variables.arrival >= begin) & (variables.arrival < end)
             variables = variables.take(~is_in_part)
     node_run = NodeRun(replace(observation.recording, variables=variables))
@@ -210,7 +217,7 @@ def _find_first_mistake(observation, verdicts):
 
 
 def _printable_sentences(sentences):
-    # a sentence may quote a submission
+    # a sentence may quote any characters of a submission
     return [printable(text[:MAX_SENTENCE_LENGTH]) for text in sentences[:MAX_SENTENCES]]
 
 
@@ -234,7 +241,7 @@ def _refuse_invalid_points(lab, section, is_extra):
         if name not in names:
             raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
                              + ', '.join(names))
-        points = section.get(name)      # None if the criterion is missing
+        points = section.get(name)      # None if the section lacks the criterion
         is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
         if not (is_number and 0 <= points <= MAX_POINTS):
             raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number from 0 '

@@ -6,8 +6,8 @@ The table has the columns `student`, `points`, `of` (full marks), a column for e
 
 The column of a criterion beyond the handout has a name that begins with 'extra_'. If such a
 criterion is worth no points, its cells contain 'yes' or 'no'. If a submission was not judged, the
-criteria's cells are empty. A text from a submission is never written as a formula. A person may
-write points into the column `decided`, and a sentence into `reason`.
+criteria's cells are empty. A text from a submission is never written as a formula, which a
+spreadsheet would run. A person may write points into `decided`, and a sentence into `reason`.
 """
 import csv
 import io
@@ -24,50 +24,36 @@ from tb3_labs.report.page.document import Markup, document, safe_cell, table
 STUDENT, POINTS, FULL_POINTS = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, FULL_POINTS]
-#: A spreadsheet's cell has at most 32767 characters, of which safe_cell() may add some.
+#: A spreadsheet allows 32767 characters in a cell, and safe_cell() may add a few to the remarks.
 MAX_REMARKS_LENGTH = 32757
-csv.field_size_limit(2 ** 31 - 1)
+csv.field_size_limit(2 ** 31 - 1)       # by default, csv refuses cells of over 131072 characters
 
 
 class MarksTable:
     """The table that the previous run of mark.py wrote."""
 
     def __init__(self, text: str = '') -> None:
-        """`text` is the text of marks.csv; '' in the first run. Raises ``ValueError`` if the text
-        is not a table of marks, or if a person's points are invalid."""
-        text = text.lstrip('\ufeff') or ','.join(FIRST_COLUMNS)
-        first_line = text.partition('\n')[0]
-        delimiter = max(',;\t', key=first_line.count)    # a spreadsheet may write another delimiter
-        reader = csv.DictReader(io.StringIO(text, newline=''), restval='', delimiter=delimiter)
-        try:
-            self._rows = list(reader)
-        except csv.Error as error:
-            raise ValueError(str(error)) from None
-        self._columns = list(reader.fieldnames or ())
-        if not set(FIRST_COLUMNS) <= set(self._columns):
-            raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
-        # DictReader stores the cells that have no heading under the key None
-        has_extra_cells = any(None in row for row in self._rows)
-        if has_extra_cells or len(set(self._columns)) < len(self._columns):
-            raise ValueError('each column needs a heading of its own in the first row')
+        """`text` is the text of marks.csv, or '' in the first run. Raises ``ValueError`` if the
+        text is not a table of marks, or if a person's points are invalid."""
+        self._columns, self._rows = _read_table(text.lstrip('\ufeff') or ','.join(FIRST_COLUMNS))
         #: A person's decisions: {student: (points or None, reason)}.
         self.decisions: Dict[str, Tuple[Optional[float], str]] = {}
         for row in self._rows:
-            decided, reason = row.get(DECIDED, ''), row.get(REASON, '')
+            student, decided, reason = row[STUDENT], row.get(DECIDED, ''), row.get(REASON, '')
             if decided or reason:
-                self.decisions.setdefault(
-                    row[STUDENT], (_decided_points(decided, row[STUDENT]), reason))
+                self.decisions.setdefault(student, (_decided_points(decided, student), reason))
 
     def change_sentences(self, all_marks: Sequence[Marks]) -> List[str]:
-        """Returns [] if no points have changed, else [a sentence for the instructor]. Criteria may
-        have changed, or a person may have typed over the marker's points."""
+        """Returns [a sentence for the instructor] on changed points, or [] if no points have
+        changed. The criteria may be different now, or a person may have overwritten the points."""
         old_points = {row[STUDENT]: row[POINTS] for row in self._rows}
         changes = []
         for marks in all_marks:
             cells = cells_of(marks)
             old = old_points.get(cells[STUDENT])
             new = cells[POINTS] or NOT_JUDGED
-            if old and _number_in(old) != _number_in(new):      # a text (NaN) is always a change
+            # a text is always a change, because it becomes NaN, which equals no number
+            if old and _number_in(old) != _number_in(new):
                 changes.append(f'{marks.student} ({old}, now {new})')
         if not changes:
             return []
@@ -85,14 +71,34 @@ class MarksTable:
             new_row = cells_of(marks)
             rows_of_student = [row for row in old_rows if row[STUDENT] == new_row[STUDENT]]
             if rows_of_student:
-                old_rows.remove(rows_of_student[0])
-                new_row = {**rows_of_student[0], **new_row}
+                old_row = rows_of_student[0]
+                old_rows.remove(old_row)
+                new_row = {**old_row, **new_row}
             new_rows.append(new_row)
         out = io.StringIO(newline='')
         writer = csv.DictWriter(out, columns, lineterminator='\n')
         writer.writeheader()
         writer.writerows(new_rows + old_rows)
         return out.getvalue()
+
+
+def _read_table(text: str) -> Tuple[List[str], List[Dict[str, str]]]:
+    """Returns (columns, rows) of a table of marks. A row is {column: cell}."""
+    first_line = text.partition('\n')[0]
+    delimiter = max(',;\t', key=first_line.count)    # a spreadsheet may write another delimiter
+    reader = csv.DictReader(io.StringIO(text, newline=''), restval='', delimiter=delimiter)
+    try:
+        rows = list(reader)
+    except csv.Error as error:
+        raise ValueError(str(error)) from None
+    columns = list(reader.fieldnames or ())
+    if not set(FIRST_COLUMNS) <= set(columns):
+        raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
+    # DictReader stores the cells that have no heading under the key None
+    has_extra_cells = any(None in row for row in rows)
+    if has_extra_cells or len(set(columns)) < len(columns):
+        raise ValueError('each column needs a heading of its own in the first row')
+    return columns, rows
 
 
 def cells_of(marks: Marks) -> Dict[str, str]:
@@ -118,7 +124,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
 
 
 def _number_in(cell: str) -> float:
-    """Returns the number in a cell; NaN if the cell contains another text."""
+    """Returns the number in a cell, or NaN if the cell contains another text."""
     try:
         return float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:
@@ -129,7 +135,7 @@ def _decided_points(cell: str, student: str) -> Optional[float]:
     if not cell:
         return None
     points = _number_in(cell)
-    if not 0.0 <= points < math.inf:        # also true for NaN
+    if not 0.0 <= points < math.inf:        # this condition is also true for NaN
         raise ValueError(f'{student}: {DECIDED} = {cell[:40]!r} is not valid: a number of at least '
                          '0, or nothing')
     return points

@@ -6,7 +6,7 @@
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
 A trial is kept until the submission, a setting, or one of the `trial_files` changes. Each run of
-mark.py makes verdicts, points and sentences from the bags.
+mark.py makes verdicts, points and sentences anew from the kept bags.
 """
 import fcntl
 import hashlib
@@ -30,7 +30,7 @@ from tb3_labs.report.page.document import safe_cell
 
 TABLE_FILE = 'marks.csv'
 RECORD_SUFFIX = '.marks.json'
-#: The fields of Marks that are not in the bag of the trial, so that a record keeps them.
+#: A student's record keeps these fields of Marks, because the bag of the trial lacks them.
 RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
                    'seconds', 'path_prefixes')
 PACKAGE_FOLDER = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
@@ -40,8 +40,8 @@ ROBOT_SCRIPT = 'fake_turtlebot3.py'
 class Options(NamedTuple):
     """Settings of the trials of a class."""
 
-    package: str = ''           # the name of the node's package; '' means a usual name
-    name: str = ''              # the name of the node's file; '' means a usual name
+    package: str = ''           # the name of the node's package, or '' for each usual name
+    name: str = ''              # the name of the node's file, or '' for each usual name
     pad: str = HANDOUT_PAD      # the kind of gamepad that the check imitates
     sandbox: bool = True        # the programs of submissions run in a Sandbox
 
@@ -57,13 +57,13 @@ class MarksFolder:
         self.logs = output_folder(self._path / 'logs')
         self.lab, self.parts, self.options = lab, parts, options
         self._criterion_points = criterion_points
-        files = b''.join(path.read_bytes() for path in trial_files(lab))
+        trial_code = b''.join(path.read_bytes() for path in trial_files(lab))
         self._trial_settings = {
             'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
-            'version': hashlib.sha256(files).hexdigest()}
+            'version': hashlib.sha256(trial_code).hexdigest()}
         #: {student: the content of STUDENT.marks.json}
         self._records: Dict[str, Dict[str, Any]] = {}
-        #: {student: Marks without the observation} for the pages that this run has written
+        #: {student whose page this run has written: Marks without the observation}
         self._new_marks: Dict[str, Marks] = {}
         for file in sorted(self.logs.glob('*' + RECORD_SUFFIX)):
             self._read_record(file)
@@ -78,19 +78,20 @@ class MarksFolder:
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
     def write_if_unchanged(self, student: str, digest: str) -> Optional[Marks]:
-        """Write a student's page and results if the trial can be kept. Returns the Marks; None if
-        the submission's `digest`, a setting, or a file of the trial has changed."""
+        """Write a student's page and results if the trial can be kept. Returns the Marks, or None
+        if the submission's `digest`, a setting, or a file of the trial has changed."""
         record = self._records.get(student)
         if record is None:
             return None
         options = self.options._asdict()
         recorded_name = record['key']['options'].get('name', '')
-        if '/' in recorded_name and not self.options.name:      # a person chose this student's node
+        # an earlier run tried the file that a person chose for this student, and that choice stays
+        if '/' in recorded_name and not self.options.name:
             options['name'] = recorded_name
         if record['key'] != dict(self._trial_settings, submission=digest, options=options):
             return None
         marks = self._written_marks(student)
-        return None if marks.unjudged else marks    # the bag is gone, or cannot be read
+        return None if marks.unjudged else marks    # an unjudged submission is tried again
 
     def _written_marks(self, student):
         """Returns a student's Marks. Writes page and results if this run has not written them."""
@@ -107,7 +108,7 @@ class MarksFolder:
         self._records[trial_marks.student] = record
         marks = self._judge_and_write(record)
         if marks.delay_sentence:
-            record['key']['submission'] = ''    # the next run tries the submission again
+            record['key']['submission'] = ''    # so that the next run tries the submission again
         write_output(self.logs / (marks.student + RECORD_SUFFIX), json.dumps(record))
         return marks
 
@@ -117,9 +118,9 @@ class MarksFolder:
         if not self._records:
             return None, []
         all_marks = [self._written_marks(student) for student in sorted(self._records)]
+        write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
         notes = [] if self.options.sandbox else [NO_SANDBOX_WARNING]
         notes += self._table.change_sentences(all_marks)
-        write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
         notes += [f'To look at: {marks.student}: {finding}'
                   for marks in all_marks for finding in marks.findings]
         known_names = set(map(safe_cell, self._records))
@@ -140,7 +141,8 @@ class MarksFolder:
             raise ValueError(f"{self._path} has marks of {lab}, {', '.join(parts) or 'all parts'}: "
                              'choose another folder for these')
         if is_complete:
-            self._records[file.name[:-len(RECORD_SUFFIX)]] = record
+            student = file.name[:-len(RECORD_SUFFIX)]
+            self._records[student] = record
 
     def _read_table(self):
         path = self._path / TABLE_FILE
@@ -157,13 +159,10 @@ class MarksFolder:
     def _judge_and_write(self, record):
         """Write a student's page and results. Returns the Marks with points."""
         trial_marks = Marks(**record['handed_in'])
-        bag = self.bag(trial_marks.student)
         observation = None
         if not trial_marks.unjudged:
             try:
-                if record.get('bag') != self._bag_digest(trial_marks.student):
-                    raise ValueError(f'it is not in {bag} any more')
-                observation = read_trial(bag, trial_marks.path_prefixes)
+                observation = self._read_trial(trial_marks, record.get('bag'))
             except ValueError as error:
                 trial_marks.unjudged = f'Its trial cannot be judged: {error_text(error)}.'
         try:
@@ -174,9 +173,16 @@ class MarksFolder:
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
         write_output(folder / 'results.json', json.dumps(results(marks), indent=1))
-        # the observations of a whole class would need hundreds of MB
+        # the observation is dropped, because those of a whole class would need hundreds of MB
         self._new_marks[marks.student] = replace(marks, observation=None)
         return marks
+
+    def _read_trial(self, trial_marks, bag_digest):
+        """Returns the observation in a bag. Raises ``ValueError`` if the bag has another digest."""
+        bag = self.bag(trial_marks.student)
+        if bag_digest != self._bag_digest(trial_marks.student):
+            raise ValueError(f'it is not in {bag} any more')
+        return read_trial(bag, trial_marks.path_prefixes)
 
     def _marks_and_page(self, trial_marks, observation):
         marks = marks_after_trial(
@@ -206,7 +212,7 @@ def locked(path: Path) -> Iterator[None]:
 
 def trial_files(lab: str) -> List[Path]:
     """Returns the files that influence the node in a trial of a lab. The files of criteria, points
-    and sentences are left out, because each run makes these from the bag."""
+    and sentences are left out, because a change of these files needs no new trial."""
     marking = Path(__file__).resolve().parent
     installed_robot = PACKAGE_FOLDER.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT
     paths = {*marking.glob('trial/*.py'), *marking.glob('labs/ros_*.py'),
@@ -214,5 +220,5 @@ def trial_files(lab: str) -> List[Path]:
              *marking.parent.glob('simulation/*.py'), PACKAGE_FOLDER / 'scripts' / ROBOT_SCRIPT,
              installed_robot, PACKAGE_FOLDER / 'launch/fake_robot.launch',
              PACKAGE_FOLDER / f'launch/checks/check_{lab}.test'}
-    paths -= {marking / 'trial/from_bag.py', marking / 'trial/remarks.py'}      # only read a bag
+    paths -= {marking / 'trial/from_bag.py', marking / 'trial/remarks.py'}  # these only read bags
     return sorted(path for path in paths if path.is_file())

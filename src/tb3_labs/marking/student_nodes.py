@@ -18,11 +18,11 @@ class NodeNames(NamedTuple):
     """The names by which the marking finds the node of a lab."""
 
     packages: Tuple[str, ...]   # usual names of the student's package
-    files: Tuple[str, ...]      # usual names of the node's file; this package uses the first name
+    files: Tuple[str, ...]      # usual names of the node's file. This package uses the first name
     class_name: str             # the name of the node's class in the handout
     node_name: str              # the node's ROS name in the handout
-    needed_topics: Tuple[str, ...]      # a node that listens to the first topic is ready
-    other_signs: Tuple[str, ...]    # topics that a complete node uses, and its call for the reset
+    needed_topics: Tuple[str, ...]      # the node is ready when it listens to the first topic
+    other_signs: Tuple[str, ...]    # other topics of a complete node, and its call for the reset
 
 
 LAB_NODES = {
@@ -42,8 +42,8 @@ def is_valid_name(text: str) -> bool:
 
 
 def syntax_nodes_of(text: bytes) -> List[Any]:
-    """Returns the nodes of a program's syntax tree, the module first. Returns [] if `text` is not
-    valid Python, or is nested too deeply."""
+    """Returns the elements of a program's syntax tree (``ast``), the module first. Returns [] if
+    `text` is not valid Python, or is nested too deeply."""
     try:
         return list(ast.walk(ast.parse(text)))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -51,14 +51,13 @@ def syntax_nodes_of(text: bytes) -> List[Any]:
 
 
 OWN_PACKAGE = 'tb3_labs'
-# These environment variables contain the identity of a trial, and the path of a NodeStart's file.
-IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'
-NODE_START_VARIABLE = 'TB3_LABS_NODE_START'
+IDENTITY_VARIABLE = 'TB3_LABS_SUBMISSION'       # contains the identity of a trial
+NODE_START_VARIABLE = 'TB3_LABS_NODE_START'     # contains the path of a file with a NodeStart
 #: A program in a sandbox can write only into these folders.
 SANDBOX_HOME = '/home/student'
 WRITABLE_FOLDERS = '/tmp', SANDBOX_HOME, '/dev/shm'
-#: This command starts a node, which dies when its parent process dies. On a busy processor, the
-#: robot has priority over the node.
+#: This command starts a node, which dies when its parent process dies. `nice` gives the robot
+#: priority over the node on a busy processor.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 
 
@@ -69,7 +68,7 @@ class NodeStart(NamedTuple):
     environment: Optional[Dict[str, str]] = None        # None means the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     is_sandboxed: bool = False
-    program: str = ''              # the node's path; if '', rosrun finds the node
+    program: str = ''              # the node's path, or '' if rosrun must find the node
     name: str = ''                 # package/file, shown on the pages
     submission_folder: str = ''    # the folder of the submission
 

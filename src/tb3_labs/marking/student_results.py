@@ -1,10 +1,10 @@
 """The page of one student, and results.json, the same content for Gradescope.
 
-The page shows the verdicts, and the timeline of the recorded trial. It needs no other file.
+The page shows the verdicts, and the timeline of the recorded trial. The page needs no other file.
 
-In results.json the whole score is the sum of the tests' scores. An unjudged submission also gets a
-file, with the score 0 and the reason, because Gradescope would call a missing file an error of the
-autograder.
+In results.json the whole score is the sum of the tests' scores, unless a person gave other points.
+An unjudged submission also gets a file, with the score 0 and the reason, because Gradescope would
+call a missing file an error of the autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import math
@@ -21,12 +21,11 @@ from tb3_labs.report.page.document import Markup, document, hints_section, table
 from tb3_labs.report.page.timeline import timeline_data, timeline_event, timeline_html
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-MAX_SHOWN_LINES = 15            # of a process
+MAX_SHOWN_LINES = 15            # a page shows only the last lines that a process printed
 MAX_SHOWN_LINE_LENGTH = 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
-
 SEEN_HEADING = 'what was seen, and where to look'
 VISIBILITY = 'visible'      # Gradescope always shows the test to the student
 
@@ -85,16 +84,16 @@ def timeline_of(observation: Observation, verdicts: Sequence[Verdict]) -> Dict[s
 
 def _recording_for_timeline(observation: Observation) -> RunData:
     """Returns the recording of a trial, with poses in the frame ``local`` that are computed from
-    the true poses. Each drive begins with a reset."""
+    the true poses. Each drive begins with a reset of this frame."""
     recording = observation.recording
     true_poses = recording.ground_truth
     drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
-    ends = [drive.begin for drive in drives[1:]] + [math.inf]
+    next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
     local_poses, resets = [], []
-    for drive, end in zip(drives, ends):
-        frame = Pose2(*drive.facts[LOCAL_T_WORLD])
-        local_poses.append(true_poses.between(drive.begin, end).in_parent(frame))
-        first_pose = frame @ true_poses.pose_at(drive.begin)
+    for drive, next_begin in zip(drives, next_begins):
+        local_T_world = Pose2(*drive.facts[LOCAL_T_WORLD])
+        local_poses.append(true_poses.between(drive.begin, next_begin).in_parent(local_T_world))
+        first_pose = local_T_world @ true_poses.pose_at(drive.begin)
         resets.append([drive.begin, first_pose.x, first_pose.y, first_pose.yaw])
     local_pose = Poses.joined(local_poses) if drives else true_poses
     return replace(recording, name=observation.node, local_pose=local_pose,
@@ -115,7 +114,7 @@ def _verdict_table(verdicts, has_timeline):
 
 def outcome_symbol(verdict: Verdict) -> Markup:
     """Returns a coloured sign for the outcome of a verdict."""
-    # the handout does not require an extra criterion
+    # the handout does not require an extra criterion, so the page does not blame the student
     is_missed_extra = verdict.criterion.is_extra and verdict.outcome is Outcome.MISSED
     shown_outcome = Outcome.NOT_OFFERED if is_missed_extra else verdict.outcome
     return Markup(f'<span class="verdict" style="background: {COLOURS[shown_outcome]}" '

@@ -31,7 +31,7 @@ from tb3_labs.marking.student_nodes import GAMEPAD, IDENTITY_VARIABLE, LAB_NODES
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.observation import NodeProcess
 
-#: The marking takes over the environment variables with these names from the caller's terminal.
+#: The environment variables with these names are copied from the instructor's terminal.
 INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
@@ -86,8 +86,8 @@ class TrialRunner:
         return marks
 
     def _record_trial(self, marks, parsed, work, identity):
+        """Run the check on the node in a workspace, and keep the bag that the check records."""
         workspace = work / 'ws'
-        bag = work / 'trial.bag'
         copy = f'{workspace}/{COPY_FOLDER}/'
         marks.path_prefixes = [f'{copy}{parsed.package_folder}/', copy, f'{workspace}/']
         if self.folder.options.sandbox:
@@ -106,7 +106,7 @@ class TrialRunner:
         # the check would import modules of the submission.
         environment.update(node_start.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
-        write_output(log, '')       # if the log is a link, a new file replaces it
+        write_output(log, '')       # replaces a link by a file, so that open() follows no link
         with open(str(log), 'w') as file:
             command = protection.check_command(self._rostest_command(marks.node, work))
             is_in_time = self._run_check(command, environment, file)
@@ -114,6 +114,11 @@ class TrialRunner:
             marks.remarks.append(f'It was stopped after {TRIAL_TIMEOUT:g} s, the limit.')
         if self.interrupted.is_set():
             raise MarkingInterrupted('interrupted')
+        self._keep_bag(work / 'trial.bag', marks, log)
+
+    def _keep_bag(self, bag, marks, log):
+        """Copy the bag of a trial into the folder. Raises ``NotJudged`` if the bag is missing or
+        damaged, or if the node could not import a module."""
         if not bag.exists():
             raise NotJudged(f'The check left no record; see {log}.')
         write_output(self.folder.bag(marks.student), bag.read_bytes())
@@ -135,7 +140,7 @@ class TrialRunner:
         return command
 
     def _run_check(self, command, environment, output):
-        """Run a check until it ends, the marking is interrupted, or the time limit is reached.
+        """Run a check until it ends, a person interrupts the marking, or the time limit is reached.
         Returns True if the time limit was not reached."""
         check = subprocess.Popen(
             command, cwd=environment['ROS_HOME'], env=environment, start_new_session=True,
@@ -151,8 +156,8 @@ class TrialRunner:
 
 
 def import_error(processes: Sequence[NodeProcess]) -> str:
-    """Returns the text of the ImportError that ended the node's first process; '' if the node was
-    ready, or ended otherwise. The missing module may be installed on the student's machine."""
+    """Returns the text of the ImportError that ended the node's first process, or '' if there was
+    none. The student's machine may have the missing module, so the node is then not judged."""
     if not processes or processes[0].ready is not None:
         return ''
     last_line = processes[0].printed.rstrip().split('\n')[-1]
@@ -167,23 +172,20 @@ def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
 
 
 def kill_processes(identity: str) -> None:
-    """Kill all processes that have `identity` in their environment.
-
-    A program may start processes faster than this function finds them. Therefore all processes are
-    first stopped and then killed. A stopped process starts nothing and keeps its number.
-    """
+    """Kill all processes that have `identity` in their environment. A program may start processes
+    faster than this function finds them. Therefore all processes are first stopped and then killed.
+    A stopped process starts nothing and keeps its process id."""
     variable = f'{IDENTITY_VARIABLE}={identity}'.encode()
     empty_searches = 0
     # one search may miss a process that is starting a program and has no environment yet
     while empty_searches < 2:
         stopped_pids: Set[int] = set()
-        finds_more = True
-        while finds_more:
-            finds_more = _stop_more_processes(variable, stopped_pids)
+        while _stop_more_processes(variable, stopped_pids):
+            pass
         empty_searches = 0 if stopped_pids else empty_searches + 1
         for pid in stopped_pids:
             with suppress(ProcessLookupError):      # the process has ended already
-                if _has_in_environment(pid, variable):     # the number may belong to a new process
+                if _has_in_environment(pid, variable):  # else the pid belongs to a new process now
                     os.kill(pid, signal.SIGKILL)
 
 
@@ -197,7 +199,7 @@ def _stop_more_processes(variable, stopped_pids):
             with suppress(ProcessLookupError):      # the process has ended already
                 group = os.getpgid(pid)
                 os.kill(pid, signal.SIGSTOP)
-                if group != os.getpgrp():
+                if group != os.getpgrp():       # this process must not stop itself
                     os.killpg(group, signal.SIGSTOP)
             stopped_pids.add(pid)
     return len(stopped_pids) > old_count
@@ -223,16 +225,14 @@ def make_trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[s
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging_file),
-                ROS_TEST_RESULTS_DIR='results')     # relative: rostest cuts a path at a blank
+                ROS_TEST_RESULTS_DIR='results')     # rostest cuts an absolute path at a blank
 
 
 def make_marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
     """Make the folder `prefix` with links to the files of this package. Returns an environment with
-    two install prefixes: `prefix`, and the prefix of ROS.
-
-    `caller` is the environment of the instructor's terminal. The instructor's workspaces are left
-    out, so that their nodes and messages do not replace those of a submission.
-    """
+    two install prefixes, which are `prefix` and the prefix of ROS. `caller` is the environment of
+    the instructor's terminal. The instructor's workspaces are left out, so that their nodes and
+    messages do not replace those of a submission."""
     prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
     python_paths = caller.get(PYTHONPATH, '').split(':')
     _link_files(prefix / 'share', [rospkg.RosPack().get_path(OWN_PACKAGE)])
@@ -242,8 +242,9 @@ def make_marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[st
     site = Path(sys.prefix).parent / 'devel' / PYTHON_FOLDER / 'sitecustomize.py'
     if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
-    ros_prefixes = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')]
-    roots = [str(prefix), *ros_prefixes[-1:]]       # the last is the prefix of ROS itself
+    prefixes_with_rospy = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')]
+    ros_prefix_if_any = prefixes_with_rospy[-1:]    # ROS comes after the workspaces
+    roots = [str(prefix), *ros_prefix_if_any]
     variables = {name: value for name, value in caller.items()
                  if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():
@@ -256,7 +257,8 @@ def _link_files(parent, folders):
     """Make `parent`/tb3_labs with links to the files of the first existing folder in `folders`."""
     own_folder = parent / OWN_PACKAGE
     own_folder.mkdir(parents=True)
-    folder = next(filter(os.path.isdir, folders), None)
-    if folder is not None:
-        for name in os.listdir(folder):
-            (own_folder / name).symlink_to(os.path.join(os.path.abspath(folder), name))
+    existing_folders = [folder for folder in folders if os.path.isdir(folder)]
+    if existing_folders:
+        first_folder = os.path.abspath(existing_folders[0])
+        for name in os.listdir(first_folder):
+            (own_folder / name).symlink_to(os.path.join(first_folder, name))

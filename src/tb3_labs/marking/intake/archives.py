@@ -1,7 +1,7 @@
 """Copies strangers' folders and zip files, within limits.
 
-A hostile zip file may fill the disk, or write outside of its folder. Therefore a process with
-limits runs this code; see submissions.py.
+A hostile zip file may fill the disk, or write outside of its folder. Therefore submissions.py runs
+this code in a process with limits.
 """
 import hashlib
 import os
@@ -16,7 +16,7 @@ from typing import IO, Dict, List, Sequence, Tuple
 from tb3_labs.command_line import printable
 
 ZIP_SUFFIX = '.zip'
-UNPACKED_SUFFIX = '.unpacked'       # of the folder with the files of a zip file
+UNPACKED_SUFFIX = '.unpacked'       # ends the name of the folder with a zip file's content
 # A submission is not judged if its copy exceeds one of these limits.
 MAX_FILES = 5000
 MAX_SUBMISSION_BYTES = 200 * 10 ** 6
@@ -93,10 +93,8 @@ def _files_to_copy(original_names):
 
 def submitted_files(folder: Path) -> Tuple[Dict[Path, Path], List[Path]]:
     """Returns ({path in `folder`: file to copy}, refused paths in `folder`), without IGNORED_PATHS.
-
-    Links and devices are refused. A file with a second name (a hard link) is also refused: it may
-    be another person's file. Raises ``OSError`` if a folder cannot be read.
-    """
+    Links and devices are refused. A file with a second name (a hard link) is also refused, because
+    the file may belong to another person. Raises ``OSError`` if a folder cannot be read."""
     files: Dict[Path, Path] = {}
     refused: List[Path] = []
     for root, folders, names in os.walk(str(folder), onerror=_raise):
@@ -118,7 +116,7 @@ def _raise(problem):
 
 
 class SubmissionCopy:
-    """The copy of a submission. If a limit is exceeded, the methods raise ``NotJudged``."""
+    """The copy of a submission. The methods raise ``NotJudged`` if the copy exceeds a limit."""
 
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True)
@@ -134,7 +132,7 @@ class SubmissionCopy:
         if size > MAX_COPIED_BYTES:
             self._large_files.append(path)
             return
-        if len(path.parts) > MAX_FOLDER_DEPTH + 1:
+        if len(path.parent.parts) > MAX_FOLDER_DEPTH:
             raise NotJudged(f'Its folders are deeper than {MAX_FOLDER_DEPTH}.')
         self._file_count += 1
         self._byte_count += size
@@ -152,10 +150,10 @@ class SubmissionCopy:
         damaged, or if one of its paths leads out of the folder."""
         try:
             with zipfile.ZipFile(str(file)) as archive:
-                for entry in archive.infolist():    # zipfile reads at most the declared size
+                for entry in archive.infolist():
                     self._add_entry(archive, entry, folder)
         except ZIP_ERRORS as error:
-            # unlike str(problem), strerror has no path of the marking machine
+            # str(error) would show the student a path of the marking machine, but strerror does not
             reason = getattr(error, 'strerror', None) or str(error) or type(error).__name__
             raise NotJudged(f'The zip file {printable(file.name)} cannot be unpacked: '
                             f"{reason.rstrip('.')}.") from None
@@ -165,13 +163,14 @@ class SubmissionCopy:
         path = _safe_path(entry.filename)
         if entry.is_dir() or IGNORED_PATHS.search(path):
             return
-        mode = entry.external_attr >> 16
-        if stat.S_ISLNK(mode):
+        unix_mode = entry.external_attr >> 16       # the upper 16 bits contain the mode
+        if stat.S_ISLNK(unix_mode):
             self._links.append(folder / path)
             return
+        # the size in the zip file can be trusted, because zipfile reads at most this size
         with archive.open(entry) as source:
             self.add_file(source, folder / path, size=entry.file_size,
-                          is_executable=bool(mode & stat.S_IXUSR))
+                          is_executable=bool(unix_mode & stat.S_IXUSR))
 
     def remarks(self) -> List[str]:
         """Returns remarks on the files that were left out."""
@@ -181,12 +180,13 @@ class SubmissionCopy:
 
 
 def _safe_path(name):
-    """Returns the path, in the unpacked folder, of the zip file's entry `name`. Raises
+    """Returns the path in the unpacked folder for the entry `name` of a zip file. Raises
     ``NotJudged`` if the path leads out of this folder."""
     parts = [part for part in name.split('/') if part not in ('', '.')]
-    # the first entry of some services' zip files is the folder /
+    # the entry / alone is harmless, and is the first entry in the zip files of some services
     is_absolute = name.startswith('/') and bool(parts)
-    if is_absolute or '..' in parts or re.match('[A-Za-z]:/', name):
+    has_drive = re.match('[A-Za-z]:/', name)
+    if is_absolute or has_drive or '..' in parts:
         raise NotJudged(f'The zip file was not unpacked: its path {name[:80]!r} leads out of it.')
     return '/'.join(parts)
 
@@ -199,6 +199,6 @@ def short_list(names: Sequence[str], max_names: int = 6) -> str:
 
 
 def _omission_remarks(reason, paths):
-    """Returns a list with one remark on the paths that are left out; [] if there are no paths."""
+    """Returns a list with one remark on the paths that are left out, or [] if there are none."""
     shown = [printable(path[:MAX_SHOWN_PATH_LENGTH]) for path in sorted(map(str, paths))]
     return [f'Left out, because {reason}: {short_list(shown, max_names=3)}.'] if shown else []

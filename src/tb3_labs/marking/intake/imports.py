@@ -1,6 +1,6 @@
 """Finds the missing modules that a node, or another module of its submission, imports.
 
-In the trial, Python itself reports a missing module that was overlooked.
+If this search overlooks a missing module, Python reports the module in the trial.
 """
 import ast
 import shutil
@@ -31,13 +31,13 @@ class Import(NamedTuple):
     """The import of a module by a program."""
 
     module: str                       # the module's name with all dots, such as '.laws'
-    names: Tuple[str, ...]            # the names that are imported; () for `import module`
-    defined_names: Tuple[str, ...]    # the names that the import defines in the program
+    names: Tuple[str, ...]            # the imported names, or () for `import module`
+    defined_names: Tuple[str, ...]    # the names by which the program uses the import
     may_fail: bool                    # the import is in a `try`
 
     @property
     def package(self) -> str:
-        """The module's name up to the first dot; '' for `from .laws import name`."""
+        """The module's name up to the first dot, or '' for `from .laws import name`."""
         return self.module.split('.')[0]
 
     @property
@@ -52,7 +52,7 @@ class ParsedProgram(NamedTuple):
     text: str
     imports: List[Import]
     used_names: Set[str]        # the variables, functions and modules that the program uses
-    runs_code_on_import: bool   # True if it does more than define names, or is invalid Python
+    runs_code_on_import: bool   # the program does more than define names, or is invalid
 
 
 class MissingModules(NamedTuple):
@@ -70,12 +70,18 @@ def read_program(path: Path) -> ParsedProgram:
     syntax_nodes = syntax_nodes_of(data)
     if not syntax_nodes:
         return ParsedProgram(text, [], set(), runs_code_on_import=True)
+    used_names = {syntax.id for syntax in syntax_nodes if isinstance(syntax, ast.Name)}
+    return ParsedProgram(text, _imports_in(syntax_nodes), used_names,
+                         runs_code_on_import=_runs_code(syntax_nodes[0]))
+
+
+def _imports_in(syntax_nodes):
     statements_in_try = [statement for syntax in syntax_nodes if isinstance(syntax, ast.Try)
                          for statement in syntax.body]
-    nodes_in_try = {syntax for statement in statements_in_try for syntax in ast.walk(statement)}
+    syntax_in_try = {syntax for statement in statements_in_try for syntax in ast.walk(statement)}
     imports = []
     for syntax in syntax_nodes:
-        may_fail = syntax in nodes_in_try
+        may_fail = syntax in syntax_in_try
         if isinstance(syntax, ast.Import):
             for alias in syntax.names:
                 defined_name = alias.asname or alias.name.split('.')[0]
@@ -85,16 +91,16 @@ def read_program(path: Path) -> ParsedProgram:
             names = tuple(alias.name for alias in syntax.names)
             defined_names = tuple(alias.asname or alias.name for alias in syntax.names)
             imports.append(Import(module, names, defined_names, may_fail))
-    used_names = {syntax.id for syntax in syntax_nodes if isinstance(syntax, ast.Name)}
-    return ParsedProgram(text, list(dict.fromkeys(imports)), used_names,
-                         runs_code_on_import=_runs_code(syntax_nodes[0]))
+    return list(dict.fromkeys(imports))
 
 
-def _runs_code(tree):
-    for statement in tree.body:
+def _runs_code(module_syntax):
+    """Returns True if a module does more than define names and change Python's path."""
+    for statement in module_syntax.body:
         if isinstance(statement, EXECUTED_STATEMENTS):
             calls = [syntax for syntax in ast.walk(statement) if isinstance(syntax, ast.Call)]
-            if any(getattr(call.func, 'attr', '') not in PATH_METHODS for call in calls):
+            called_methods = {getattr(call.func, 'attr', '') for call in calls}  # '' for functions
+            if called_methods - set(PATH_METHODS):
                 return True
     return False
 
@@ -102,11 +108,11 @@ def _runs_code(tree):
 def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
     """Returns {file: ParsedProgram} of the node and of all modules in the folder `package` that the
     node imports, directly or through other modules."""
-    modules: Dict[str, List[Path]] = {}
+    module_files: Dict[str, List[Path]] = {}
     for path in files_in(package):
         if path.suffix == '.py' and path.stat().st_size <= MAX_PROGRAM_BYTES:
-            name = path.parent.name if path.stem == '__init__' else path.stem
-            modules.setdefault(name, []).append(path)
+            module = path.parent.name if path.stem == '__init__' else path.stem
+            module_files.setdefault(module, []).append(path)
     programs: Dict[Path, ParsedProgram] = {}
     files = [node]
     for file in files:      # the loop adds files to this list
@@ -115,7 +121,7 @@ def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
         programs[file] = read_program(file)
         for imported in programs[file].imports:
             for name in (*imported.module.split('.'), *imported.names):
-                files += modules.get(name, [])
+                files += module_files.get(name, [])
     return programs
 
 
@@ -124,14 +130,16 @@ def find_missing_modules(node: Path, package: Path, folder: Path,
     """Make the missing packages of messages. Returns the MissingModules of a node.
 
     `package` is the folder of the node's package. `folder` is the folder of the submission.
-    `packages` is {name: folder} of the submission's packages. An imported package of messages that
-    `packages` lacks is made in `folder` and added to `packages`. Such a package, and a package that
-    was handed in without messages, get copies of the types of tb3_labs and of the submission.
+    `packages` is {name: folder} of the submission's packages. If the node imports messages from a
+    package that `packages` lacks, the package is made in `folder` and added to `packages`. The new
+    package gets copies of all types of tb3_labs and of the submission. An imported package that was
+    handed in without messages gets the same copies.
     """
     programs = programs_of(node, package).values()
     files = [path for path in files_in(folder) if path.suffix == '.py']
     own_modules = {path.stem for path in files} | {path.parent.name for path in files}
     type_files = _type_files(node, folder)
+    # a service also has a type for its request and a type for its response
     types = {path.stem + end for path in type_files for end in ('', 'Request', 'Response')}
     placeholders: Set[str] = set()
     missing_imports: List[Import] = []
@@ -146,8 +154,9 @@ def find_missing_modules(node: Path, package: Path, folder: Path,
     for name in sorted(placeholders):
         placeholder = packages.setdefault(name, folder / PLACEHOLDERS / name)
         _copy_types(type_files, placeholder)
+
     missing = [imported for imported in missing_imports if imported.package not in placeholders]
-    # `from module import *` may define any name
+    # '*' counts as used, because `from module import *` may define any name
     used_names = {'*'}.union(*(program.used_names for program in programs))
     used = [imported for imported in missing if used_names.intersection(imported.defined_names)]
     used_packages = {imported.package for imported in used}
@@ -193,8 +202,8 @@ def _type_files(node, folder):
 
 
 def _copy_types(type_files, package):
-    """Copy files into a package. Of files with the same name, the last is kept."""
+    """Copy files into a package. If several files have the same name, the last is kept."""
     for path in type_files:
-        folder = package / path.suffix[1:]
+        folder = package / path.suffix.lstrip('.')
         folder.mkdir(parents=True, exist_ok=True)
         shutil.copy(str(path), str(folder))

@@ -1,5 +1,5 @@
 """Makes modules of messages and services, and an example of each type. This program runs in a
-sandbox: genpy pastes names into code, and Noetic's genmsg evaluates constants of a submission.
+sandbox, because genpy pastes a submission's names into code, and genmsg evaluates its constants.
 
 The program reads a JSON object. Its `search` is {package of the system: [folder of its messages]}.
 Its `definitions` is a list of [package, 'msg' or 'srv', name, text].
@@ -24,8 +24,8 @@ from genpy.generator import MsgGenerator, SrvGenerator
 
 MAX_EXAMPLE_BYTES = 10 ** 5
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: {type of a field that the check fills in: format of the module struct}. Of a header the check
-#: fills in only the stamp.
+#: {type of a field that the check fills in: format of the module struct}. The check fills in only
+#: the stamp of a header.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
@@ -51,7 +51,8 @@ def make_modules(search, definitions):
         if target.is_dir():
             write_modules(str(target))
     for module in Path('out').rglob('*.py'):
-        result['modules'].append([*module.parts[1:], module.read_text(encoding='utf-8')])
+        package_kind_and_file = module.relative_to('out').parts
+        result['modules'].append([*package_kind_and_file, module.read_text(encoding='utf-8')])
     sys.path.insert(0, os.path.abspath('out'))
     for package, kind, name, _ in definitions:
         try:
@@ -63,12 +64,10 @@ def make_modules(search, definitions):
 
 
 def example_of(type_class):
-    """Returns an example of a message type or a service type, with its checksum.
-
-    A message's example contains the bytes of a new message, and [name, type, first byte] of each
-    field; see `_first_byte`. A service's example contains the bytes of a request with the pose
-    (0, 0, 0), and the bytes of a response that reports success.
-    """
+    """Returns an example of a message type or a service type, with the checksum of the type.
+    A message's example contains the bytes of a new message, and a list of the fields. Each field is
+    [name, type, index of its first byte]. A service's example contains the bytes of a request with
+    the pose (0, 0, 0), and the bytes of a response that reports success."""
     if not hasattr(type_class, '_request_class'):
         data = _bytes_of(type_class())
         fields = [[name, type_name, _first_byte(type_class(), name, type_name, data)]
@@ -92,8 +91,9 @@ def _bytes_of(message):
 
 
 def _first_byte(message, name, type_name, old_bytes):
-    """Returns the index of the field's first byte in a message; None if the type is not in
-    FIELD_FORMATS. Each byte of the field becomes 1 to find the first byte that changes."""
+    """Returns the index of the field's first byte in a new message, or None if the field's type is
+    not in FIELD_FORMATS. To find this byte, the function sets all bytes of the field to 1, and
+    compares the message with its `old_bytes`."""
     if type_name not in FIELD_FORMATS:
         return None
     struct_format = FIELD_FORMATS[type_name]
@@ -104,8 +104,8 @@ def _first_byte(message, name, type_name, old_bytes):
         getattr(message, name).data = ones[0]
     else:
         setattr(message, name, ones[0])
-    byte_pairs = zip(old_bytes, _bytes_of(message))
-    return next(index for index, (old, new) in enumerate(byte_pairs) if old != new)
+    has_changed = [old != new for old, new in zip(old_bytes, _bytes_of(message))]
+    return has_changed.index(True)
 
 
 def _set_no_rotation(message):

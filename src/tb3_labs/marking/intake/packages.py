@@ -18,6 +18,8 @@ NODE_FOLDERS = ('scripts', 'nodes', 'src')
 OLD_OR_COPY = re.compile(
     r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
     r'archived?|deleted)(?![a-z])', re.IGNORECASE)
+#: Matches a character that Python forbids in a name, and the place before a digit that comes first.
+FORBIDDEN_IN_NAMES = re.compile(r'\W|^(?=\d)')
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
@@ -36,7 +38,7 @@ def node_package(node: Path, folder: Path) -> Path:
 
 
 def package_name(package: Path) -> str:
-    """Returns the name in the package.xml of a package; '' if there is no valid name."""
+    """Returns the name in the package.xml of a package, or '' if there is no valid name."""
     try:
         manifest = (package / MANIFEST).read_bytes()[:MAX_MANIFEST_BYTES]
         text = manifest.decode('utf-8-sig', errors='replace')
@@ -54,26 +56,25 @@ def is_old_or_copy(path: str) -> bool:
 
 
 def distance_key(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
-    """Returns a key that sorts paths in `folder`, the nearest to `node` first. Of equally near
-    paths, old or copied files come last."""
+    """Returns a key that sorts the paths in `folder` by their distance from `node`, the nearest
+    first. If paths are equally near, old or copied files come last."""
     common_folders = set(path.parents) & set(node.parents)
     is_old = is_old_or_copy(str(path.relative_to(folder)))
     return -len(common_folders), is_old, len(path.parts), str(path)
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
-    """Returns {name: folder} of the packages below `folder` whose names a program can import.
-
-    A package contains a package.xml, or at least message files. Of packages with the same name, the
-    nearest to `node` is returned. A package without a name gets the name of its folder.
+    """Returns {name: folder} of the packages below `folder` whose names a program can import. A
+    package contains a package.xml, or at least message files. If several packages have the same
+    name, only the nearest to `node` is returned. A package without a name gets its folder's name.
     """
     folders = {path.parent for path in files_in(folder) if path.name == MANIFEST}
     folders |= {path.parent.parent for path in definition_files_below(folder)
-                if path.parent.name == path.suffix[1:]}
+                if path.parent.name == path.suffix.lstrip('.')}
     packages = {}
     # the nearest package comes last, and replaces packages with the same name
     for package in sorted(folders, key=lambda path: distance_key(path, node, folder), reverse=True):
-        name = package_name(package) or re.sub(r'\W|^(?=\d)', '_', package.name)
+        name = package_name(package) or FORBIDDEN_IN_NAMES.sub('_', package.name)
         if is_valid_name(name):
             packages[name] = package
     return packages
@@ -81,7 +82,7 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
 
 def definition_files_below(folder: Path) -> List[Path]:
     """Returns the files of messages and services below `folder`. Some names may be invalid."""
-    return [path for path in files_in(folder) if path.suffix[1:] in DEFINITION_KINDS]
+    return [path for path in files_in(folder) if path.suffix.lstrip('.') in DEFINITION_KINDS]
 
 
 def definition_files(package: Path) -> List[Path]:
@@ -97,8 +98,8 @@ def module_folders(package: Path, name: str) -> List[Path]:
     if not setup.is_file():
         return []
     text = setup.read_bytes()[:MAX_MANIFEST_BYTES].decode(errors='replace')
-    names = {name, *re.findall(r'\w+', text)}
     folders = {path.parent for path in files_in(package) if path.suffix == '.py'} - {package}
-    if 'find_packages' not in text:
-        folders = {folder for folder in folders if folder.name in names}
+    if 'find_packages' not in text:     # then the text contains the names of the folders
+        folder_names = {name, *re.findall(r'\w+', text)}
+        folders = {folder for folder in folders if folder.name in folder_names}
     return sorted(folders, key=lambda folder: len(folder.parts), reverse=True)

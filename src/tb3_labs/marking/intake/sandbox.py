@@ -82,7 +82,7 @@ class Protection:
         return dict(base)
 
     def hand_over(self, folder: Path) -> None:
-        """Give `folder`, which must contain only copies, to the user that runs the program."""
+        """Make the program's user the owner of `folder`, which must contain only copies."""
 
 
 class OtherUser(Protection):
@@ -93,7 +93,7 @@ class OtherUser(Protection):
         self.user_id = random.choice(UNUSED_USER_IDS)
 
     def check_command(self, words: List[str]) -> List[str]:
-        # the program cannot read the check's files
+        # with this umask, a submission's program cannot read the files that the check makes
         return ['sh', '-c', 'umask 077; exec "$@"', 'sh'] + super().check_command(words)
 
     def program_command(self, words: List[str]) -> List[str]:
@@ -130,7 +130,7 @@ class Sandbox(Protection):
         options = ['--die-with-parent', '--unshare-pid', '--unshare-ipc', '--unshare-uts']
         if self.user_id is None:
             options.append('--unshare-user')
-        else:
+        else:       # ENTER_PROGRAM needs both capabilities to become another user
             options += ['--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
         options += [*_mount_options(self._readable_folders), '--chdir', SANDBOX_HOME]
         limit_command = LIMIT_COMMAND + ['--core=0']
@@ -154,7 +154,7 @@ class Sandbox(Protection):
 
 
 def protection_problem(protection: Protection) -> str:
-    """Returns what is wrong with a protection on this machine; '' if the protection works."""
+    """Returns what is wrong with a protection on this machine, or '' if the protection works."""
     command = protection.check_command(protection.program_command(
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
@@ -212,7 +212,7 @@ def _system_mounts():
 
 
 def _folders_in(variable):
-    return list(filter(None, os.environ.get(variable, '').split(':')))
+    return [folder for folder in os.environ.get(variable, '').split(':') if folder]
 
 
 def _ros_mounts():
@@ -232,7 +232,8 @@ def _own_folders():
 
 
 def _existing_folders(folders):
-    return list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
+    absolute_folders = dict.fromkeys(os.path.abspath(folder) for folder in folders)
+    return [folder for folder in absolute_folders if os.path.isdir(folder)]
 
 
 def _with_parents(mounts):
@@ -242,7 +243,8 @@ def _with_parents(mounts):
     made_folders = {Path('/')}
     # a mount hides earlier mounts below its path, so a folder comes before its subfolders
     for mount in sorted(mounts, key=lambda mount: len(Path(mount[-1]).parts)):
-        for folder in reversed(Path(mount[-1]).parents):
+        path = Path(mount[-1])
+        for folder in reversed(path.parents):
             if folder not in made_folders:
                 made_folders.add(folder)
                 options += ['--dir', str(folder)]

@@ -30,7 +30,7 @@ MOODLE_NAME = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-
 CANVAS_NAME = re.compile(
     r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_(?P<upload>\d+)_(?P<file>.+)',
     re.IGNORECASE)
-#: The number of a file that is handed in again.
+#: Matches the number that Canvas adds to the name of a file that is handed in again.
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
 #: These names are special in Linux or in the folder of marks, so a student's file is renamed.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
@@ -59,8 +59,8 @@ class PlatformName(NamedTuple):
     """The parts of a name that a learning platform gave to a file or a folder."""
 
     student: str
-    number: str         # the student's number on the platform; '' if there is none
-    file: str           # the file's name on the student's computer; '' for a folder
+    number: str         # the student's number on the platform, or '' if there is none
+    file: str           # the file's name on the student's computer, or '' for a folder
     is_late: bool = False
 
 
@@ -84,8 +84,8 @@ def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     folder: its PlatformName}.
 
     Files belong to one student if the student's name and the number are the same. A file without a
-    number belongs to a separate student. If several students have the same name, each name gets the
-    number or the file's name in addition. Each student's name is a valid name of a file.
+    number belongs to a separate student. If several students have the same name, the number or the
+    file's name is added to each name. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, platform_name in names.items():
@@ -117,14 +117,14 @@ class Submission(NamedTuple):
     student: str
     #: {file or folder: the file's name on the student's computer}. The latest upload comes last.
     files: Dict[Path, str]
-    number: str = ''            # the student's number on the platform; '' if there is none
+    number: str = ''            # the student's number on the platform, or '' if there is none
     is_late: bool = False
 
 
 def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Submission]:
     """Returns the Submissions in a folder, sorted by student. Prints a line on each file that is
     left out. Raises ``ValueError`` or ``OSError`` if there is no submission."""
-    names = {}
+    platform_names = {}
     for path in sorted(folder.iterdir()):
         if path.name.startswith('.') or IGNORED_PATHS.search(path.name):
             continue
@@ -132,15 +132,16 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
         if reason:
             print_line(f'left out, because it is {reason}: {path}')
         else:
-            names[path.name] = platform_name_of(path.name, path.is_dir())
-    if not names:
+            platform_names[path.name] = platform_name_of(path.name, path.is_dir())
+    if not platform_names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
     submissions = []
-    for student, names_of_student in sorted(grouped_by_student(names).items()):
-        files = {folder / name: names[name].file or name
-                 for name in sorted(names_of_student, key=_upload_key)}
-        is_late = any(names[name].is_late for name in names_of_student)
-        submissions.append(Submission(student, files, names[names_of_student[0]].number, is_late))
+    for student, names in sorted(grouped_by_student(platform_names).items()):
+        files = {folder / name: platform_names[name].file or name
+                 for name in sorted(names, key=_upload_key)}
+        number = platform_names[names[0]].number        # all names of a student have this number
+        is_late = any(platform_names[name].is_late for name in names)
+        submissions.append(Submission(student, files, number, is_late))
     return submissions
 
 
@@ -156,7 +157,7 @@ def _refusal_reason(path):
 
 
 def _upload_key(name):
-    """Returns a sort key with which Canvas's latest upload comes last."""
+    """Returns a key that sorts the latest upload to Canvas last."""
     repetition = CANVAS_REPETITION.search(name)
     repetition_number = int(repetition[1]) if repetition else 0
     canvas = CANVAS_NAME.fullmatch(name)
@@ -168,12 +169,12 @@ class ParsedSubmission(NamedTuple):
     """The result of reading a submission. Paths are relative to the folder of the copy."""
 
     digest: str                     # a hash of all files of the copy
-    remarks: List[str]              # for the student; prepare_workspace() adds sentences
-    findings: List[str]             # for the instructor; prepare_workspace() adds sentences
+    remarks: List[str]              # for the student. prepare_workspace() adds sentences
+    findings: List[str]             # for the instructor. prepare_workspace() adds sentences
     node: str                       # the node's file
     package_folder: str             # the folder of the node's package
-    package_name: str               # the name in this package's package.xml; '' if it is invalid
-    packages: Dict[str, str]        # {name: folder}; the package nearest to the node is last
+    package_name: str               # the name in this package's package.xml, or '' if invalid
+    packages: Dict[str, str]        # {name: folder}. The package nearest to the node is last
     unused_modules: List[str]       # missing modules that the node imports and does not use
 
 
@@ -187,7 +188,7 @@ def read_submission(submission: Submission, folder: Path, node_names: NodeNames,
         [*LIMIT_READER_COMMAND, sys.executable, '-c', READ_PROGRAM],
         input=json.dumps([files, str(folder), node_names, chosen_package, chosen_file]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
-        cwd='/',                    # python -c imports from this folder
+        cwd='/',                    # python -c could import a file of the current folder
         start_new_session=True)     # Ctrl+C must not end this process
     if reader.returncode != 0:
         lines = [f'exit status {reader.returncode}', *reader.stderr.strip().splitlines()]
@@ -201,8 +202,8 @@ def read_submission(submission: Submission, folder: Path, node_names: NodeNames,
 
 def read_in_this_process(files: Dict[str, str], copy_path: str, node_names: Sequence[Any],
                          chosen_package: str, chosen_file: str) -> ParsedSubmission:
-    """Read a submission in this process, without limits; see `read_submission`. The arguments come
-    from JSON: `files` is {path: the file's name on the student's computer}."""
+    """Read a submission in this process, which `read_submission` has started with limits. The
+    arguments come from JSON. `files` is {path: the file's name on the student's computer}."""
     copy = Path(copy_path)
     remarks = copy_submission({Path(path): name for path, name in files.items()}, copy)
     chosen = find_node(copy, NodeNames(*node_names), chosen_package, chosen_file)

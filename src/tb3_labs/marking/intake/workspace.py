@@ -1,7 +1,7 @@
 """Turns the copy of a submission into a workspace in which its node can run.
 
-This module repairs the node in the copy. An empty module replaces a missing module that the node
-imports but never uses. A remark names each repair.
+This module repairs the node's file in the copy. An empty module replaces a missing module that the
+node imports but never uses. The student gets a remark on each repair.
 
 catkin is not run, because a CMakeLists.txt is a program of the submission, and often needs
 packages that are not on the marking machine. A Python node needs only messages, services, and the
@@ -37,7 +37,7 @@ EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
-MAX_PACKAGES = 20           # only the nearest to the node are built
+MAX_PACKAGES = 20           # only the packages nearest to the node are built
 MAKE_MODULES_PROGRAM = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
 #: A regular expression for the names of the files that MAKE_MODULES_PROGRAM makes.
 MODULE_FILE_NAME = re.compile(r'_[A-Za-z0-9_]+\.py')
@@ -48,10 +48,8 @@ COPY_FOLDER = 'src'         # the folder in a workspace into which the submissio
 def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
                       protection: Protection = Protection()) -> NodeStart:
     """Make a workspace of the submission in `workspace`/COPY_FOLDER. Returns the NodeStart.
-
     The node's environment is `environment` with the folders of the workspace. Remarks and findings
-    are added to `parsed`. `protection` limits the program that makes the messages.
-    """
+    are added to `parsed`. `protection` limits the program that makes the messages."""
     copy = workspace / COPY_FOLDER
     python_folder = workspace / 'python'
     package = copy / parsed.package_folder
@@ -59,20 +57,15 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
     remarks = parsed.remarks
     # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
     own_names = [name for name in parsed.packages if name not in system_messages()]
-    packages = {name: copy / parsed.packages[name] for name in own_names[-MAX_PACKAGES:]}
+    nearest_names = own_names[-MAX_PACKAGES:]
+    packages = {name: copy / parsed.packages[name] for name in nearest_names}
     _repair_node(node, remarks, parsed.findings)
+
     environment = dict(environment)
     package_folders = dict.fromkeys([package, *packages.values()])
     _put_folders_first(package_folders, environment, 'ROS_PACKAGE_PATH')
     types = build_types(packages, node, python_folder, environment, remarks, protection)
-    for module in parsed.unused_modules:
-        module_folder = python_folder
-        for name in module.split('.'):
-            module_folder /= name
-            module_folder.mkdir(exist_ok=True)
-            init_file = module_folder / '__init__.py'
-            if not init_file.exists():      # keep a module of the submission
-                init_file.write_text(EMPTY_MODULE)
+    _make_empty_modules(parsed.unused_modules, python_folder)
     if parsed.unused_modules:
         remarks.append(f"{', '.join(parsed.unused_modules)}: imported, but not used, and the "
                        'marking machine cannot import it: left out.')
@@ -86,14 +79,25 @@ def prepare_workspace(parsed: ParsedSubmission, workspace: Path, environment: Ma
 
 def _put_folders_first(folders, environment, variable):
     paths = [*map(str, folders), environment.get(variable, '')]
-    environment[variable] = ':'.join(filter(None, paths))
+    environment[variable] = ':'.join(path for path in paths if path)
+
+
+def _make_empty_modules(modules, python_folder):
+    for module in modules:
+        module_folder = python_folder
+        for name in module.split('.'):
+            module_folder /= name
+            module_folder.mkdir(exist_ok=True)
+            init_file = module_folder / '__init__.py'
+            if not init_file.exists():      # a module of the submission is not replaced
+                init_file.write_text(EMPTY_MODULE)
 
 
 def _shown_name(package, file):
     """Returns the text package/file for roslaunch and for the pages. An invalid package becomes
     'submission', and an invalid file becomes 'node.py'."""
     shown_package = 'submission' if package in ('', OWN_PACKAGE) else package
-    stem = file[:-3] if file.endswith('.py') else file
+    stem = file[:-len('.py')] if file.endswith('.py') else file
     shown_file = file if NAME_PATTERN.fullmatch(stem) else 'node.py'
     return f'{shown_package}/{shown_file}'
 
@@ -126,20 +130,10 @@ def _repair_node(node, remarks, findings):
 def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
                 remarks: List[str], protection: Protection) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
-    or None if the packages define no type. `packages` is a dict {name: folder}.
-
-    Python looks for a package's modules and messages in one folder. Therefore the messages of a
-    package with modules are made in the folder of these modules. Problems of a package are added to
-    `remarks` if the code of `node` names the package.
-    """
-    source_folders = {source.name: source for name, package in packages.items()
-                      for source in module_folders(package, name)}
-    # Python first looks for a module in the node's folder
-    source_folders.update({name: node.parent / name for name in packages
-                           if (node.parent / name / '__init__.py').is_file()})
+    or None if the packages define no type. `packages` is a dict {name: folder}. Problems of a
+    package are added to `remarks` if the code of `node` names the package."""
     folder.mkdir()
-    for name, source in source_folders.items():
-        (folder / name).symlink_to(source)
+    _link_modules(packages, node, folder)
     definitions = _definitions(packages)
     if not definitions:
         return None
@@ -159,11 +153,23 @@ def build_types(packages: Dict[str, Path], node: Path, folder: Path, environment
     node_text = node.read_text(encoding='utf-8', errors='replace')
     for path, problem in sorted(built['problems'].items()):
         package_name, _, file = path.split(os.sep)
-        # the end of genmsg's text names folders of the marking machine
-        reason = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
         if package_name in node_text:
+            # the end of genmsg's text names folders of the marking machine
+            reason = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
             remarks.append(f"{package_name}/{file} cannot be built: {reason.rstrip('.')}.")
     return built
+
+
+def _link_modules(packages, node, folder):
+    """Make links in `folder` to the modules of packages. Python looks for a package's modules and
+    messages in one folder, so the messages will be made behind the link, beside the modules."""
+    module_sources = {source.name: source for name, package in packages.items()
+                      for source in module_folders(package, name)}
+    # Python first looks for a module in the node's folder
+    module_sources.update({name: node.parent / name for name in packages
+                           if (node.parent / name / '__init__.py').is_file()})
+    for name, source in module_sources.items():
+        (folder / name).symlink_to(source)
 
 
 def _definitions(packages):
@@ -174,7 +180,7 @@ def _definitions(packages):
         for path in definition_files(package):
             if is_valid_name(path.stem):
                 text = path.read_text(encoding='utf-8', errors='replace')
-                definitions.append([package_name, path.suffix[1:], path.stem, text])
+                definitions.append([package_name, path.suffix.lstrip('.'), path.stem, text])
     return definitions
 
 
@@ -193,7 +199,7 @@ def _run_make_modules(definitions, environment, protection):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """Returns {name: [folder of messages]} of all ROS packages here. The folder need not exist."""
-    # a RosPack changes during a query, so two threads must not share one
+    """Returns {name: [folder of messages, which may be missing]} of this machine's ROS packages."""
+    # a RosPack changes during a query, so two threads must not share a RosPack
     ros = rospkg.RosPack()
     return {name: [os.path.join(ros.get_path(name), MESSAGES)] for name in ros.list()}

@@ -20,7 +20,7 @@ from tb3_labs.watch.mistake import SheetStep
 #: A clause that says why a node does not meet a criterion; '' if the node meets it. The functions
 #: judge_... return a Reason. The expression `a or b` gives the first Reason that is not ''.
 Reason = str
-#: The Reason of an untried criterion, if an earlier verdict already names the true reason.
+#: The Reason of a criterion that was not tried, if an earlier verdict already says why.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -46,7 +46,7 @@ class Criterion:
     sheet_step: SheetStep    # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
     is_extra: bool = False   # the criterion is beyond the handout
-    limits: str = ''         # the limits that `meaning` does not name
+    limits: str = ''         # a text with the limits that `meaning` does not name
 
     @property
     def label(self) -> str:
@@ -70,7 +70,7 @@ class Verdict:
 
     @property
     def sentence(self) -> str:
-        """The Reason and the place in the sheet; '' if the criterion is met."""
+        """The Reason, and usually the place in the sheet; '' if the criterion is met."""
         if self.outcome is Outcome.MET or self.reason == NOT_TRIED:
             return self.reason
         return f'{self.reason}; see {self.criterion.sheet_step}'
@@ -105,10 +105,9 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
             reason = criterion.judge(observation)
             outcome = Outcome.MISSED if reason else Outcome.MET
         except NotObserved as error:
-            outcome = Outcome.NOT_OFFERED if isinstance(error, NotOffered) else Outcome.MISSED
             reason = why_not_judged(error, observation)
-            is_repeated = any(verdict.reason == reason for verdict in verdicts)
-            if isinstance(error, NotTried) and is_repeated:
+            outcome = Outcome.NOT_OFFERED if isinstance(error, NotOffered) else Outcome.MISSED
+            if isinstance(error, NotTried) and reason in [verdict.reason for verdict in verdicts]:
                 reason = NOT_TRIED
         verdicts.append(Verdict(criterion, outcome, reason, points_by_criterion[criterion.name],
                                 observation.moment))
@@ -175,7 +174,7 @@ def judge_line_at_ctrl_c(observation: Observation, text: str) -> Reason:
 
 # ----- criteria of several labs: stopping the robot -----
 
-#: Half a second after the last command, the robot's firmware stops the wheels.
+#: Without a zero velocity the robot stops late, because its firmware waits 0.5 s for a command.
 NO_ZERO_VELOCITY = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
@@ -187,7 +186,7 @@ def ends_in_motion(commands: np.ndarray) -> bool:
 def judge_stop(observation: Observation, name: str, cause: str,
                limit: float = stimuli.STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
-    start of the stimulus `name`. The `cause` is a clause on this start."""
+    start of the stimulus `name`. The `cause` is a clause that says why the robot should stop."""
     soon, later = observation.enter_scene(name).commands_before_and_after(limit)
     if later[:, LINEAR:].any():
         return f'the robot was still driven {limit:g} s after {cause}'
@@ -198,7 +197,7 @@ def judge_stop(observation: Observation, name: str, cause: str,
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
                           sheet_step: SheetStep) -> Criterion:
-    """Returns a criterion beyond the handout: if a `device` falls silent, the robot must stop."""
+    """Returns the extra criterion that the robot stops if a `device` sends no more messages."""
     def judge_stop_when_lost(observation: Observation) -> Reason:
         if not observation.enter_scene(stimulus).facts[WAS_MOVING]:
             return f'the robot was not moving when {device} fell silent'
@@ -212,7 +211,7 @@ def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
 # ----- criteria of several labs: driving by a stick or a mouse -----
 
 Bounds = Tuple[float, float]    # the least and the greatest value of a command
-ZERO_TOLERANCE = 0.05           # [m/s or rad/s] of a speed that should be zero
+ZERO_TOLERANCE = 0.05           # A speed up to this value [m/s or rad/s] counts as zero.
 ZERO_BOUNDS = (-ZERO_TOLERANCE, ZERO_TOLERANCE)
 ANY_BOUNDS = (-np.inf, np.inf)
 #: A command may exceed a limit by this value [m/s or rad/s], because nodes round their numbers.
@@ -232,13 +231,18 @@ def judge_steering(observation: Observation, name: str, linear: Bounds = ZERO_BO
     speeds = commands[-1, LINEAR:]
     if all(low <= speed <= high for speed, (low, high) in zip(speeds, (linear, angular))):
         return ''
+    commanded = '{:.2f} m/s and {:.2f} rad/s'.format(*speeds)
+    demands = ' and '.join(_demands(linear, angular))
+    return f'with the {name} it commanded {commanded}, where {demands} were asked for'
+
+
+def _demands(linear, angular):
     demands = [f'{bounds_text(bounds)} {unit}'
                for bounds, unit in ((linear, 'm/s'), (angular, 'rad/s'))
                if bounds not in (ZERO_BOUNDS, ANY_BOUNDS)]
     if ZERO_BOUNDS in (linear, angular):
         demands.append('nothing else')
-    commanded = '{:.2f} m/s and {:.2f} rad/s'.format(*speeds)
-    return f"with the {name} it commanded {commanded}, where {' and '.join(demands)} were asked for"
+    return demands
 
 
 def bounds_text(bounds: Bounds) -> str:

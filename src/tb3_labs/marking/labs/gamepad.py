@@ -20,7 +20,8 @@ from tb3_labs.watch.lab_mistakes import GAMEPAD_SECTION
 
 FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)     # [m/s], for a full stick
 FULL_ANGULAR_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)    # [rad/s]
-HALF_STICK_SHARES = (0.25, 0.75)                             # of the command for a full stick
+#: A stick that is half way must command a share of the full speed that is between these bounds.
+HALF_STICK_SHARES = (0.25, 0.75)
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a
 #: service takes 1 s or more.
 UNBLOCKED_TIME = 0.7
@@ -46,11 +47,13 @@ def pad_text(name: str) -> str:
 
 
 def _judge_stick(observation, column, positive, negative, full_bounds, full_scene):
-    """Judges one stick at its two ends, the stimuli `positive` and `negative`, and at half of
-    `full_scene`, one of the two. The stick commands the `column` LINEAR or ANGULAR."""
+    """Judges a stick that commands a `column`, LINEAR or ANGULAR. The stick is at its two ends in
+    the stimuli `positive` and `negative`. In BOTH_STICKS it is half way to its end in the stimulus
+    `full_scene`."""
     def judge(name, bounds, other_bounds=ZERO_BOUNDS):
-        linear, angular = (bounds, other_bounds) if column == LINEAR else (other_bounds, bounds)
-        return judge_steering(observation, name, linear, angular)
+        if column == LINEAR:
+            return judge_steering(observation, name, linear=bounds, angular=other_bounds)
+        return judge_steering(observation, name, linear=other_bounds, angular=bounds)
     reason = judge(positive, full_bounds) or judge(negative, scaled(full_bounds, -1.0))
     if reason:
         return reason
@@ -91,8 +94,10 @@ def _judge_silence(observation: Observation) -> Reason:
 def _judge_regain(observation: Observation) -> Reason:
     _require_hand_over(observation)
     reason = _judge_ctrl_relinq(observation, stimuli.TAKE_BACK, expected=False)
-    if reason or len(observation.enter_scene(stimuli.STICK_UP_AFTER_B).moving_commands):
+    if reason:
         return reason
+    if len(observation.enter_scene(stimuli.STICK_UP_AFTER_B).moving_commands):
+        return ''
     return 'after B the stick did not move the robot'
 
 

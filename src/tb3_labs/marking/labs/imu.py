@@ -28,8 +28,8 @@ def printed_headings(text: str) -> List[float]:
 
 
 def _headings_at_rest(observation):
-    """Yields for each stimulus the IMU's heading [deg] and the list of the printed headings [deg].
-    Raises ``NotObserved`` if the node printed no heading in any stimulus."""
+    """Yields (the IMU's heading [deg], list of the printed headings [deg]) for each stimulus in
+    which the robot stood. Raises ``NotObserved`` if the node printed no heading in all stimuli."""
     scenes = [observation.enter_scene(name) for name in stimuli.STANDING_HEADINGS]
     if not any(printed_headings(scene.printed) for scene in scenes):
         early_count = len(printed_headings(scenes[0].process.printed))
@@ -69,7 +69,8 @@ def _judge_goodbye(observation: Observation) -> Reason:
     if reason:
         return reason
     printed = observation.enter_scene(CTRL_C[0], may_die=True).printed
-    late_count = len(printed_headings(printed[printed.rfind(IMU_GOODBYE):]))
+    _, _, printed_later = printed.rpartition(IMU_GOODBYE)
+    late_count = len(printed_headings(printed_later))
     if late_count <= MAX_LATE_HEADINGS:
         return ''
     return f'{late_count} headings were printed after "{IMU_GOODBYE}"'

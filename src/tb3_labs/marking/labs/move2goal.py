@@ -24,11 +24,12 @@ from tb3_labs.watch.lab_mistakes import (
     LOCAL_POSE_SECTION, RESET_SECTION, STATES_SECTION, TRANSFORMATION_SHEET)
 from tb3_labs.watch.mistake import SheetStep
 
-LAST_COMMAND_TIME = 0.5             # [s] after the arrival
-MIN_TURN_IN_DRIVE_DEG = 20.0        # of a correct node after a reset in a drive
+LAST_COMMAND_TIME = 0.5     # A node may send commands until this time [s] after its arrival.
+#: After a reset in the middle of a drive, a correct node turns the robot by at least this angle.
+MIN_TURN_IN_DRIVE_DEG = 20.0
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
-COAST_DISTANCE = 0.02               # [m] after a stop command
-COAST_DEG = 2.0                     # after a stop command
+#: After a stop command, the robot moves further by at most this distance [m] and this angle.
+COAST_DISTANCE, COAST_DEG = 0.02, 2.0
 EXACT_DISTANCE = 0.02               # [m], in the criterion `exact`
 EXACT_DEG = 1.0                     # in the criterion `exact`
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
@@ -133,15 +134,18 @@ def _judge_reset(observation: Observation) -> Reason:
     wrong_name = observation.enter_scene(stimuli.RESET_TO_ORIGIN).facts[stimuli.WRONG_NAME]
     if wrong_name:
         return f'its reset is called {wrong_name}, not /{SET_POSE_SERVICE}'
+    return _judge_reset_in_drive(observation)
+
+
+def _judge_reset_in_drive(observation: Observation) -> Reason:
     scene = observation.enter_scene(stimuli.RESET_IN_DRIVE)
-    reason = _judge_answer_of_reset(observation, stimuli.RESET_IN_DRIVE)
-    if not scene.facts[WAS_MOVING]:
-        return reason
-    if not scene.facts[stimuli.DROVE_STRAIGHT]:
+    if scene.facts[WAS_MOVING] and not scene.facts[stimuli.DROVE_STRAIGHT]:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
-    has_turned = abs(scene.turned_deg) >= MIN_TURN_IN_DRIVE_DEG
-    if reason or has_turned:
+    reason = _judge_answer_of_reset(observation, stimuli.RESET_IN_DRIVE)
+    if reason:
         return reason
+    if not scene.facts[WAS_MOVING] or abs(scene.turned_deg) >= MIN_TURN_IN_DRIVE_DEG:
+        return ''
     return ('after a reset in the middle of a drive it did not turn to the goal of the new frame, '
             f'but by {scene.turned_deg:.0f} degrees in {stimuli.TURN_TIME_IN_DRIVE:g} s')
 
@@ -151,8 +155,8 @@ def _judge_wait(observation: Observation) -> Reason:
     and during a reset."""
     has_moved = len(observation.enter_scene(stimuli.WITHOUT_CONTROL).moving_commands) > 0
     if not has_moved and observation.has_stimulus(stimuli.RESET_TO_ORIGIN):
-        scene = observation.enter_scene(stimuli.RESET_TO_ORIGIN, may_die=True)
-        has_moved = len(scene.moving_commands) > 0 and not scene.facts[WAS_MOVING]
+        reset = observation.enter_scene(stimuli.RESET_TO_ORIGIN, may_die=True)
+        has_moved = len(reset.moving_commands) > 0 and not reset.facts[WAS_MOVING]
     if not has_moved:
         return ''
     return ('it moved the robot without having control: does control_loop look at has_control, '
@@ -166,9 +170,10 @@ def _judge_stop_without_control(observation: Observation) -> Reason:
 
 
 def _judge_accuracy(observation: Observation) -> Reason:
-    has_first_drive = stimuli.DRIVE in dict(observation.parts)
-    first_drives = [stimuli.FIRST_DRIVE] if has_first_drive else []
-    for name in (*first_drives, stimuli.SECOND_DRIVE):
+    names = [stimuli.SECOND_DRIVE]
+    if stimuli.DRIVE in dict(observation.parts):
+        names.insert(0, stimuli.FIRST_DRIVE)
+    for name in names:
         reason = (_judge_place(observation, name, EXACT_DISTANCE)
                   or _judge_heading(observation, name, EXACT_DEG))
         if reason:

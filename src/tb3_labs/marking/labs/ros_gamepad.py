@@ -1,8 +1,5 @@
-"""Scripts for the trials of a gamepad node. The marker imitates the gamepad and offers the
-reset services.
-
-ResetServices uses private parts of rospy 1.15.15 (Debian 12).
-"""
+"""Scripts for the trials of a gamepad node. The marker imitates the gamepad and offers the reset
+services. ResetServices uses private parts of rospy 1.15.15 (Debian 12)."""
 import math
 import time
 from contextlib import AbstractContextManager
@@ -24,9 +21,9 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
 PRESS_TIME = 0.15          # [s]
-Y_PRESS_TIME = 0.6         # [s], so long that a node may call the reset twice by mistake
-MAX_ROUNDING = 1e-6        # of a number in a pose that should be zero
-MAX_LENGTH_ERROR = 0.01    # of a quaternion whose numbers are rounded
+Y_PRESS_TIME = 0.6         # If Y is down so long [s], a wrong node may call the reset twice.
+MAX_ROUNDING = 1e-6        # A number in a pose counts as zero up to this value.
+MAX_LENGTH_ERROR = 0.01    # of a quaternion, because a node may round its numbers
 
 
 class HeldPad(Repeater):
@@ -41,7 +38,7 @@ class HeldPad(Repeater):
         self.wait_for_subscriber()
 
     def hold_sticks(self, forward=0.0, left=0.0):
-        """From now on hold the sticks at these values, each from -1 to 1."""
+        """Move the sticks to these values, each from -1 to 1, and hold them there."""
         self._axes = [0.0] * PAD_AXES
         self._axes[self.numbers.linear_axis] = forward
         self._axes[self.numbers.angular_axis] = left
@@ -59,7 +56,7 @@ class HeldPad(Repeater):
 
 
 def _push_stick_up(trial, pad, name):
-    trial.observe(name, stimuli.STICK_HOLD_TIME, lambda: pad.hold_sticks(1.0))
+    trial.observe(name, stimuli.STICK_HOLD_TIME, partial(pad.hold_sticks, forward=1.0))
     pad.hold_sticks()
     time.sleep(DELIVERY_TIME)
 
@@ -69,46 +66,54 @@ def try_sticks(trial):
         trial.node.start()
         with HeldPad(trial.pad) as pad:
             for name, place in stimuli.STICK_POSITIONS.items():
-                trial.observe(name, stimuli.STICK_HOLD_TIME, lambda: pad.hold_sticks(*place))
+                trial.observe(name, stimuli.STICK_HOLD_TIME, partial(pad.hold_sticks, *place))
 
 
 def try_buttons(trial):
     """Press A, push a stick, press B, push a stick, and press Y. Then send Ctrl+C while a stick
     drives the robot."""
     with ResetServices(trial) as services:
-        calls = services.calls
         if not trial.node.is_alive:
             trial.node.start()
         with HeldPad(trial.pad) as pad:
             _try_hand_over(trial, pad)
-            with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
-                for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # offer the right name first
-                    if calls:
-                        break
-                    services.offer(names)
-                    pad.press(pad.numbers.reset_button, Y_PRESS_TIME)
-                    wait_until(lambda: calls, stimuli.CALL_AFTER_Y_TIME - Y_PRESS_TIME)
-                    time.sleep(DELIVERY_TIME)
-                requests = [request for _, request in calls]
-                stimulus.facts.update({
-                    stimuli.CALL_COUNT: len(calls),
-                    stimuli.SERVICE_NAME: calls[0][0] if calls else '',
-                    stimuli.IS_ORIGIN: all(map(is_origin, requests)),
-                    stimuli.IS_UNIT: all(map(is_unit, requests))})
+            requests = _try_reset_button(trial, pad, services)
             remarks = trial.source_findings()['remarks']
             trial.add_remarks(f'{remark} See {Y_STEP}.' for remark in remarks)
             if not all(map(has_covariance, requests)):
                 trial.add_remarks(['The covariance of its reset is all zeros: TODO 4 is open.'])
-            trial.send_ctrl_c_in_motion(lambda: _start_driving(trial, pad))
+            trial.send_ctrl_c_in_motion(partial(_start_driving, trial, pad))
+
+
+def _try_reset_button(trial, pad, services):
+    """Press Y and return the requests of the node. If the node does not call the service with the
+    right name, offer all RESET_NAMES and press Y again."""
+    calls = services.calls
+    with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
+        for names in ((SET_POSE_SERVICE,), RESET_NAMES):
+            if calls:
+                break
+            services.offer(names)
+            pad.press(pad.numbers.reset_button, Y_PRESS_TIME)
+            wait_until(lambda: calls, stimuli.CALL_AFTER_Y_TIME - Y_PRESS_TIME)
+            time.sleep(DELIVERY_TIME)
+        called_names = [name for name, _ in calls]
+        requests = [request for _, request in calls]
+        stimulus.facts.update({
+            stimuli.CALL_COUNT: len(calls),
+            stimuli.SERVICE_NAME: called_names[0] if called_names else '',
+            stimuli.IS_ORIGIN: all(map(is_origin, requests)),
+            stimuli.IS_UNIT: all(map(is_unit, requests))})
+    return requests
 
 
 def _start_driving(trial, pad):
-    def push():
+    def push_stick_up():
         pad.hold_sticks()
         pad.wait_for_subscriber()
-        pad.hold_sticks(1.0)
+        pad.hold_sticks(forward=1.0)
     pad.hold_sticks()
-    return trial.set_in_motion(lambda: trial.node.is_alive, push, 1.5)
+    return trial.set_in_motion(lambda: trial.node.is_alive, push_stick_up, 1.5)
 
 
 def _try_hand_over(trial, pad):
@@ -136,7 +141,7 @@ def _try_hand_over(trial, pad):
 
 
 def try_reset_without_service(trial):
-    """Press Y while no reset service exists. Push a stick after the release."""
+    """Press Y while no reset service exists. Push a stick after Y is released."""
     trial.node.start()
     with HeldPad(trial.pad) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
@@ -164,10 +169,10 @@ def is_origin(request):
 
 def is_unit(request):
     """Returns True if each quaternion in a request has the length 1."""
-    quaternions = [value for _, type_name, value in fields_of(request)
-                   if type_name == 'geometry_msgs/Quaternion']
-    return all(abs(math.hypot(q.x, q.y, q.z, q.w) - 1.0) < MAX_LENGTH_ERROR
-               for q in quaternions)
+    lengths = [math.hypot(value.x, value.y, value.z, value.w)
+               for _, type_name, value in fields_of(request)
+               if type_name == 'geometry_msgs/Quaternion']
+    return all(abs(length - 1.0) < MAX_LENGTH_ERROR for length in lengths)
 
 
 def has_covariance(request):
@@ -182,7 +187,7 @@ class _AnySum(str):
         return False
 
 
-#: rospy gets ANY_TYPE in place of a service class, so that rospy accepts clients of any type.
+#: This object replaces the class of a service, so that rospy accepts clients of any type.
 ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMsg,
                            _response_class=AnyMsg)
 
@@ -190,9 +195,9 @@ ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMs
 class ResetServices(AbstractContextManager):
     """Offers the reset services RESET_NAMES, until the end of a ``with`` block.
 
-    The services accept requests of any type. The client's checksum shows the type. A known type
-    gets a success, an unknown type gets an error. `calls` is a list of (name, request). A request
-    of an unknown type is replaced by an Empty. The fields of a student's type are not read.
+    The services accept requests of any type. The client's checksum shows the type. A request of a
+    known type succeeds, and a request of an unknown type fails. `calls` is a list of (name,
+    request), in which an Empty replaces a request of an unknown type.
     """
 
     def __init__(self, trial):

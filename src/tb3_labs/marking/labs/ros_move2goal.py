@@ -1,8 +1,8 @@
 """Scripts for the trials of the Transformation lab, and calls of the node's reset service.
 
 The service has the handout's type, ResetPose of this package, a type of std_srvs, or a type that
-the student made. The marker does not know the meaning of the fields in a student's type, so a
-request of this type always declares the pose (0, 0, 0).
+the student made. The marker does not know what the fields of a student's type mean. Therefore a
+request of a student's type always contains the pose (0, 0, 0).
 """
 import math
 import threading
@@ -22,12 +22,11 @@ from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.srv import ResetPoseRequest
 
-ODOMETRY_RESET_TOPIC = 'reset'      # the robot's board listens to this topic
+ODOMETRY_RESET_TOPIC = 'reset'      # A message on this topic resets the robot's board.
 #: A robot has arrived if it rests, and if its node has sent no command to move for this time [s].
 ARRIVAL_IDLE_TIME = 1.5
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))     # of the part `declared`
 OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
-
 #: The names of the reset service in the handouts, the likeliest name first.
 RESET_NAMES = ('reset_pose', 'reset', SET_POSE_SERVICE, 'reset_local_pose', 'set_local_pose')
 #: The name of a reset service contains one of these words.
@@ -35,8 +34,8 @@ RESET_WORDS = ('reset', 'pose')
 
 
 def fields_of(message):
-    """Yields (name, type, value) for each field of a message. Each field is followed by the fields
-    inside it. Headers are left out."""
+    """Yields (name, type, value) for each field of a message, except headers. After a field that is
+    a message, yields the fields of this message."""
     for name, type_name in zip(message.__slots__, message._slot_types):
         value = getattr(message, name)
         if type_name != 'std_msgs/Header':
@@ -66,15 +65,10 @@ class ResetCaller:
         self._bag = trial.bag
         graph = trial.node.graph
         services = graph.names_by_role()[SERVER]
-        last_names = {name: name.rsplit('/', 1)[-1].lower() for name in services}
-        resets = sorted(name for name, last_name in last_names.items()
-                        if any(word in last_name for word in RESET_WORDS))
-        ranks = {last_name: rank for rank, last_name in enumerate(RESET_NAMES)}
-        #: The name of the reset service, the likeliest of several; '' if the node offers none.
-        self.name = min(
-            resets, key=lambda name: ranks.get(last_names[name], len(ranks)), default='')
+        #: The name of the node's reset service; '' if the node offers none.
+        self.name = _likeliest_reset(services)
         #: A wrong name of the reset service; '' if the service is called SET_POSE_SERVICE.
-        self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
+        self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in services else self.name
         self._service_class = graph.service_class(self.name) if self.name else None
 
     def takes_pose(self):
@@ -83,8 +77,8 @@ class ResetCaller:
                 and fill_pose(self._service_class._request_class(), Pose2()))
 
     def call_service(self, pose=Pose2()):
-        """Call the reset service with a Pose2 and record the call. Returns why the call failed; ''
-        for a success."""
+        """Call the reset service with a Pose2 and record the call. Returns a text that says why the
+        call failed; '' if it succeeded."""
         problem = self._call_problem(pose)[:MAX_SENTENCE_LENGTH]
         self._bag.add_event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
                             problem=problem)
@@ -112,6 +106,18 @@ class ResetCaller:
         return answers[0]
 
 
+def _likeliest_reset(services):
+    """Returns the likeliest name of a reset service; '' if `services` has no such name."""
+    last_names = {name: name.rsplit('/', 1)[-1].lower() for name in sorted(services)}
+    resets = [name for name, last_name in last_names.items()
+              if any(word in last_name for word in RESET_WORDS)]
+    for usual_name in RESET_NAMES:
+        for name in resets:
+            if last_names[name] == usual_name:
+                return name
+    return resets[0] if resets else ''
+
+
 class ControlGiver:
     """Gives control of the robot to the node and takes control away. At first the node does not
     have control."""
@@ -128,10 +134,10 @@ class ControlGiver:
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """Give control as the stimulus `name`, until the robot arrives or is too far from `start`.
+        """Give control, and record the drive to the goal as the stimulus `name`.
 
-        At the true pose `start`, the robot's pose in the local frame is `local_T_base`. By default
-        `start` is the robot's pose at the call.
+        `start` is a true pose of the robot, by default the current pose. `local_T_base` is the same
+        pose in the local frame. The stimulus ends if the robot arrives or is too far from `start`.
         """
         recorder = self._trial.recorder
         if start is None:
@@ -145,8 +151,8 @@ class ControlGiver:
             is_astray=lambda: recorder.pose.distance_to(start) > stimuli.MAX_DRIVE_DISTANCE)
 
     def start_driving(self):
-        """Make the node drive. Returns True if the robot drives. A node that runs gets a reset. A
-        node that ended or cannot be reset is started again."""
+        """Make the node drive. Returns True if the robot drives. A node that runs is reset first,
+        so that it has a new goal. A node that ended or cannot be reset is started again."""
         return self._trial.set_in_motion(self._prepare, self.give, stimuli.DRIVE_REACTION_TIME)
 
     def _prepare(self):
@@ -211,10 +217,11 @@ def _try_reset_in_drive(trial, control, caller):
     x, y, _ = stimuli.GOAL
     trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
     begin = ros_time()
+
+    def has_driven_forward():
+        return any(linear for _, linear, _ in trial.recorder.commands_since(begin))
     control.give()
-    has_driven_straight = wait_until(
-        lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begin)),
-        stimuli.DRIVE_REACTION_TIME)
+    has_driven_straight = wait_until(has_driven_forward, stimuli.DRIVE_REACTION_TIME)
     time.sleep(INTERRUPTION_TIME)
     _record_reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
                   has_driven_straight=has_driven_straight)
@@ -244,17 +251,17 @@ def try_declared_pose(trial):
 
 
 def try_offset_imu(trial):
-    """Reset the robot's board: the odometry becomes zero, the IMU does not. Then give control for a
-    drive."""
+    """Turn the robot and reset its board. This reset sets the odometry to zero, but not the IMU, so
+    that their zeros differ. Then give control for a drive."""
     control = ControlGiver(trial)
     trial.node.stop()
     board = rospy.Publisher(ODOMETRY_RESET_TOPIC, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not trial.robot.turn_to(100.0):     # [deg], so that IMU and odometry get different zeros
+    if not trial.robot.turn_to(100.0):     # [deg]
         trial.skip_part([stimuli.OFFSET_DRIVE],
                         'the robot did not come to rest, so that it could not be reset')
     board.publish()
-    time.sleep(3.2)     # the board calibrates itself in a shorter time
+    time.sleep(3.2)     # the board needs less time to calibrate itself
     trial.node.start()
     reset_to_origin(trial)
     control.drive(stimuli.OFFSET_DRIVE)

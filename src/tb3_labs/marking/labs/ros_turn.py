@@ -2,6 +2,7 @@
 import math
 import time
 from contextlib import suppress
+from functools import partial
 
 import rospy
 from geometry_msgs.msg import Quaternion
@@ -20,20 +21,20 @@ from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 
-#: The marker publishes as an IMU on this topic, to which it remaps the node's topic imu.
+#: The marker remaps the node's topic imu to this topic, on which it publishes samples of its own.
 MARKER_IMU_TOPIC = 'probe/imu'
-ENOUGH_HEADINGS = 3             # lines of the node, after which the robot turns to its next heading
+ENOUGH_HEADINGS = 3     # If the node has printed so many headings, the marker turns the robot.
 ODD_SAMPLE_TIME = 0.6           # [s]
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))     # [rad]
 #: A turn is over if the robot rests, and if the node has commanded no movement for this time [s].
 TURN_IDLE_TIME = 0.4
-MAX_START_ERROR_DEG = 25.0      # of the heading at which a turn begins
+MAX_START_ERROR_DEG = 25.0      # A turn may begin at a heading so far from the intended one.
 
 
 def stand_at_headings(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')    # a node can change parameters
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')    # a node can change it later
     node.start()
     for name, degrees in stimuli.STANDING_HEADINGS.items():
         trial.robot.turn_to(degrees - offset)
@@ -46,7 +47,7 @@ def stand_at_headings(trial):
 
 
 def send_odd_samples(trial):
-    """Publish as the IMU, with samples that a real IMU seldom sends."""
+    """Publish samples in place of the IMU. A real IMU seldom sends such samples."""
     trial.node.start('imu:=' + MARKER_IMU_TOPIC, needed_topics=[MARKER_IMU_TOPIC])
     with Repeater(MARKER_IMU_TOPIC, Imu) as sensor:
         def hold_orientation(orientation, seconds):
@@ -78,8 +79,8 @@ class HeldMouse(Repeater):
         super().__init__(MOUSE_INFO_TOPIC, message_class)
 
     def hold_at(self, x, y, active=True, seconds=0.0):
-        """From now on hold the mouse at (x, y), both from -1 to 1. x is positive to the right,
-        y upward. Wait for `seconds` [s]."""
+        """Move the mouse to (x, y), hold it there, and wait for `seconds` [s]. x is positive to the
+        right, y is positive upward, and both are from -1 to 1."""
         message = self._message_class()
         for name, value in zip(self._field_names, (active, x, self._y_sign * y)):
             message.put(name, value)
@@ -118,7 +119,7 @@ def mouse_fields(fields):
     x_names = [name for name in numbers if name.lower().startswith('x')]
     y_names = [name for name in numbers if name.lower().startswith('y')]
     x_and_y = [x_names[0], y_names[0]] if x_names and y_names else numbers[:2]
-    usual_status = USUAL_FIELDS[0]
+    usual_status, _, _ = USUAL_FIELDS
     field_names = [usual_status if usual_status in flags else flags[0], *x_and_y]
     remarks = [f'Your {name} was taken for {usual}.'
                for name, usual in zip(field_names, USUAL_FIELDS) if name != usual]
@@ -127,7 +128,7 @@ def mouse_fields(fields):
 
 def start_mouse(trial, names):
     """Returns a HeldMouse, inactive and in the middle, with the type that the node uses on
-    mouse_info. If the node uses no suitable type, end the part and with it the stimuli `names`."""
+    mouse_info. If this type is not suitable, ends the part, and the stimuli `names` are skipped."""
     graph = trial.node.graph
     if rospy.resolve_name(MOUSE_INFO_TOPIC) not in graph.names_by_role()[SUBSCRIBER]:
         trial.skip_part(names, 'it does not listen to mouse_info')
@@ -158,24 +159,25 @@ def try_turns(trial):
         _try_turn(trial, name, turn.typed, {REQUESTED_DEG: turn.requested_deg})
     _begin_at(trial, 40.0)      # a correct node ended the previous turn at this heading [deg]
     trial.observe(stimuli.NONSENSE, stimuli.ANSWER_TIME,
-                  lambda: trial.node.type(stimuli.TYPED_NONSENSE))
+                  partial(trial.node.type, stimuli.TYPED_NONSENSE))
 
 
 def _begin_at(trial, heading_deg):
     """Make sure that the robot rests near the heading, and that the node runs."""
     error_deg = wrap_all(trial.recorder.heading_deg - heading_deg, 360.0)
-    is_elsewhere = abs(error_deg) > MAX_START_ERROR_DEG
+    is_near = abs(error_deg) <= MAX_START_ERROR_DEG
     is_idle = trial.node.is_alive and trial.recorder.is_at_rest()
-    if is_elsewhere or not is_idle:
-        trial.node.stop()
-        if is_elsewhere:
-            trial.robot.turn_to(heading_deg)
-        trial.node.start()
+    if is_near and is_idle:
+        return
+    trial.node.stop()
+    if not is_near:
+        trial.robot.turn_to(heading_deg)
+    trial.node.start()
 
 
 def _try_turn(trial, name, typed, facts=(), seconds=stimuli.MAX_TURN_TIME):
     trial.record_motion(
-        name, lambda: trial.node.type(typed), reaction_time=stimuli.TURN_REACTION_TIME,
+        name, partial(trial.node.type, typed), reaction_time=stimuli.TURN_REACTION_TIME,
         idle_time=TURN_IDLE_TIME, max_duration=seconds, facts=facts)
 
 
@@ -183,13 +185,13 @@ def try_mouse(trial):
     """Move the mouse before any letter is typed."""
     trial.node.start()
     with start_mouse(trial, stimuli.MOUSE_ALONE) as mouse:
-        trial.observe(stimuli.MOUSE_NOT_ACTIVE, stimuli.MOUSE_HOLD_TIME,
-                      lambda: mouse.hold_at(0.0, 1.0, active=False))
+        hold_inactive = partial(mouse.hold_at, 0.0, 1.0, active=False)
+        trial.observe(stimuli.MOUSE_NOT_ACTIVE, stimuli.MOUSE_HOLD_TIME, hold_inactive)
         mouse.hold_at(0.0, 0.0, seconds=0.2)
         for name, place in stimuli.MOUSE_POSITIONS.items():
-            trial.observe(name, stimuli.MOUSE_HOLD_TIME, lambda: mouse.hold_at(*place))
+            trial.observe(name, stimuli.MOUSE_HOLD_TIME, partial(mouse.hold_at, *place))
         mouse.hold_at(0.0, 1.0, seconds=0.4)
-        trial.observe(stimuli.MOUSE_DEACTIVATED, 1.0, lambda: mouse.hold_at(0.0, 1.0, active=False))
+        trial.observe(stimuli.MOUSE_DEACTIVATED, 1.0, hold_inactive)
 
 
 def try_mouse_with_turns(trial):
@@ -201,11 +203,11 @@ def try_mouse_with_turns(trial):
         mouse.hold_at(0.0, 0.0, seconds=0.3)
         _try_turn(trial, stimuli.TURN_BESIDE_MOUSE, LEFT_KEY, seconds=stimuli.BESIDE_MOUSE_TIME)
         trial.observe(stimuli.MOUSE_AFTER_TURN, stimuli.MOUSE_HOLD_TIME,
-                      lambda: mouse.hold_at(0.0, 1.0))
+                      partial(mouse.hold_at, 0.0, 1.0))
         mouse.hold_at(0.0, 0.0)
         wait_until(trial.recorder.is_at_rest, 2.0)
         was_moving = trial.act_and_await_motion(
-            lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION_TIME)
+            partial(trial.node.type, LEFT_KEY), stimuli.TURN_REACTION_TIME)
         time.sleep(INTERRUPTION_TIME)
         with trial.stimulus(stimuli.MOUSE_IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
             def has_driven():
@@ -222,8 +224,12 @@ def _wait_until_idle(trial):
 
 
 def _set_turning(trial):
-    return trial.set_in_motion(lambda: _wait_until_idle(trial), lambda: trial.node.type(LEFT_KEY),
+    return trial.set_in_motion(partial(_wait_until_idle, trial), partial(trial.node.type, LEFT_KEY),
                                stimuli.TURN_REACTION_TIME)
+
+
+def send_ctrl_c_in_turn(trial):
+    trial.send_ctrl_c_in_motion(partial(_set_turning, trial))
 
 
 def try_lost_devices(trial):
@@ -232,15 +238,14 @@ def try_lost_devices(trial):
     trial.node.start()
     with suppress(NotOffered), start_mouse(trial, [stimuli.MOUSE_SILENT]) as mouse:
         mouse.hold_at(0.0, 0.0, seconds=0.3)
-        was_moving = trial.act_and_await_motion(lambda: mouse.hold_at(0.0, 1.0), 0.5)
+        was_moving = trial.act_and_await_motion(partial(mouse.hold_at, 0.0, 1.0), 0.5)
         time.sleep(INTERRUPTION_TIME)
-        trial.silence_device(stimuli.MOUSE_SILENT, was_moving, lambda: mouse.hold(None))
+        trial.silence_device(stimuli.MOUSE_SILENT, was_moving, partial(mouse.hold, None))
         mouse.hold_at(0.0, 0.0, active=False, seconds=0.3)
     trial.silence_sensor(stimuli.IMU_SILENT, _set_turning(trial), IMU_SWITCH)
 
 
 EXERCISE_PARTS = {stimuli.HEADING: stand_at_headings, stimuli.ODD_SAMPLES: send_odd_samples}
 PARTS = {stimuli.TURNS: try_turns, stimuli.MOUSE: try_mouse,
-         stimuli.MOUSE_AND_TURNS: try_mouse_with_turns,
-         stimuli.SHUTDOWN: lambda trial: trial.send_ctrl_c_in_motion(lambda: _set_turning(trial)),
+         stimuli.MOUSE_AND_TURNS: try_mouse_with_turns, stimuli.SHUTDOWN: send_ctrl_c_in_turn,
          stimuli.DEVICE_LOST: try_lost_devices}

@@ -10,12 +10,13 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, LEFT_KEY, RIGHT_KEY, 
 # -- several labs
 
 #: Keys of the facts about a Ctrl+C.
-EXIT_SECONDS = 'took'       # the time [s] until the node ended; None if it was killed
-EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 without a signal
-START_TIME = 15.0           # [s] until a started node must subscribe to its topic
-EXIT_TIME = 5.0             # [s] until a node must end after Ctrl+C; rospy itself needs up to 2 s
-STOP_TIME = 0.5             # [s] until the zero velocity of a stop that is "at once"
-LOST_STOP_TIME = 1.0        # [s] until a node must stop after a sensor or a device fell silent
+EXIT_SECONDS = 'took'       # the time [s] after which the node ended; None if it was killed
+EXIT_SIGNAL = 'signal'      # the number of the signal that ended the node; 0 if no signal ended it
+#: The times [s] within which a node must do the following.
+START_TIME = 15.0           # A started node must subscribe to its topic.
+EXIT_TIME = 5.0             # After Ctrl+C a node must end. rospy alone needs up to 2 s for this.
+STOP_TIME = 0.5             # A node that must stop the robot "at once" must send a zero velocity.
+LOST_STOP_TIME = 1.0        # A node must stop the robot if a sensor or a device sends nothing more.
 DEVICE_LOST = 'lost'        # the part of a lab in which a sensor or an input device falls silent
 
 # -- the IMU exercise
@@ -24,22 +25,20 @@ DEVICE_LOST = 'lost'        # the part of a lab in which a sensor or an input de
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
 #: {stimulus: the heading [deg] at which the robot stands}
 STANDING_HEADINGS = {f'at {heading:g} degrees': heading for heading in (50.0, 150.0, 220.0, 350.0)}
-READING_TIME = 1.5          # [s] until the node must print its line at each heading
+READING_TIME = 1.5          # The node must print its line at each heading within this time [s].
 #: The stimuli with samples that a real IMU seldom sends.
 JUST_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
-#: After the quaternion of zeros, the marker sends samples with this heading for this time.
+#: After the quaternion of zeros, the marker sends samples with this heading for this time [s].
 VALID_HEADING_DEG = 57.0
-VALID_HEADING_TIME = 0.9       # [s]
+VALID_HEADING_TIME = 0.9
 HEADING_DEG = 'heading_deg'    # key of a fact: the IMU's heading [deg] while the robot stands
 
 # -- the IMU lab
 
 #: The parts of the lab.
-TURNS = 'turns'
-MOUSE = 'mouse'
-MOUSE_AND_TURNS = 'both'
-SHUTDOWN = 'shutdown'
-#: In a turn the IMU falls silent. In a drive the mouse falls silent.
+TURNS, MOUSE = 'turns', 'mouse'
+MOUSE_AND_TURNS, SHUTDOWN = 'both', 'shutdown'
+#: The IMU falls silent during a turn, and the mouse falls silent during a drive.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
 
@@ -50,7 +49,7 @@ class TurnStimulus(NamedTuple):
     requested_deg: float    # left positive
     begins_deg: float       # the heading at which the turn begins
     slip: float = 0.0       # the share of the wheels' travel that slips
-    crossing: str = ''      # 'across 180' or 'across 0' if the heading jumps in the turn, else ''
+    crossing: str = ''      # 'across 180' or 'across 0' if the turn crosses this heading, else ''
 
 
 #: The slip on a carpet, as a share of the wheels' travel. On a carpet, a node that turns for a
@@ -67,12 +66,12 @@ TURN_STIMULI = {
 }
 NONSENSE = 'nonsense'       # the stimulus of an invalid input
 TYPED_NONSENSE = 'x'        # the invalid input
-TURN_REACTION_TIME = 3.0    # [s] from the letter to the start of the turn
+TURN_REACTION_TIME = 3.0    # A turn must begin within this time [s] after the letter.
 MAX_TURN_TIME = 8.0         # [s]
 #: A turn may take this time [s] while the mouse is active. The turn is slow if the node sends a
 #: zero velocity for each message of the mouse.
 BESIDE_MOUSE_TIME = 2.0 * MAX_TURN_TIME
-ANSWER_TIME = 1.0           # [s] until the node answers an invalid input
+ANSWER_TIME = 1.0           # The node must answer an invalid input within this time [s].
 MOUSE_NOT_ACTIVE, MOUSE_DEACTIVATED = 'mouse not active', 'mouse deactivated'
 MOUSE_UP, MOUSE_LEFT = 'mouse up', 'mouse left'
 MOUSE_NEAR_MIDDLE, MOUSE_HALF_WAY = 'mouse near the middle', 'mouse half right and half down'
@@ -83,56 +82,47 @@ TURN_BESIDE_MOUSE = 'l beside the mouse'
 MOUSE_AFTER_TURN, MOUSE_IN_TURN = 'mouse after a turn', 'mouse in a turn'
 #: The stimuli in which the mouse and the keyboard move the robot.
 BESIDE_TURNS = (TURN_BESIDE_MOUSE, MOUSE_AFTER_TURN, MOUSE_IN_TURN)
-#: {stimulus: the position (x, y) of the active mouse}. x is positive to the right, y upward, both
-#: from -1 to 1.
+#: {stimulus: the position (x, y) of the active mouse}. x is positive to the right, y is positive
+#: upward, and both are from -1 to 1.
 MOUSE_POSITIONS = {MOUSE_UP: (0.0, 1.0), MOUSE_NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
                    MOUSE_HALF_WAY: (0.6, -0.6)}
 MOUSE_HOLD_TIME = 0.8       # [s]
-MOUSE_REACTION_TIME = 4.0   # [s] until a mouse that is moved during a turn drives the robot
+MOUSE_REACTION_TIME = 4.0   # A mouse that is moved in a turn must drive the robot within this time.
 
 # -- the Transformation lab, move to goal
 
 #: The parts of the lab.
-DRIVE = 'drive'
-RESET = 'reset'
-CONTROL = 'control'
-DECLARED = 'declared'
-OFFSET = 'offset'
-#: The stimuli, in the order of the parts. The final stimulus belongs to the part DEVICE_LOST.
-WITHOUT_CONTROL = 'without control'
-FIRST_DRIVE = 'first drive'
-AT_GOAL = 'at the goal'
+DRIVE, RESET, CONTROL = 'drive', 'reset', 'control'
+DECLARED, OFFSET = 'declared', 'offset'
+#: The stimuli, in the order of the parts. The last stimulus belongs to the part DEVICE_LOST.
+WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at the goal'
 RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'
-RESET_IN_DRIVE = 'reset in a drive'
-CONTROL_TAKEN = 'control taken'
+RESET_IN_DRIVE, CONTROL_TAKEN = 'reset in a drive', 'control taken'
 RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declared pose'
-OFFSET_DRIVE = 'drive with an offset IMU'
-ODOMETRY_SILENT = 'odometry silent'
+OFFSET_DRIVE, ODOMETRY_SILENT = 'drive with an offset IMU', 'odometry silent'
 #: Keys of the facts about a reset.
-RESET_PROBLEM = 'problem'       # why the reset failed; '' for a success
-WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
+RESET_PROBLEM = 'problem'       # a text that says why the reset failed; '' if it succeeded
+WRONG_NAME = 'name'             # the name of the service if it is wrong; '' if it is right
 DROVE_STRAIGHT = 'straight'     # the robot drove forward after the marker had turned it
-OBSERVATION_TIME = 1.5          # [s] before the node has control, and at the goal
-RESET_REPLY_TIME = 3.0          # [s] until the reset service answers
-PRINT_AFTER_RESET_TIME = 0.5    # [s] from the service's answer to the node's line about the reset
-TURN_BEFORE_RESET_DEG = 100.0   # between the first drive and the reset
-TURN_TIME_IN_DRIVE = 3.0        # [s] for the turn to the new goal, after a reset in a drive
+OBSERVATION_TIME = 1.5          # The robot is watched for this time [s] when it should rest.
+RESET_REPLY_TIME = 3.0          # The reset service must answer within this time [s].
+#: The node must print its line about the reset within this time [s] after the service's answer.
+PRINT_AFTER_RESET_TIME = 0.5
+TURN_BEFORE_RESET_DEG = 100.0   # The marker turns the robot so far before the second drive.
+TURN_TIME_IN_DRIVE = 3.0        # The node turns to its new goal for this time [s] after a reset.
 GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))     # (x [m], y [m], heading [rad])
-DRIVE_REACTION_TIME = 4.0       # [s] from the moment when the node gets control
+DRIVE_REACTION_TIME = 4.0       # A node that gets control must drive within this time [s].
 MAX_DRIVE_TIME = 50.0           # [s]
-MAX_DRIVE_DISTANCE = 3.0        # [m] from the start
+MAX_DRIVE_DISTANCE = 3.0        # [m] from the start of the drive
 
 # -- the Transformation lab, gamepad
 
 #: The parts of the lab.
-STICKS = 'sticks'
-BUTTONS = 'buttons'
-NO_SERVICE = 'no service'
+STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
 LEFT_STICK_UP, LEFT_STICK_DOWN = 'left stick up', 'left stick down'
-BOTH_STICKS = 'left stick half up, right stick half right'
 RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = 'right stick left', 'right stick right'
-STICKS_LET_GO = 'sticks let go'
-#: {stimulus: (left stick, up is positive; right stick, left is positive)}, each from -1 to 1
+BOTH_STICKS, STICKS_LET_GO = 'left stick half up, right stick half right', 'sticks let go'
+#: {stimulus: (left stick, right stick)}. The values are from -1 to 1. Up and left are positive.
 STICK_POSITIONS = {
     LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
@@ -142,13 +132,13 @@ TAKE_BACK, STICK_UP_AFTER_B = 'B', 'left stick up after B'
 RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 PAD_SILENT = 'pad silent'
 #: Keys of the facts about the buttons A and B.
-RELINQ_VALUE = 'relinquished'   # the latest value on ctrl_relinq; None without a message
-IS_LATCHED = 'heard late'       # a new subscriber got the value after A
+RELINQ_VALUE = 'relinquished'   # the last value on ctrl_relinq; None if no message arrived
+IS_LATCHED = 'heard late'       # a new subscriber got the value that was sent before
 #: Keys of the facts about the button Y.
 CALL_COUNT = 'calls'
-SERVICE_NAME = 'name'           # of the called service
+SERVICE_NAME = 'name'           # the name of the called service
 IS_ORIGIN = 'origin'            # each call declared (0, 0, 0)
 IS_UNIT = 'unit'                # each quaternion had the length 1
 STICK_HOLD_TIME = 0.8           # [s]
-PUBLISH_TIME = 1.0              # [s] from A or B to the node's value on ctrl_relinq
-CALL_AFTER_Y_TIME = 2.5         # [s] from Y to the node's call of the reset, or to its error
+PUBLISH_TIME = 1.0              # After A or B, the node must publish within this time [s].
+CALL_AFTER_Y_TIME = 2.5         # After Y, the node must call the reset within this time [s].

@@ -25,15 +25,15 @@ RIGHT_TURN_STEP = TURN_SECTION.at_step(6)
 CTRL_C_STEP = TURN_SECTION.at_step(7)
 POSITION_NEAR_MIDDLE = stimuli.MOUSE_POSITIONS[stimuli.MOUSE_NEAR_MIDDLE]
 STIMULI_ACROSS_JUMP = [name for name, turn in stimuli.TURN_STIMULI.items() if turn.crossing]
-COAST_DEG = 1.0             # after a stop command
-MAX_LEGIBLE_LINES = 1000    # of an answer
+COAST_DEG = 1.0             # After a stop command, the robot turns further by at most this angle.
+MAX_LEGIBLE_LINES = 1000    # A student cannot read an answer of more lines.
 MAX_EXACT_ERROR_DEG = 1.0   # in the criterion `within_1_deg`
 NO_MOUSE_CLIENT = (
     'A mouse at the upper edge, y = 1, drives backward. That is right if your mouse client counts '
     'y down; none was found.')
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
-#: The bounds of the speed [m/s or rad/s] for a mouse at the edge of the screen, and at 0.6 of the
-#: distance to the edge. The mouse lab does not say how the speed grows outside the dead zone.
+#: The bounds of the speed [m/s or rad/s] for a mouse at the edge, and for a mouse at 0.6 of the way
+#: there. The second bounds are wide, because the mouse lab does not say how the speed grows.
 MIN_EDGE_SPEED = MOUSE_FULL - ZERO_TOLERANCE
 EDGE_BOUNDS = (MIN_EDGE_SPEED, MOUSE_FULL + ZERO_TOLERANCE)
 HALF_WAY_BOUNDS = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
@@ -64,19 +64,24 @@ def judge_turn(observation: Observation, name: str, tolerance: float = HDG_TOL +
         return f'{occasion} {effect}: {why_idle(scene)}'
     if not scene.facts[RESTED]:
         return f'{occasion} {turned_text}, and was still moving after {seconds:g} s'
-    error_deg = abs(scene.turned_deg - turn.requested_deg)
-    if error_deg <= tolerance:
-        if ends_in_motion(scene.commands):
-            return NO_ZERO_VELOCITY.format('its turn ' + occasion)
+    if abs(scene.turned_deg - turn.requested_deg) > tolerance:
+        if turn.slip:
+            occasion += ', where the wheels slip,'
+        clause_on_error = _clause_on_error(scene.turned_deg, turn.requested_deg, tolerance)
+        return f'{occasion} {turned_text}, then stopped{clause_on_error}'
+    if ends_in_motion(scene.commands):
+        return NO_ZERO_VELOCITY.format('its turn ' + occasion)
+    return ''
+
+
+def _clause_on_error(turned_deg, requested_deg, tolerance):
+    """Returns a clause on the error of a turn; '' if the robot turned in the wrong direction."""
+    if turned_deg * requested_deg <= 0.0:
         return ''
-    if turn.slip:
-        occasion += ', where the wheels slip,'
-    reason = f'{occasion} {turned_text}, then stopped'
-    if scene.turned_deg * turn.requested_deg <= 0.0:
-        return reason
-    side = 'short of' if abs(scene.turned_deg) < abs(turn.requested_deg) else 'beyond'
+    error_deg = abs(turned_deg - requested_deg)
+    side = 'short of' if abs(turned_deg) < abs(requested_deg) else 'beyond'
     allowed_deg = min(tolerance, HDG_TOL)
-    return f'{reason}: {error_deg:.1f} degrees {side} the goal, where {allowed_deg:g} are allowed'
+    return f': {error_deg:.1f} degrees {side} the goal, where {allowed_deg:g} are allowed'
 
 
 def _turn_text(turned_deg):
@@ -168,7 +173,7 @@ def _judge_mouse_in_turn(observation: Observation) -> Reason:
 
 
 def _has_driven_forward(observation, name):
-    """Returns True if the node drove as fast as a mouse at the upper edge requires."""
+    """Returns True if the node drove the robot as fast as a mouse at the upper edge requires."""
     forward_sign = forward_sign_of(observation)
     forward_speeds = forward_sign * observation.enter_scene(name).commands[:, LINEAR]
     return (forward_speeds > MIN_EDGE_SPEED).any()
@@ -177,9 +182,9 @@ def _has_driven_forward(observation, name):
 def forward_sign_of(observation: Observation) -> float:
     """Returns the sign of the speed that a correct node commands for a mouse at the upper edge.
 
-    The marker has applied the sign of the submission's mouse client to y, so a correct node drives
-    forward: 1.0. Without a known mouse client, the sign is that of the node's first speed at this
-    edge.
+    The marker sends y with the sign of the submission's mouse client, so a correct node drives
+    forward. If this sign is unknown, the node may drive in either direction. Then the result is the
+    sign of the node's first speed at the upper edge.
     """
     if observation.mouse_y_sign:
         return 1.0
@@ -204,10 +209,12 @@ def _has_printed_only_prompt(observation):
     names = (LEFT_KEY, stimuli.NONSENSE)
     if not all(map(observation.has_stimulus, names)):
         return False
-    # the first line shows the typed letter
-    answer_to_turn, answer_to_nonsense = (
+    # the first line of the output shows the typed letter
+    lines_after_turn, lines_after_nonsense = (
         observation.enter_scene(name, may_die=True).printed.splitlines()[1:] for name in names)
-    return len(answer_to_nonsense) == 1 and answer_to_turn[-1:] == answer_to_nonsense
+    if not lines_after_turn or len(lines_after_nonsense) != 1:
+        return False
+    return lines_after_turn[-1] == lines_after_nonsense[0]
 
 
 def remarks_on_turns(observation: Observation) -> List[str]:

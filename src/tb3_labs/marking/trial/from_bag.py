@@ -13,12 +13,12 @@ from tb3_labs.recording.bag_reader import CLOCK_JUMPED
 from tb3_labs.recording.ros_bag import read_run
 from tb3_labs.recording.run_data import Numbers, Poses, RunData, Texts
 
-SAME_RESET_TIME = 1.0       # [s] between a call of the reset and the node's line about this reset
+SAME_RESET_TIME = 1.0   # A node prints its line about a reset within this time [s] of the call.
 #: An Observation keeps this many characters from the start of a process's output, and as many from
 #: the end.
 MAX_OUTPUT_LENGTH = 20000
-COLOUR_CODE = re.compile(r'\x1b\[[\d;]*m')      # of a terminal
-#: {key of a fact: field of NodeProcess or Observation} for the keys that are not the field's name.
+COLOUR_CODE = re.compile(r'\x1b\[[\d;]*m')      # changes the colour of the text in a terminal
+#: {key of a fact: field of NodeProcess or Observation}, if the field has another name than the key.
 #: The keys cannot change, because old bags contain them.
 FIELD_OF_KEY = {
     'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens': 'subscribed_topics',
@@ -26,32 +26,33 @@ FIELD_OF_KEY = {
 
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
-    """Returns the Observation in the bag of a trial. Removes the `path_prefixes`, paths on the
-    marking machine, from all texts. Raises ``ValueError`` if the bag contains no trial, or if the
-    machine's clock jumped during the trial."""
-    def cleaned(text: str) -> str:
+    """Returns the Observation in the bag of a trial. The `path_prefixes` are paths on the marking
+    machine, which are removed from all texts. Raises ``ValueError`` if the bag contains no trial,
+    or if the machine's clock jumped during the trial."""
+    def without_prefixes(text: str) -> str:
         for prefix in path_prefixes:
             text = text.replace(prefix, '')
         return text
     recording = read_run(str(path))
     if any(CLOCK_JUMPED in note for note in recording.notes):
         raise ValueError(f'{CLOCK_JUMPED}; type the same command again')
-    log_texts = np.array(list(map(cleaned, recording.log.text)), dtype=object)
+    log_texts = np.array(list(map(without_prefixes, recording.log.text)), dtype=object)
     recording = replace(recording, log=replace(recording.log, text=log_texts))
     observation = Observation('', '', recording)
     outputs = [(time, {'kind': 'output', 'text': text})
                for time, text in zip(recording.printed.arrival, recording.printed.text)]
-    events = [(time, json.loads(cleaned(text)))
+    events = [(time, json.loads(without_prefixes(text)))
               for time, text in zip(recording.events.arrival, recording.events.text)]
     for time, event in sorted(outputs + events, key=lambda entry: entry[0]):
         kind = event.pop('kind')
         _add_event(observation, kind, float(time), event)
     if not observation.lab:
         raise ValueError('the recording has no trial')
+
     observation.stimuli = [stimulus for stimulus in observation.stimuli
                            if not math.isnan(stimulus.end)]
     for printer in observation.processes + observation.stimuli:
-        printer.printed = COLOUR_CODE.sub('', cleaned(printer.printed))
+        printer.printed = COLOUR_CODE.sub('', without_prefixes(printer.printed))
     for process in observation.processes:
         text = process.printed
         if len(text) > 2 * MAX_OUTPUT_LENGTH:
@@ -61,38 +62,48 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
 
 
 def with_stimuli(recording: RunData, observation: Observation) -> RunData:
-    """Returns the recording of a trial, with the marker's starts, stimuli, letters, goals and
-    resets. A reset has the time at which the node printed its line about the reset. If the node
-    printed no line, the reset has the time of the call.
-
-    After a failed call of the reset the node's frame is unknown. Therefore the samples of variables
-    between the failed call and the next start of the node are removed.
-    """
-    printed = recording.resets
-    resets = np.column_stack([printed.arrival, printed.x, printed.y, printed.yaw]).tolist()
-    variable_time = recording.variables.arrival
-    has_known_frame = np.ones(len(variable_time), bool)
-    starts = [process.begin for process in observation.processes]
-    for time, pose, problem in observation.reset_calls:
-        if problem:
-            next_start = min([start for start in starts if start > time], default=math.inf)
-            has_known_frame[(variable_time >= time) & (variable_time <= next_start)] = False
-        elif np.abs(printed.arrival - time).min(initial=math.inf) >= SAME_RESET_TIME:
-            resets.append([time, *pose])
-    goals = []
+    """Returns the recording of a trial with what the marker did: its starts of the node, its
+    stimuli, and the letters, goals and resets that it gave to the node."""
+    stimuli = observation.stimuli
+    names = [[stimulus.begin, stimulus.name] for stimulus in stimuli]
+    goals = [[stimulus.begin, *stimulus.facts[GOAL_POSE]] for stimulus in stimuli
+             if GOAL_POSE in stimulus.facts]
     letters = []
-    for stimulus in observation.stimuli:
-        if GOAL_POSE in stimulus.facts:
-            goals.append([stimulus.begin, *stimulus.facts[GOAL_POSE]])
+    for stimulus in stimuli:
         if REQUESTED_DEG in stimulus.facts:
             letters.append([stimulus.begin, np.sign(stimulus.facts[REQUESTED_DEG])])
             letters.append([stimulus.end, 0.0])
-    names = [[stimulus.begin, stimulus.name] for stimulus in observation.stimuli]
+    starts = [process.begin for process in observation.processes]
+    has_known_frame = _has_known_frame(recording, observation.reset_calls, starts)
     return replace(
         recording, variables=recording.variables.take(has_known_frame),
-        resets=Poses.without_stamps(sorted(resets)), starts=tuple(starts),
-        states=Texts.without_stamps(names), goals=Poses.without_stamps(goals),
-        letters=Numbers.without_stamps(letters))
+        resets=Poses.without_stamps(_resets(recording, observation.reset_calls)),
+        starts=tuple(starts), states=Texts.without_stamps(names),
+        goals=Poses.without_stamps(goals), letters=Numbers.without_stamps(letters))
+
+
+def _resets(recording, reset_calls):
+    """Returns [time, x, y, yaw] of each reset. A reset has the time at which the node printed its
+    line about the reset. If the node printed no line, the reset has the time of the call."""
+    printed = recording.resets
+    resets = np.column_stack([printed.arrival, printed.x, printed.y, printed.yaw]).tolist()
+    for time, pose, problem in reset_calls:
+        time_to_nearest_line = np.abs(printed.arrival - time).min(initial=math.inf)
+        if not problem and time_to_nearest_line >= SAME_RESET_TIME:
+            resets.append([time, *pose])
+    return sorted(resets)
+
+
+def _has_known_frame(recording, reset_calls, starts):
+    """Returns an array with False for the samples of variables whose frame is unknown. After a
+    failed call of the reset, the node's frame is unknown until the next start of the node."""
+    time = recording.variables.arrival
+    is_known = np.ones(len(time), bool)
+    for call_time, _, problem in reset_calls:
+        if problem:
+            next_start = min([start for start in starts if start > call_time], default=math.inf)
+            is_known[(time >= call_time) & (time <= next_start)] = False
+    return is_known
 
 
 def _add_output(observation: Observation, text: str, line_count: int) -> None:
@@ -104,13 +115,13 @@ def _add_output(observation: Observation, text: str, line_count: int) -> None:
         stimulus.line_count += line_count
 
 
-def _fields_of(facts):
+def _keyed_by_field(facts):
     return {FIELD_OF_KEY.get(key, key): fact for key, fact in facts.items()}
 
 
 def _add_event(observation: Observation, kind: str, time: float, facts: Dict[str, Any]) -> None:
     if kind in ('trial', 'program', 'mouse client'):
-        vars(observation).update(_fields_of(facts))
+        vars(observation).update(_keyed_by_field(facts))
     elif kind == 'begin':
         observation.stimuli.append(Stimulus(begin=time, **facts))
     elif kind == 'end':
@@ -118,11 +129,11 @@ def _add_event(observation: Observation, kind: str, time: float, facts: Dict[str
     elif kind == 'part':
         observation.parts.append((facts['name'], time))
     elif kind == 'start':
-        observation.processes.append(NodeProcess(time, **_fields_of(facts)))
+        observation.processes.append(NodeProcess(time, **_keyed_by_field(facts)))
     elif kind == 'ready':
         observation.processes[-1].ready = time
     elif kind == 'run':
-        vars(observation.processes[-1]).update(_fields_of(facts))
+        vars(observation.processes[-1]).update(_keyed_by_field(facts))
     elif kind == 'stop':
         observation.processes[-1].end = time
     elif kind == 'output':

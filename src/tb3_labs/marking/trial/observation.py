@@ -3,7 +3,7 @@
 :mod:`tb3_labs.marking.trial.from_bag` reads an Observation from the bag of a trial.
 
 Units: seconds since the recording began, m/s, rad/s, metres, radians. The yaw of the true poses is
-continuous over whole turns. The marker's own commands are left out.
+continuous over whole turns. An Observation does not contain the marker's own commands.
 """
 import math
 from dataclasses import dataclass, field
@@ -27,7 +27,7 @@ LOCAL_T_WORLD = 'local_T_world'     # the transform from the true frame to the l
 #: A busy machine delays the simulated robot. In a fair trial, no gap between two true poses is
 #: longer than this time [s].
 MAX_FAIR_GAP = 0.15
-MAX_FINDINGS = 20           # and as many remarks
+MAX_FINDINGS = 20           # of an Observation, which also has at most this number of remarks
 MAX_SENTENCE_LENGTH = 2000  # characters of a finding or a remark
 #: The marker counts commands that are not finite numbers, but does not record them.
 NOT_FINITE = 'commands that are not finite numbers'
@@ -36,7 +36,7 @@ NO_RECORDING = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
 
 
 class NotObserved(Exception):
-    """A criterion cannot be judged. The exception's text is a clause with the reason."""
+    """A criterion cannot be judged. The exception's text is a clause that says why."""
 
 
 class NotOffered(NotObserved):
@@ -44,11 +44,11 @@ class NotOffered(NotObserved):
 
 
 class NotTried(NotObserved):
-    """The node did not get the stimulus of a criterion, because it did not run."""
+    """The node did not get the stimulus of a criterion, because the node did not run."""
 
 
 class Ended(NotObserved):
-    """The node ended during a stimulus. The exception's text is the node's output until then."""
+    """The node ended during a stimulus. The exception's text is the node's last output."""
 
 
 @dataclass
@@ -58,8 +58,8 @@ class Stimulus:
     name: str
     begin: float
     end: float = math.nan
-    printed: str = ''           # the end of the node's output in the stimulus
-    line_count: int = 0         # of the whole output in the stimulus
+    printed: str = ''           # the last part of the node's output during the stimulus
+    line_count: int = 0         # the number of lines in the whole output during the stimulus
     died: bool = False          # the node ended during the stimulus
     facts: Dict[str, Any] = field(default_factory=dict)
 
@@ -69,20 +69,21 @@ class NodeProcess:
     """A process of the node. A trial starts the node several times."""
 
     begin: float
-    ready: Optional[float] = None   # the time of the subscription to the needed topic, or None
+    ready: Optional[float] = None   # the time at which the node was ready; None if it never was
     end: Optional[float] = None     # None while the process runs
     ended_by_itself: bool = False
-    printed: str = ''               # the start and the end of the output
-    #: The subscribed topics that nobody publishes; [] if the node subscribes to all topics that it
-    #: needs.
+    printed: str = ''               # the first part and the last part of the output
+    #: The topics that the node subscribes to although nobody publishes them. The list is empty if
+    #: the node subscribes to all topics that it needs, because an extra topic does no harm.
     silent_topics: List[str] = field(default_factory=list)
     needed_topic: str = ''                            # the topic to which the node must subscribe
     nodes: List[str] = field(default_factory=list)    # the node's names at the ROS master
     subscribed_topics: List[str] = field(default_factory=list)
     published_topics: Dict[str, str] = field(default_factory=dict)      # {topic: type}
-    #: The subscribed topics on which the node has no connection to the robot.
+    #: The needed topics to which the node subscribes without a connection to the robot.
     unconnected_topics: List[str] = field(default_factory=list)
-    status: Optional[int] = None    # of a process that ended by itself; -N if signal N ended it
+    #: The exit status of a process that the marker did not end; -N if signal N ended the process.
+    status: Optional[int] = None
 
 
 @dataclass
@@ -106,14 +107,14 @@ class Observation:
     not_finite: List[List[Any]] = field(default_factory=list)
     #: [begin, end] of each movement that the marker commanded.
     marker_moves: List[List[float]] = field(default_factory=list)
-    #: The sign of y in the upper half of the screen, by the student's mouse client; 0 if unknown.
+    #: The sign of y in the student's mouse client for the upper half of the screen; 0 if unknown.
     mouse_y_sign: int = 0
     #: {variable: the lines of the node's file that assign the variable}
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
     reset_calls: List[List[Any]] = field(default_factory=list)
-    #: The moment [s] in the timeline to which the current verdict belongs. The method
-    #: `enter_scene` sets it to the start of the stimulus; None if the stimulus was not tried.
+    #: The timeline shows the current verdict at this time [s], the start of the judged stimulus.
+    #: The method `enter_scene` sets the time, or None if the stimulus was not tried.
     moment: Optional[float] = None
 
     @property
@@ -170,19 +171,19 @@ class Observation:
         return Scene(self, stimulus)
 
     def enter_scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
-        """Yields the Scenes of the tried stimuli in `names`. Raises an exception of `enter_scene`
-        if no stimulus was tried."""
-        tried = [name for name in names if self.has_stimulus(name)]
-        return (self.enter_scene(name, may_die) for name in tried or names[:1])
+        """Yields the Scenes of the tried stimuli in `names`. If no stimulus was tried, raises the
+        exception of `enter_scene` for the first name."""
+        entered_names = [name for name in names if self.has_stimulus(name)] or [names[0]]
+        return (self.enter_scene(name, may_die) for name in entered_names)
 
     def fastest_speed(self, commands: np.ndarray, column: int) -> float:
-        """Sets `moment` to the start of the stimulus with the greatest absolute value in a
-        `column`, LINEAR or ANGULAR, of the commands. Returns this value."""
+        """Returns the greatest absolute speed in a `column` of the commands, LINEAR or ANGULAR.
+        Sets `moment` to the start of the stimulus in which the node commanded this speed."""
         speeds = np.abs(commands[:, column])
-        fastest_time = commands[speeds.argmax(), TIME]
+        fastest = speeds.argmax()
         begins = [stimulus.begin for stimulus in self.stimuli]
-        self.moment = max(begin for begin in begins if begin <= fastest_time)
-        return float(speeds.max())
+        self.moment = max(begin for begin in begins if begin <= commands[fastest, TIME])
+        return float(speeds[fastest])
 
 
 class Scene(Stimulus):
@@ -229,7 +230,7 @@ class Scene(Stimulus):
 
     @property
     def turned_deg(self) -> float:
-        """The robot's true turn [deg] during the stimulus, left positive; 0 without a pose."""
+        """The angle [deg] of the robot's true turn, left positive; 0 if no true pose arrived."""
         if not len(self.truth):
             return 0.0
         _, _, _, turn = self.truth[-1] - self.truth[0]

@@ -18,15 +18,15 @@ from tb3_labs.marking.limits import (
     MAX_DISK_BYTES, MAX_NODE_MEMORY_BYTES, MAX_OTHER_MEMORY_BYTES, MAX_PROCESSES)
 
 LIMITS_POLL_PERIOD = 0.25       # [s]
-READ_RATE = 1e6                 # [bytes/s]; a long output must not load the computer
-#: If a program prints more characters in one second, only the final characters are recorded. If the
+READ_RATE = 1e6     # [bytes/s] for the output, so that a long output does not load the computer
+#: If a program prints more characters in one second, only the last characters are recorded. If the
 #: bag is full, a tenth of this number is recorded.
 MAX_CHARACTERS_PER_SECOND = 20000
 
 
 class RunningProgram:
-    """Runs a command, a list of words, in its own process group and pseudo-terminal, as a shell
-    does. ``on_text(text)`` is called with each piece of the command's output and errors."""
+    """Runs a command in its own process group and pseudo-terminal, as a shell does. The command is
+    a list of words. ``on_text(text)`` is called with each piece of the command's output."""
 
     def __init__(self, command, environment, on_text, files=None):
         """`files` are three file descriptors: the end that this object reads and writes, the
@@ -38,7 +38,7 @@ class RunningProgram:
         self._terminal, program_input, program_output = files
         self._process = subprocess.Popen(
             command, stdin=program_input, stdout=program_output, stderr=program_output,
-            # without PYTHONUNBUFFERED, Python would delay its output to a pipe
+            # without PYTHONUNBUFFERED, Python collects its output before it writes into a pipe
             env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
         os.close(program_output)
@@ -70,7 +70,7 @@ class RunningProgram:
 
     def send(self, signal_number):
         """Send a signal to the whole process group."""
-        with suppress(ProcessLookupError):      # it has ended already
+        with suppress(ProcessLookupError):      # the group has ended already
             os.killpg(self._process.pid, signal_number)
 
     def kill(self):
@@ -86,11 +86,11 @@ class NodeOutput:
         self._bag = bag
         self._lock = threading.Lock()
         self._unrecorded = ''
-        #: The numbers of characters and lines that were left out before `_unrecorded`.
+        #: The numbers of characters and lines that were dropped from the start of `_unrecorded`.
         self._omitted_characters, self._omitted_lines = 0, 0
         #: Before this time [s], the output is collected, and only `flush` records it.
         self._collects_until = 0.0
-        #: The output since the latest call of `flush`; only the end of a long output.
+        #: The output since the last call of `flush`, or the last part of a long output.
         self.latest_text = ''
 
     def add(self, text):
@@ -101,9 +101,9 @@ class NodeOutput:
             self._unrecorded += text
             excess = len(self._unrecorded) - self._max_characters
             if excess > 0:
-                self._omitted_characters += excess
-                self._omitted_lines += self._unrecorded.count('\n', 0, excess)
-                self._unrecorded = self._unrecorded[excess:]
+                dropped, self._unrecorded = self._unrecorded[:excess], self._unrecorded[excess:]
+                self._omitted_characters += len(dropped)
+                self._omitted_lines += dropped.count('\n')
             if self._bag.now >= self._collects_until:
                 self._record()
 
@@ -130,12 +130,12 @@ class NodeOutput:
 
 
 class ResourceWatch:
-    """Kills a process group that exceeds a limit, until the event `stop_requested` is set."""
+    """Kills a process group if it exceeds a limit. The event `stop_requested` ends the watch."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], check_parent_pid: int) -> None:
-        """`pid` is the number of the group's first process, which starts the sandbox. `own_folders`
-        are paths in the sandbox. `check_parent_pid` is the number of the process that started the
-        master, the robot and check_lab.py."""
+        """`pid` is the number of the group's first process, which starts the sandbox. The size of
+        the files in `own_folders`, paths in the sandbox, is limited. `check_parent_pid` is the
+        number of the process that started the master, the robot and check_lab.py."""
         self._pid = pid
         self._own_folders = own_folders
         self._check_parent_pid = check_parent_pid
@@ -148,7 +148,7 @@ class ResourceWatch:
         while not self.stop_requested.wait(LIMITS_POLL_PERIOD):
             self.exceeded_limit = self._find_exceeded_limit()
             if self.exceeded_limit:
-                with suppress(ProcessLookupError):      # it has ended already
+                with suppress(ProcessLookupError):      # the group has ended already
                     os.killpg(self._pid, signal.SIGKILL)    # the signal ends the whole sandbox
                 return
 
@@ -165,7 +165,8 @@ class ResourceWatch:
                     'and check')
         if not processes:
             return ''
-        if sum(_disk_used(processes[-1], folder) for folder in self._own_folders) > MAX_DISK_BYTES:
+        inner_pid = processes[-1]       # this process runs in the sandbox and sees its folders
+        if sum(_disk_used(inner_pid, folder) for folder in self._own_folders) > MAX_DISK_BYTES:
             return f'files of more than {MAX_DISK_BYTES / 1e6:g} MB'
         return ''
 

@@ -8,14 +8,17 @@ from tb3_labs.marking.trial.observation import (
 from tb3_labs.watch.mistake import nonzero_field_text
 
 TWIST = 'geometry_msgs/Twist'       # the type of cmd_vel
-MAX_IDLE_TURN_DEG = 3.0             # of a robot without a command
+MAX_IDLE_TURN_DEG = 3.0             # A robot without a command turns by less than this angle.
 #: A traceback begins with these words, which can stand in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
+#: The line of a traceback that names the exception.
 ERROR_LINE = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
+#: A line of a traceback that names the path of a file, a line number and a function.
 TRACEBACK_FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
+SYSTEM_FOLDERS = ('/usr/', '/opt/', '<frozen')      # the folders of Python and ROS
 #: Python prints these words between two tracebacks if the first exception led to the second.
 CAUSE_OF_NEXT = re.compile('^(During handling of|The above exception was)', re.MULTILINE)
-#: Python prints these lines instead of a traceback for a file that is not valid Python.
+#: The place before the lines that Python prints instead of a traceback for an invalid program.
 SYNTAX_ERROR = re.compile(
     r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentation|Tab)Error:)', re.MULTILINE)
 #: If a callback publishes while the node ends, rospy raises an exception with one of these texts.
@@ -29,8 +32,8 @@ MAX_QUOTE_LENGTH = 160      # characters of a quoted exception or line
 
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
-    """Returns the sentences for the student that belong to no criterion. Leaves out exceptions that
-    `verdict_text`, the text of the verdicts, quotes."""
+    """Returns the sentences for the student that belong to no criterion. `verdict_text` is the text
+    of the verdicts. An exception that this text quotes is left out."""
     remarks = list(observation.remarks)
     if observation.clause_on_silent_topics:
         remarks.append(f'Note that {observation.clause_on_silent_topics}.')
@@ -61,6 +64,7 @@ def version_errors(observation: Observation) -> List[str]:
 
 
 def _exceptions_before_ctrl_c(scene):
+    """Returns the exceptions that the scene's process printed, except those printed at Ctrl+C."""
     printed = scene.process.printed
     for stimulus in scene.observation.stimuli:
         if stimulus.name in CTRL_C and stimulus.begin >= scene.process.begin:
@@ -88,8 +92,8 @@ def why_idle(scene: Scene) -> str:
 
 
 def clause_on_other_fields(scene: Scene) -> str:
-    """Returns a clause on the commands' fields that move no wheel, such as linear.y; '' if they
-    are zero."""
+    """Returns a clause on the fields of the commands that move no wheel, such as linear.y. Returns
+    '' if these fields are zero."""
     commands = scene.observation.recording.commands
     is_inside = (commands.arrival >= scene.begin) & (commands.arrival <= scene.end)
     return nonzero_field_text(commands.take(is_inside))
@@ -103,8 +107,8 @@ def _why_no_command(process):
 
 
 def clause_on_other_topics(process: NodeProcess, topic: str) -> str:
-    """Returns a clause on the topics that a node publishes in place of `topic`; '' if it publishes
-    `topic`, or if its topics are unknown."""
+    """Returns a clause on the topics that a node publishes in place of `topic`. Returns '' if the
+    node publishes `topic`, or if the node's topics are unknown."""
     if not process.published_topics or '/' + topic in process.published_topics:
         return ''
     return f"it does not publish {topic}, but {' and '.join(sorted(process.published_topics))}"
@@ -171,34 +175,41 @@ def printed_exceptions(printed: str, file: str = '') -> List[str]:
     """Returns the exceptions in a node's output, for example
     ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
 
-    If `file` is given, the line number belongs to the node's file with this name. The exceptions
-    that rospy raises while a node ends are left out.
+    A traceback names several lines. Of these lines, the last one in the node's `file` is quoted.
+    The exceptions that rospy raises while a node ends are left out.
     """
     exceptions = []
-    pieces = printed.split(TRACEBACK)
-    if len(pieces) == 1:
-        pieces = SYNTAX_ERROR.split(printed)
-    for piece in pieces[1:]:
-        if CAUSE_OF_NEXT.search(piece):
+    for traceback in _tracebacks_in(printed):
+        error_lines = filter(ERROR_LINE.match, traceback.splitlines()[1:])
+        exception = next(error_lines, '')
+        searched_text = exception or traceback
+        if any(text in searched_text for text in CLOSED_TOPIC_TEXTS):
             continue
-        exception = next(filter(ERROR_LINE.match, piece.splitlines()[1:]), '')
-        if not any(text in (exception or piece) for text in CLOSED_TOPIC_TEXTS):
-            quoted = (exception or 'an exception')[:MAX_QUOTE_LENGTH]
-            exceptions.append(quoted + _line_of(piece, file))
+        quoted = exception[:MAX_QUOTE_LENGTH] or 'an exception'
+        exceptions.append(quoted + _place_in_parentheses(traceback, file))
     return exceptions
 
 
-def _line_of(piece, file):
-    """Returns ' (line N, in FUNCTION)' for a traceback; '' if the line is unknown."""
-    frames = TRACEBACK_FRAME.findall(piece)
-    own_frames = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file]
-    if not own_frames:
-        own_frames = [
-            frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
-    if own_frames:
-        _, line, function = own_frames[-1]
+def _tracebacks_in(printed):
+    """Returns the tracebacks in a node's output, or its syntax errors if it has no traceback. Each
+    text continues until the next traceback. A traceback that led to the next one is left out."""
+    _, *tracebacks = printed.split(TRACEBACK)
+    if not tracebacks:
+        _, *tracebacks = SYNTAX_ERROR.split(printed)
+    return [traceback for traceback in tracebacks if not CAUSE_OF_NEXT.search(traceback)]
+
+
+def _place_in_parentheses(traceback, file):
+    """Returns ' (line N, in FUNCTION)' for a traceback, with the last line in the node's file. If
+    this file is not in the traceback, the line is the last one outside SYSTEM_FOLDERS."""
+    frames = TRACEBACK_FRAME.findall(traceback)
+    node_places = [place for path, *place in frames if file and path.rpartition('/')[2] == file]
+    student_places = [place for path, *place in frames if not path.startswith(SYSTEM_FOLDERS)]
+    places = node_places or student_places
+    if places:
+        line, function = places[-1]
         return f' (line {line}, in {function})' if function.isidentifier() else f' (line {line})'
-    if "'NoneType' object is not callable" in piece:    # rospy got self.f(), which is None
+    if "'NoneType' object is not callable" in traceback:    # rospy got self.f(), which is None
         return ' (was a callback given as self.f(), not as self.f?)'
     return ''
 
@@ -214,7 +225,7 @@ def last_line(printed: str) -> str:
 
 
 def last_exception(printed: str, file: str) -> str:
-    """Returns the last exception in a node's output, in quotes; the last line if the output has no
-    exception."""
+    """Returns the last exception in a node's output, in quotes. If the output has no exception,
+    returns the last line in quotes."""
     exceptions = printed_exceptions(printed, file)
     return repr(exceptions[-1]) if exceptions else last_line(printed)

@@ -49,9 +49,9 @@ MAX_COMMANDS = 40000
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000            # events of all kinds
-MAX_LOG_LINE_LENGTH = 300    # characters; the rest of the line is not recorded
+MAX_LOG_LINE_LENGTH = 300    # Only so many characters of a line are recorded.
 MAX_MESSAGE_BYTES = 10000    # a longer message is not recorded
-MIN_TIME_STEP = 1e-6         # [s] between two default times, so that no two are equal
+MIN_TIME_STEP = 1e-6         # If two messages come at once, their times differ by this step [s].
 #: A command that equals the previous command is recorded only if this time [s] has passed.
 SAME_COMMAND_TIME = 0.04
 FULL_BAG_BYTES = 3 * 10 ** 6
@@ -62,7 +62,7 @@ CHUNK_BYTES = 2 ** 17           # rosbag compresses the messages in chunks of th
 MAX_REST_DISTANCE = 0.002       # [m]
 MAX_REST_ANGLE = 0.005          # [rad]
 ROBOT_REST_TIME = 0.4           # [s]
-MIN_REST_POSES = 5              # in this time
+MIN_REST_POSES = 5              # the number of true poses that must arrive in ROBOT_REST_TIME
 
 
 class TrialBag:
@@ -83,7 +83,7 @@ class TrialBag:
         self._writer.start()
 
     def add(self, topic, message, time=None):
-        """Record a message at a `time` [s], by default the current time. Returns this time.
+        """Record a message with a `time` [s], by default the current time. Returns this time.
         `message` is a ROS message, or the tuple (type, bytes, checksum, class)."""
         with self._lock:
             if time is None:
@@ -97,7 +97,7 @@ class TrialBag:
         """Record an event of the trial and return its time [s]. A text in `facts` is cut after
         MAX_SENTENCE_LENGTH characters."""
         self._event_count += 1
-        if self._event_count > MAX_EVENTS:      # a node could cause events without end
+        if self._event_count > MAX_EVENTS:      # a node could cause endless events
             return ros_time()
         for name, fact in facts.items():
             if isinstance(fact, str):
@@ -114,7 +114,7 @@ class TrialBag:
 
     def close(self):
         """Write the waiting messages and close the bag. If this fails, `problem` is the error, and
-        the bag is removed, because an incomplete bag would cost the node points."""
+        the bag is removed, because the student must not lose points for an incomplete bag."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -133,8 +133,8 @@ class TrialBag:
 
 
 class Recorder:
-    """Records the topics of the robot and of the node. All times are ROS times [s]. Raises
-    ``RuntimeError`` if the robot does not run."""
+    """Records the topics of the robot and of the node. All times are ROS times [s]. The constructor
+    raises ``RuntimeError`` if the robot does not run."""
 
     def __init__(self, bag):
         self.bag = bag
@@ -146,8 +146,8 @@ class Recorder:
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         record_connections()
         rospy.Subscriber(CMD_VEL_TOPIC, Twist, guarded(self._on_command), tcp_nodelay=True)
-        # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must use the same
-        # class. For CTRL_RELINQ_TOPIC, ros_gamepad.py uses Bool.
+        # rospy does not unpack an AnyMsg, which saves time. All subscribers of a topic in a process
+        # must use the same class, and ros_gamepad.py needs Bool for CTRL_RELINQ_TOPIC.
         for topic, message_class, subscribed_class in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY_TOPIC, Joy, rospy.AnyMsg),
@@ -155,7 +155,7 @@ class Recorder:
             rospy.Subscriber(topic, subscribed_class, self._on_message,
                              callback_args=(topic, message_class), tcp_nodelay=True)
         rospy.Subscriber('/rosout', Log, guarded(self._on_log))
-        if not wait_until(lambda: self._truth, 60.0):     # a busy computer is slow
+        if not wait_until(lambda: self._truth, 60.0):     # a busy computer starts the robot slowly
             raise RuntimeError('the simulated robot does not run')
 
     def _read_truth(self, path):
@@ -218,7 +218,7 @@ class Recorder:
                 ros_time())
 
     def finish(self):
-        """Record how many messages were not recorded."""
+        """Record the numbers of the commands that were not recorded."""
         for kind, max_count in (('commands', MAX_COMMANDS), (NOT_FINITE, MAX_NOT_FINITE)):
             if self._counts[kind] > max_count:
                 self.bag.add_event('left out', what=f'{kind} after the first {max_count}',
@@ -239,7 +239,7 @@ class Recorder:
     def commands_since(self, begin):
         """Returns the node's commands since `begin` [s], each [time, linear, angular]."""
         with self._lock:
-            return self._commands[bisect_left(self._commands, [begin]):]
+            return _rows_since(begin, self._commands)
 
     def node_moved_since(self, begin):
         """Returns True if the node has commanded a movement since `begin` [s]."""
@@ -251,8 +251,14 @@ class Recorder:
         if idle_time and self.node_moved_since(ros_time() - idle_time):
             return False
         with self._lock:
-            recent = self._truth[bisect_left(self._truth, [ros_time() - ROBOT_REST_TIME]):]
-        if len(recent) < MIN_REST_POSES:    # the robot has just started
+            recent_poses = _rows_since(ros_time() - ROBOT_REST_TIME, self._truth)
+        if len(recent_poses) < MIN_REST_POSES:    # the robot has just started
             return False
-        _, x, y, yaw = np.subtract(recent, recent[0]).T
-        return bool(np.hypot(x, y).max() < MAX_REST_DISTANCE and np.abs(yaw).max() < MAX_REST_ANGLE)
+        _, dx, dy, turn = np.subtract(recent_poses, recent_poses[0]).T
+        distance, angle = np.hypot(dx, dy).max(), np.abs(turn).max()
+        return bool(distance < MAX_REST_DISTANCE and angle < MAX_REST_ANGLE)
+
+
+def _rows_since(begin, rows):
+    """Returns the rows, each a list [time, ...], whose time is `begin` [s] or later."""
+    return rows[bisect_left(rows, [begin]):]

@@ -19,10 +19,10 @@ from tb3_labs.ros.node import guarded
 
 #: The settings of the robot that make a sensor silent.
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
-STOP_REST_TIME = 2.0        # [s] from the robot's last command until the robot rests
-INTERRUPTION_TIME = 0.5     # [s] from the start of a movement to the stimulus that interrupts it
-MAX_HEADING_ERROR = 0.01    # [rad] of a turn by the marker
-DELIVERY_TIME = 0.3         # [s] until a node's output and messages reach the marker
+STOP_REST_TIME = 2.0        # The robot rests within this time [s] after its last command.
+INTERRUPTION_TIME = 0.5     # A movement lasts for this time [s] before a stimulus interrupts it.
+MAX_HEADING_ERROR = 0.01    # [rad] at the end of a turn by the marker
+DELIVERY_TIME = 0.3         # A node's output and messages reach the marker within this time [s].
 
 
 class Robot:
@@ -39,15 +39,15 @@ class Robot:
                          guarded(self._on_settings))
 
     def _move(self, command, seconds):
-        """Send the speeds (linear, angular) of ``command()`` for `seconds` [s], or until
-        ``command()`` returns None. At the end send zero, even after an exception."""
+        """Send the speeds (linear, angular) that ``command()`` returns, for `seconds` [s] or until
+        ``command()`` returns None. At the end send a zero velocity, even after an exception."""
         begin = time.monotonic()
         try:
-            for speeds in iter(command, None):
-                if time.monotonic() >= begin + seconds:
-                    break
+            speeds = command()
+            while speeds is not None and time.monotonic() < begin + seconds:
                 self._command_publisher.publish(to_twist(*speeds))
                 time.sleep(0.03)    # a control period of the robot
+                speeds = command()
         finally:
             self._command_publisher.publish(to_twist(0.0, 0.0))
             self._recorder.bag.add_event('own move', seconds=time.monotonic() - begin)
@@ -55,13 +55,13 @@ class Robot:
     def turn_to(self, heading_deg):
         """Turn the robot by at most 180 degrees to a heading [deg], within 8 s. Returns False if
         the robot does not come to rest."""
-        def command():
+        def turn_toward_heading():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
             if abs(error) <= MAX_HEADING_ERROR:
                 return None
             speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s]
             return 0.0, math.copysign(speed, error)
-        self._move(command, 8.0)
+        self._move(turn_toward_heading, 8.0)
         return wait_until(self._recorder.is_at_rest, STOP_REST_TIME)
 
     def leave_origin(self):
@@ -69,7 +69,7 @@ class Robot:
         self._move(lambda: (0.2, 0.0), 2.5)
 
     def change_settings(self, **settings):
-        if self._settings:
+        if self._settings:      # `_on_settings` must accept the change
             self._settings.update(settings)
         self._set_parameters(encode_config(settings))
 
@@ -107,7 +107,7 @@ class Repeater(AbstractContextManager):
 
     def wait_for_subscriber(self):
         """Wait until a node is connected, and 0.45 s longer. A node may ignore a new gamepad until
-        the sticks have been at rest for a moment, for 0.3 s in this package's gamepad node."""
+        its sticks have been at rest for a moment. In this package's node this moment is 0.3 s."""
         wait_until(self._publisher.get_num_connections, 1.0)
         time.sleep(0.45)
 

@@ -27,7 +27,7 @@ from tb3_labs.watch import with_probe
 
 #: The roles of a node. The master's system state contains a list for each role, in this order.
 PUBLISHER, SUBSCRIBER, SERVER = range(3)
-#: These topics are left out, because every node may have them.
+#: These topics of a node are not recorded, because every node may have them.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
 #: If signal N ends a program in a sandbox, the sandbox's exit status is SIGNAL_STATUS_BASE + N.
 SIGNAL_STATUS_BASE = 128
@@ -40,14 +40,14 @@ class StudentNode:
         """`node` is package/file. `sensors` are the topics that the node usually needs."""
         self._sensors = sensors
         self._bag = bag
-        self._needed_topics = []    # of the current process; resolved names
+        self._needed_topics = []    # the full names of the topics that the process needs
         self._node_start = NodeStart.from_environment()
         program = self._node_start.program
         self._command = [program] if program else ['rosrun', *node.split('/', 1)]
         self._process = None                    # None while no process runs
         self._resource_watch = None             # only for a submission
         self._output = None                     # of the latest process
-        self._first_process_was_ready = None    # None until the first process is ready or given up
+        self._first_process_was_ready = None    # None until the first start succeeds or fails
         self._got_ctrl_c = False
         self.graph = NodeGraph(KnownTypes(self._node_start.types))
 
@@ -59,9 +59,9 @@ class StudentNode:
     def status(self):
         """The exit status of the process; None while it runs, -N if signal N ended it."""
         status = self._process.status
-        if not self._node_start.is_sandboxed or status is None:
+        if not self._node_start.is_sandboxed or status is None or status <= SIGNAL_STATUS_BASE:
             return status
-        return status if status <= SIGNAL_STATUS_BASE else SIGNAL_STATUS_BASE - status
+        return -(status - SIGNAL_STATUS_BASE)
 
     def start(self, *arguments, needed_topics=None):
         """End the current process of the node and start a new process.
@@ -75,6 +75,16 @@ class StudentNode:
         if self._first_process_was_ready is False:
             raise NotTried
         earlier_nodes = set(self.graph.roles_by_node())
+        self._start_process(arguments)
+        is_ready = self._wait_until_ready(earlier_nodes)
+        if self._first_process_was_ready is None:
+            self._first_process_was_ready = is_ready
+        if not is_ready:
+            self.stop()
+            raise NotTried
+        self._bag.add_event('ready')
+
+    def _start_process(self, arguments):
         self._got_ctrl_c = False
         self._bag.add_event('start', needed=self._needed_topics[0].strip('/'))
         self._output = NodeOutput(self._bag)
@@ -85,33 +95,28 @@ class StudentNode:
         if self._node_start.program:        # mark.py has prepared a submission
             own_folders = WRITABLE_FOLDERS if self._node_start.is_sandboxed else ()
             self._resource_watch = ResourceWatch(self._process.pid, own_folders, os.getppid())
-        is_ready = self._wait_until_ready(earlier_nodes)
-        if self._first_process_was_ready is None:
-            self._first_process_was_ready = is_ready
-        if not is_ready:
-            self.stop()
-            raise NotTried
-        self._bag.add_event('ready')
 
     def _wait_until_ready(self, earlier_nodes):
         """Returns True as soon as the node is ready, False if the node ends or takes too long."""
         own_roles = {}
         change_time = time.monotonic()
 
-        def is_ready():
-            """Returns True if the first topic is subscribed, and no role has changed for 0.5 s."""
+        def has_ended_or_is_ready():
             nonlocal own_roles, change_time
-            current = {name: roles for name, roles in self.graph.roles_by_node().items()
-                       if name not in earlier_nodes}
-            if current != own_roles:
-                own_roles = current
+            if not self.is_alive:
+                return True
+            current_roles = {name: roles for name, roles in self.graph.roles_by_node().items()
+                             if name not in earlier_nodes}
+            if current_roles != own_roles:
+                own_roles = current_roles
                 change_time = time.monotonic()
             is_subscribed = any((SUBSCRIBER, self._needed_topics[0]) in roles
                                 for roles in own_roles.values())
-            return is_subscribed and time.monotonic() - change_time >= 0.5
+            has_settled = time.monotonic() - change_time >= 0.5
+            return is_subscribed and has_settled
         # a computer with a load of 2 for each processor is twice as slow
         slowness = clamp(os.getloadavg()[0] / (os.cpu_count() or 1), 1.0, 4.0)
-        is_in_time = wait_until(lambda: not self.is_alive or is_ready(), START_TIME * slowness, 0.1)
+        is_in_time = wait_until(has_ended_or_is_ready, START_TIME * slowness, 0.1)
         self.graph.node_names = set(own_roles)
         silent = self.graph.silent_topics(self._needed_topics) if self.is_alive else []
         self._bag.add_event('run', nodes=sorted(own_roles), unheard=silent)
@@ -154,8 +159,8 @@ class StudentNode:
             self._output.flush()
 
     def record_state(self):
-        """Record the output so far. Then record the node's topics, or the end of a node that ended
-        by itself."""
+        """Record the output so far. Then record the topics of a node that runs, or the exit status
+        of a node that ended without Ctrl+C."""
         if self._process is None:
             return
         self._output.flush()
@@ -182,19 +187,19 @@ class NodeGraph:
         Returns {} if the master does not answer."""
         roles_by_node = {}
         with suppress(OSError, rosgraph.MasterException):
-            for role, groups in enumerate(self._master.getSystemState()):
-                for topic, names in groups:
+            for role, nodes_of_topics in enumerate(self._master.getSystemState()):
+                for topic, names in nodes_of_topics:
                     for name in names:
                         roles_by_node.setdefault(name, set()).add((role, topic))
         roles_by_node.pop(rospy.get_name(), None)
         return roles_by_node
 
     def names_by_role(self):
-        """Returns the topics that the student's node publishes (PUBLISHER), the topics to which it
-        subscribes (SUBSCRIBER), and the services that it offers (SERVER). If the master does not
-        answer, an error ends the trial, so that the silence of the master costs no points."""
-        return [{topic for topic, names in groups if self.node_names.intersection(names)}
-                for groups in self._master.getSystemState()]
+        """Returns three sets of names: the topics that the student's node publishes, its subscribed
+        topics, and its services. If the master does not answer, an exception ends the trial,
+        because the student must not lose points for an error of the master."""
+        return [{topic for topic, names in nodes_of_topics if self.node_names.intersection(names)}
+                for nodes_of_topics in self._master.getSystemState()]
 
     def silent_topics(self, needed_topics):
         """Returns the topics that the student's node subscribes to although nobody publishes them.
@@ -202,8 +207,8 @@ class NodeGraph:
         subscribed = self.names_by_role()[SUBSCRIBER]
         if subscribed.issuperset(needed_topics):
             return []
-        roles = set().union(*self.roles_by_node().values())
-        published = {topic for role, topic in roles if role == PUBLISHER}
+        published = {topic for roles in self.roles_by_node().values()
+                     for role, topic in roles if role == PUBLISHER}
         marker_topics = {
             rospy.resolve_name(name) for name in (MOUSE_INFO_TOPIC, JOY_TOPIC, CTRL_RELINQ_TOPIC)}
         return sorted(subscribed - published - marker_topics)
@@ -217,8 +222,8 @@ class NodeGraph:
 
     def unconnected_topics(self, needed_topics):
         """Returns the `needed_topics` to which the student's node subscribes without a connection
-        to the robot. Different types prevent a connection."""
-        connections = []
+        to the robot. The connection fails if the node and the robot use different types."""
+        connections = []    # [connection's number, name of a node, direction, protocol, topic, ...]
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))
             _, _, connections = robot.getBusInfo(rospy.get_name())

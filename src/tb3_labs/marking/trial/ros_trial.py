@@ -1,7 +1,7 @@
 """Tests a node in the parts of its lab and records the trial.
 
-Each part of a lab has a script. Within a :meth:`Trial.stimulus` a script acts on the `node` or the
-`robot` of the Trial and waits until the `recorder` shows the effect.
+Each part of a lab has a script, a function that gets a Trial. In a :meth:`Trial.stimulus`, a script
+acts on the `node` or the `robot` of the Trial and waits until the `recorder` shows the effect.
 """
 import os
 import time
@@ -28,7 +28,7 @@ from tb3_labs.ros.clocks import ros_time, wait_until
 
 #: A node's file is in the folder of its package, or at most this many folders deeper.
 MAX_PACKAGE_DEPTH = 3
-#: {lab: {part: script}}. A script is a function that gets a Trial.
+#: {lab: {part: script}}
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
 
@@ -87,14 +87,15 @@ class Trial:
             files = {program}
         else:
             folder = Path(rospkg.RosPack().get_path(self._package))
-            patterns = ['*/' * depth + self._executable for depth in range(MAX_PACKAGE_DEPTH + 1)]
-            files = {str(path.resolve()) for pattern in patterns for path in folder.glob(pattern)}
+            depths = range(MAX_PACKAGE_DEPTH + 1)
+            files = {str(path.resolve()) for depth in depths
+                     for path in folder.glob('*/' * depth + self._executable)}
         assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
         self.bag.add_event('program', assigned=assigned)
 
     def skip_part(self, names, reason):
-        """Record that the node cannot get the stimuli `names`. `reason` is a clause. Then end the
-        part by ``NotOffered``."""
+        """Record that the node cannot get the stimuli `names`, and the `reason`, a clause. Then
+        raise ``NotOffered``, which ends the part."""
         self.bag.add_event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
@@ -113,12 +114,11 @@ class Trial:
 
     def record_motion(self, name, act, reaction_time, idle_time, max_duration, facts=(),
                       is_astray=lambda: False):
-        """Record the stimulus `name`, in which `act()` should start a motion of the robot. All
-        times are in [s].
+        """Record the stimulus `name`, in which `act()` should make the node move the robot.
 
-        The stimulus ends after `reaction_time` if no motion begins, or `max_duration` after the
-        motion began. It ends earlier if the robot rests and got no command to move for `idle_time`,
-        if the node ends, or if `is_astray()` is True.
+        The stimulus ends if no motion begins within `reaction_time` [s]. A motion may last for at
+        most `max_duration` [s]. It is over if the robot rests and got no command to move for
+        `idle_time` [s], if the node ends, or if `is_astray()` returns True.
         """
         def is_over():
             return not self.node.is_alive or self.recorder.is_at_rest(idle_time) or is_astray()
@@ -131,8 +131,8 @@ class Trial:
     def set_in_motion(self, prepare, act, reaction_time):
         """Call `act()`. Returns True if the node moves the robot within `reaction_time` [s].
 
-        If ``prepare()`` returns False, the node is started first. The second attempt has a new
-        process, because the previous stimulus may have disturbed the node.
+        If ``prepare()`` returns False, the node is started first. If the robot does not move, there
+        is one more attempt with a new process, because a stimulus may have disturbed the node.
         """
         for _ in range(2):
             if not prepare():
@@ -145,7 +145,7 @@ class Trial:
         return False
 
     def silence_device(self, name, was_moving, end_messages):
-        """Record the stimulus `name`, in which `end_messages()` makes a device silent."""
+        """Record the stimulus `name`, in which `end_messages()` ends the messages of a device."""
         self.observe(name, LOST_STOP_TIME + 0.5, end_messages, {WAS_MOVING: was_moving})
 
     def silence_sensor(self, name, was_moving, switch):
@@ -155,8 +155,8 @@ class Trial:
         self.robot.change_settings(**{switch: False})
 
     def set_slip(self, share):
-        """Make the wheels slip by a share of their travel. First end the node, because a running
-        node may report the change as a problem of a sensor."""
+        """Make the wheels slip by a share of their travel, from 0 to 1. First end the node, because
+        a running node may report the change as a problem of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change_settings(slip=share)
@@ -170,26 +170,28 @@ class Trial:
             was_moving = set_in_motion()
             begin = ros_time()
             self.send_ctrl_c(name, was_moving)
-            if any(linear == angular == 0.0 and command_time <= begin + STOP_TIME
-                   for command_time, linear, angular in self.recorder.commands_since(begin)):
+            zeros = [command_time for command_time, *speeds in self.recorder.commands_since(begin)
+                     if not any(speeds)]
+            if any(command_time <= begin + STOP_TIME for command_time in zeros):
                 return
 
     def send_ctrl_c(self, name=CTRL_C[0], was_moving=False):
         """Send Ctrl+C as the stimulus `name`. Then kill the node if it still runs."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as stimulus:
             has_ended = self.node.send_ctrl_c(EXIT_TIME)
-            if not (has_ended or was_moving):   # in Python 3.13 input() waits for Enter
+            if not (has_ended or was_moving):   # input() of Python 3.13 waits for Enter
                 self.node.type('')
                 has_ended = wait_until(lambda: not self.node.is_alive, STOP_TIME)
             stimulus.facts[EXIT_SECONDS] = ros_time() - stimulus.begin if has_ended else None
-            stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status) if has_ended else 0
+            was_ended_by_signal = has_ended and self.node.status < 0
+            stimulus.facts[EXIT_SIGNAL] = -self.node.status if was_ended_by_signal else 0
             time.sleep(DELIVERY_TIME)
         self.node.stop()
 
 
 def exit_at_shutdown(bag):
-    """End this process when ROS shuts it down. Otherwise the process would go on without messages
-    and record a wrong behaviour of the node."""
+    """End this process when ROS shuts it down. Otherwise the process would get no more messages,
+    and would record that the node does nothing."""
     def on_shutdown():
         if not bag.is_closed:
             bag.add_event('finding', text='The marker was ended while the node ran.')
@@ -199,8 +201,8 @@ def exit_at_shutdown(bag):
 
 
 def record_trial(lab, package, executable, parts, bag_path, pad, print_line):
-    """Test a node in the `parts` of a lab, or in all parts if `parts` is empty, and write the bag
-    of the trial. The class Trial explains all other arguments."""
+    """Test a node in the `parts` of a lab, or in all parts if `parts` is empty. Write the bag of
+    the trial. The class Trial explains all other arguments."""
     trial = Trial(lab, package, executable, bag_path, pad, print_line)
     exit_at_shutdown(trial.bag)
     try:

@@ -2,7 +2,7 @@
 
 An import of a student's modules, even of generated modules, would run the student's code in the
 marker. Therefore a sandbox makes an example message of each type, as bytes (message_examples.py).
-A class of this module replaces a few fields of an example message and reads no field.
+A message of the marker is a copy of these bytes, in which the marker replaces a few fields.
 """
 import importlib
 import struct
@@ -63,7 +63,7 @@ class KnownTypes:
 class Example(genpy.Message):
     """A message as bytes. A new message is a copy of its type's example."""
 
-    fields: List[List[Any]] = []    # [name, type, first byte] of each field
+    fields: List[List[Any]] = []    # [name, type, number of the first byte] of each field
 
     def __init__(self) -> None:
         self._data = bytearray(self._example)

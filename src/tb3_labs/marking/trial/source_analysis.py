@@ -25,22 +25,22 @@ from tb3_labs.marking.trial import source_analysis
 print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1:]))))
 '''
 MAX_TEXT_BYTES = 200000     # a larger file is not read
-MAX_NAMES = 200             # in the result
-MAX_LISTED_LINES = 6        # of each name
+MAX_NAMES = 200             # the number of variables in the result
+MAX_LISTED_LINES = 6        # the number of lines for each variable
 #: The call by which a mouse client's program publishes its messages.
 PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
-Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # of a variable whose value is y
+Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)      # such as y, _y or pos_y
 #: A variable or a function with such a name contains a position in pixels, where y points down.
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
-#: The results of these functions grow with their arguments.
+#: The result of such a function grows if an argument grows.
 GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
 SYNTAX_THAT_GIVES_VALUES = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
 ANGLE_AS_ORIENTATION = (
     'In {} the angle itself is given to the orientation: a yaw becomes a quaternion by sine and '
     'cosine of its half. Y sends 0, so it costs no points.')
 
-#: {variable: slope}. The slope is positive if the variable grows with the pixel's y, negative if
-#: the variable falls, 0 if the variable does not depend on y, and NaN if the slope is unknown.
+#: {variable: slope}. If y of the mouse [pixels] grows, a variable with a positive slope grows, and
+#: a variable with a negative slope falls. A constant has the slope 0, an unknown slope is NaN.
 Slopes = Dict[str, float]
 
 
@@ -65,7 +65,7 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     for text in texts:
         nodes = syntax_nodes_of(text)
         if PUBLISHES_MOUSE.search(text):
-            # pixels count y down
+            # y of a pixel points down, so a sent value that grows with it points down too
             y_signs |= {-1 if slope > 0.0 else 1 for slope in _sent_slopes(nodes)}
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
@@ -79,18 +79,21 @@ def assigned_lines(nodes: Iterable[Any]) -> Dict[str, List[int]]:
     `x` and `pose.x`."""
     lines: Dict[str, List[int]] = {}
     for node in nodes:
-        if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MAX_NAMES:
-            names = [getattr(node, 'id', ''), getattr(node, 'attr', '')]
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Attribute):
-                names.append(f'{node.value.attr}.{node.attr}')
-            for name in filter(None, names):
-                lines.setdefault(name, []).append(node.lineno)
+        is_assigned = isinstance(getattr(node, 'ctx', None), ast.Store)
+        if not is_assigned or len(lines) >= MAX_NAMES:
+            continue
+        if isinstance(node, ast.Name):
+            lines.setdefault(node.id, []).append(node.lineno)
+        elif isinstance(node, ast.Attribute):
+            lines.setdefault(node.attr, []).append(node.lineno)
+            if isinstance(node.value, ast.Attribute):
+                lines.setdefault(f'{node.value.attr}.{node.attr}', []).append(node.lineno)
     return {name: sorted(set(numbers))[:MAX_LISTED_LINES] for name, numbers in lines.items()}
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
     """Returns True if a function assigns its last argument, an angle, to a field of an orientation.
-    An argument with the name of a quaternion's component, such as z or q_w, is not an angle."""
+    An argument that is called like a quaternion's component, such as z or q_w, is not an angle."""
     if not function.args.args:
         return False
     angle = function.args.args[-1].arg
@@ -119,23 +122,28 @@ def _last_name(node: Any) -> str:
 
 def _sent_slopes(nodes: List[Any]) -> List[float]:
     """Returns the known slopes of the values that a mouse client assigns to y in a message."""
+    slopes = _slopes_of_variables(nodes)
+    y_fields = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
+    read_names = {_dotted_name(node) for node in nodes
+                  if isinstance(getattr(node, 'ctx', None), ast.Load)}
+    unread_fields = y_fields - read_names    # a client only writes the fields of its message
+    sent_slopes = [slopes[name] for name in unread_fields or y_fields]
+    return [slope for slope in sent_slopes if slope != 0.0 and not math.isnan(slope)]
+
+
+def _slopes_of_variables(nodes: List[Any]) -> Slopes:
     assignments: List[Any] = [
         node for node in nodes if isinstance(node, SYNTAX_THAT_GIVES_VALUES)]
     # in Python 3.8 a keyword has no line number
     assignments.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
-    for assignment in assignments * 2:      # the callback may come last, so two passes are needed
+    for assignment in assignments * 2:      # a value may be assigned in a line after its first use
         for name, slope in _assigned_slopes(assignment, slopes):
-            # a later constant, such as a reset to 0, does not change a slope; NaN is a slope
-            is_later_constant = slope == 0.0 and slopes.get(name, 0.0) != 0.0
-            if not is_later_constant:
+            # the program may set a variable back to a constant, which does not change its slope
+            has_slope = slopes.get(name, 0.0) != 0.0    # True also for NaN
+            if not (has_slope and slope == 0.0):
                 slopes[name] = slope
-    sent_fields = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
-    read_names = {_dotted_name(node) for node in nodes
-                  if isinstance(getattr(node, 'ctx', None), ast.Load)}
-    unread_fields = sent_fields - read_names    # a client does not read the fields of its message
-    sent_slopes = [slopes[name] for name in unread_fields or sent_fields]
-    return [slope for slope in sent_slopes if slope != 0.0 and not math.isnan(slope)]
+    return slopes
 
 
 def _assigned_slopes(node: Any, slopes: Slopes) -> Iterator[Tuple[str, float]]:
@@ -166,8 +174,9 @@ def _slope(node: Any, slopes: Slopes) -> float:
         return slopes[name]
     if name and not Y_NAME.fullmatch(_last_name(node)):
         return 0.0
-    if name:        # event.y
-        return 1.0 if PIXEL_NAME.search(_last_name(getattr(node, 'value', None))) else math.nan
+    if name:
+        owner = getattr(node, 'value', None)        # event in event.y
+        return 1.0 if PIXEL_NAME.search(_last_name(owner)) else math.nan
     if isinstance(node, ast.UnaryOp):
         return _sign(node) * _slope(node.operand, slopes)
     if isinstance(node, ast.BinOp):
@@ -176,20 +185,24 @@ def _slope(node: Any, slopes: Slopes) -> float:
             return left + right
         if isinstance(node.op, ast.Sub):
             return left - right
-        # in a product or quotient one factor has a slope; the other factor gives the sign
+        # in a product or a quotient one side depends on y, and the other side gives the sign
         return left * _sign(node.right) + right * _sign(node.left)
-    called = node.func if isinstance(node, ast.Call) else getattr(node, 'value', None)
-    if PIXEL_NAME.search(_last_name(called)) and _dotted_name(called) not in slopes:
+    return _slope_of_call_or_item(node, slopes)
+
+
+def _slope_of_call_or_item(node: Any, slopes: Slopes) -> float:
+    owner = node.func if isinstance(node, ast.Call) else getattr(node, 'value', None)
+    if PIXEL_NAME.search(_last_name(owner)) and _dotted_name(owner) not in slopes:
         return 1.0      # get_position() or position[1]
     inner_slopes = [_slope(child, slopes) for child in ast.iter_child_nodes(node)]
-    if isinstance(node, ast.Subscript) or _last_name(called) in GROWING_FUNCTIONS:
+    if isinstance(node, ast.Subscript) or _last_name(owner) in GROWING_FUNCTIONS:
         return sum(inner_slopes)
     is_constant = all(slope == 0.0 for slope in inner_slopes)   # False for a NaN
     return 0.0 if is_constant else math.nan
 
 
 def _sign(factor: Any) -> float:
-    """Returns -1 if a minus stands before the expression, else 1."""
+    """Returns -1 if the expression begins with a minus, else 1."""
     return -1.0 if isinstance(getattr(factor, 'op', None), ast.USub) else 1.0
 
 
