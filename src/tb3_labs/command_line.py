@@ -22,7 +22,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns `word` as a number, or unchanged, so that a Config refuses it."""
+    """Returns `word` as a number, or the unchanged `word`, which a Config then refuses."""
     try:
         return float(word)
     except ValueError:
@@ -31,7 +31,7 @@ def number_or_text(word: str) -> Union[float, str]:
 
 def output_folder(path: Union[str, Path]) -> Path:
     """Make the folder for a tool's output if it is missing. Returns its Path. Raises ``OSError`` if
-    it cannot be made, or is a link, because a link may lead to any other folder."""
+    the folder cannot be made, or if it is a link, because a link may lead to any other folder."""
     folder = Path(path)
     if folder.is_symlink():
         raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))
@@ -40,14 +40,14 @@ def output_folder(path: Union[str, Path]) -> Path:
 
 
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
-    """Write a whole file, with text as UTF-8. Raises ``OSError`` if it cannot be written. An
-    interrupted program does not lose the old file. The new file replaces a link, not its target."""
+    """Write a whole file, with text as UTF-8. Raises ``OSError`` if the file cannot be written. If
+    the program is interrupted, the old file stays. A link is replaced, and its target is not."""
     path = Path(path)
     if isinstance(content, str):
         content = content.encode('utf-8', errors='backslashreplace')
     new_file = path.with_name(f'.{secrets.token_hex(8)}.part')
     try:
-        with new_file.open('xb') as file:    # x fails if the file or a link exists
+        with new_file.open('xb') as file:    # mode x fails if the file exists
             file.write(content)
         new_file.replace(path)
     finally:
@@ -58,7 +58,7 @@ def error_text(error: BaseException) -> str:
     """Returns an exception's text in one line, with the file's name if it is known."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         return f'{error.filename}: {error.strerror}'
-    if isinstance(error, FileNotFoundError):    # os.getcwd() names no file
+    if isinstance(error, FileNotFoundError):    # the error of os.getcwd() names no file
         return 'the current folder was deleted: go to another one, such as cd ~'
     return ' '.join(str(error).split())
 

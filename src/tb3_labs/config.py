@@ -14,7 +14,7 @@ ConfigType = TypeVar('ConfigType', bound='Config')
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """Returns a dataclass field. A number needs `low` and `high`. Both are valid values."""
+    """Returns a dataclass field. A number needs `low` and `high`, its extreme valid values."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 
@@ -47,7 +47,7 @@ def _checked_value(item: Field, value: Any) -> Any:
     """Returns `value` in the field's type. Raises ``ValueError`` if `value` is not valid."""
     valid_type = type(item.default)
     rule = item.metadata
-    # Python treats a bool as an int, but "has_control: 2" and "rate: true" are mistakes.
+    # types are compared exactly, because a bool is also an int, but a rate "true" is wrong
     if valid_type is float and type(value) is int:
         value = float(value)
     is_valid = type(value) is valid_type
@@ -66,6 +66,6 @@ def bounds_text(item: Field) -> str:
     if rule['choices']:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])
     text = TYPE_TEXTS[type(item.default)]
-    if rule['low'] is not None:    # a whole number of 32 bits has at most ten digits
+    if rule['low'] is not None:    # ten digits are enough for each whole number of 32 bits
         text += f' from {rule["low"]:.10g} to {rule["high"]:.10g}'
     return f'{text} {rule["unit"]}'.rstrip()

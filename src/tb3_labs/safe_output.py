@@ -5,8 +5,8 @@ from typing import Any, Callable, List
 
 
 class SafeStream:
-    """A stream that drops a text that cannot be written. An exception could end a node before its
-    last zero command, or cost the marks."""
+    """A stream that drops a text that cannot be written. An exception could end a node before it
+    has stopped the robot, or end a marking program before it has written the marks."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream    # None if Python started without this stream

@@ -8,9 +8,9 @@ which a robot that is told to stop now would come to rest. The formula is
 
 After the command 0, a motor with the speed v still travels v * lag, which is the integral of
 v exp(-t/lag). Each sample gives one prediction, with the delay, lag and gain from `motor_response`.
-A `FilteredNumber` filters their noise. Between two samples, only the commands change the predicted
-remaining travel. A braking profile gives the speed for it. After the first stop, *nudges*, which
-are short commands, correct the remaining error.
+A `FilteredNumber` filters the noise of the predictions. Between two samples, only the commands
+change the predicted remaining travel. A braking profile gives the speed for this travel. After the
+first stop, *nudges*, which are short commands, correct the remaining error.
 
 Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
 Source: Smith, Closer control of loops with dead time, Chemical Engineering Progress 53 (1957).
@@ -22,14 +22,14 @@ from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
-MAX_ROUNDING_TIME = 1e-6    # [s]; equal times of samples may differ by less than this
-#: A nudge may last two periods, so its gain is divided by a number that is greater by this.
+MAX_ROUNDING_TIME = 1e-6    # [s]; after rounding, two equal times differ by less than this
+#: This is added to the divisor of the gain for a nudge, because a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 #: In 95 of 100 cases the error of an estimate is less than this number of standard deviations.
 CONFIDENCE_FACTOR = 2.0
 #: A sample contradicts an estimate if they differ by more than this number of standard deviations.
 CONTRADICTING_DEVIATIONS = 4.0
-MIN_LAG = 1e-6    # [s], which avoids a division by zero
+MIN_LAG = 1e-6    # [s]; a lag of 0 would cause a division by zero
 
 
 @dataclass(frozen=True)
@@ -42,15 +42,15 @@ class ApproachConfig:
     #: robot can follow the profile in spite of disturbances.
     deceleration: float
     gain: float         # [1/s]; near the goal, the speed is the gain times the remaining travel
-    min_speed: float    # of a motion; a slower robot would take too long
+    min_speed: float    # lowest speed of a motion; a slower robot would take too long
     #: The command is 0 if the predicted remaining travel is less than this. Without a dead band,
     #: the robot would move to and fro about the goal at the lowest speed.
     dead_band: float
-    nudge_dead_band: float = 0.0    # least `dead_band` of a nudge
-    max_overshoot: float = 0.0      # the robot backs up if it would stop farther beyond the goal
-    nudge_time: float = 0.0         # least time [s] of a nudge, before a stop may replace it
-    #: Does the sensor measure the speed at one instant, as a gyro does? The odometry sends the mean
-    #: speed of a control period, which is too high while the robot brakes.
+    nudge_dead_band: float = 0.0    # least `dead_band` after the first stop
+    max_overshoot: float = 0.0      # a robot that would stop farther beyond the goal backs up
+    nudge_time: float = 0.0         # a stop may end a nudge only after this time [s]
+    #: True if the sensor measures the speed at one instant, as a gyro does. The odometry sends the
+    #: mean speed of a control period, which is too high while the robot brakes.
     measures_instant_speed: bool = False
 
 
@@ -151,13 +151,23 @@ class Approach:
         else:    # no motion was commanded yet
             dt = self._config.period
             self._start_history(remaining, speed)
+
         self._identification.update(
             self._history, self._start_remaining - remaining, speed, max_speed, age)
         self._motor_speed = self._next_motor_speed(speed, dt)
-        if self._now - age > self._measured_at + MAX_ROUNDING_TIME:
-            self._measured_at = self._now - age
+        measured_at = self._now - age
+        if measured_at > self._measured_at + MAX_ROUNDING_TIME:    # the sample is new
+            self._measured_at = measured_at
             self.predicted_remaining.add(self._prediction(remaining, age), noise)
+
         latest_command = self._history.command
+        wanted_command = self._wanted_command(latest_command, max_speed)
+        change = self._config.acceleration * dt
+        self._history.send(clamp(wanted_command, latest_command - change, latest_command + change))
+        return self._history.command
+
+    def _wanted_command(self, latest_command: float, max_speed: float) -> float:
+        """Returns the command that is best, if the acceleration allows it."""
         if self._motion_command and not latest_command:
             self._has_stopped = True
         command = self._profile_speed(max_speed)
@@ -166,10 +176,8 @@ class Approach:
                 self._reversals += 1
             self._motion_command = command
         elif self._has_stopped and self._history.unchanged_for < self._config.nudge_time:
-            command = latest_command
-        change = self._config.acceleration * dt
-        self._history.send(clamp(command, latest_command - change, latest_command + change))
-        return self._history.command
+            return latest_command    # the nudge must last longer
+        return command
 
     def _start_history(self, remaining: float, speed: float) -> None:
         self._history = CommandHistory(self._config.period)
@@ -193,6 +201,7 @@ class Approach:
             self._motor_speed, self._history.command_at_motors(estimate.delay), estimate.lag, dt)
 
     def _prediction(self, remaining: float, age: float) -> float:
+        """Returns the remaining travel that is left after a command to stop now."""
         estimate = self._identification.estimate
         under_way = self._history.travel_under_way(estimate.delay + age)
         return remaining - self._motor_speed * estimate.lag - estimate.gain * under_way

@@ -1,8 +1,8 @@
 """Finds when a control law must give a command and remembers the commands.
 
 In one step, a control law reads the latest samples and gives one command. A law has one step in
-each control period (turtlebot3.CONTROL_RATE), because the robot obeys one new command in each.
-A `Pace` finds when the next step is due. A command reaches the motors after the *delay*.
+each control period (turtlebot3.CONTROL_RATE), because the robot obeys one new command in each
+period. A `Pace` finds when the next step is due. A command reaches the motors after the *delay*.
 
 Units: radians or metres for travel, radians or metres per second for speeds, seconds for times.
 """
@@ -12,10 +12,10 @@ from typing import NamedTuple, Optional
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Each step after the first is due earlier by this time [s]: a sample may be up to 5 ms late.
+#: Each step after the first is due earlier by this time [s], as a sample may be up to 5 ms late.
 STEP_LEAD_TIME = 0.0035
-IDLE_SAMPLE_PERIOD = 0.036    # [s]; a node that does not drive reads a sample in each period
-COMMAND_MEMORY_TIME = 1.4     # [s], longer than any delay and any sample's age
+IDLE_SAMPLE_PERIOD = 0.036    # [s]; a node that does not drive reads one sample in this time
+COMMAND_MEMORY_TIME = 1.4     # [s]; no delay and no age of a sample is longer
 
 
 class LawStep(NamedTuple):
@@ -44,7 +44,7 @@ class Pace:
         return now >= self._next_step_at or has_clock_gone_back
 
     def idle_time(self, now: float) -> float:
-        """Returns the time [s] until the next step, which needs a new sample."""
+        """Returns the time [s] until the next step is due. No sample is needed before."""
         return clamp(self._next_step_at - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
@@ -82,7 +82,7 @@ class CommandHistory:
         self._period = period
         self._sent_commands = deque([_SentCommand(-COMMAND_MEMORY_TIME, 0.0, 0.0)])
         self.now = 0.0              # time [s] since the start
-        self.period_start = 0.0     # start [s] of the period that obeys a command that is sent now
+        self.period_start = 0.0     # start [s] of the period in which the robot obeys a new command
         self.command = 0.0          # the latest command
         self.first_command = 0.0    # 0 before the first command
         self._changed_at = 0.0
@@ -93,7 +93,7 @@ class CommandHistory:
 
     def advance(self, dt: float) -> None:
         self.now += dt
-        # round to the nearest start of a period: a step may be a little early or late
+        # round to the nearest start of a period, because a step may be a little early or late
         self.period_start = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
@@ -105,7 +105,7 @@ class CommandHistory:
         self.command = command
         travel = self.commanded_travel(self.period_start)
         self._sent_commands.append(_SentCommand(self.period_start, command, travel))
-        while self._sent_commands[1].start < self.now - COMMAND_MEMORY_TIME:
+        while self._sent_commands[1].start < self.now - COMMAND_MEMORY_TIME:    # forget the first
             self._sent_commands.popleft()
 
     def commanded_travel(self, until: float) -> float:
@@ -126,7 +126,7 @@ class CommandHistory:
         return not any(sent.command for sent in self._sent_commands if sent.start >= time)
 
     def _command_at(self, time: float) -> _SentCommand:
-        """Returns the command at `time` [s]; if `time` is too early, the oldest command."""
+        """Returns the command at `time` [s], or the oldest command if `time` is too early."""
         for sent in reversed(self._sent_commands):
             if sent.start <= time:
                 return sent

@@ -46,8 +46,8 @@ class DriveLaw:
     """Drives as fast as the limits allow and stops at the goal.
 
     Each turn is a PreciseTurn. An Approach drives along the line from start to goal. Meanwhile the
-    robot steers towards a point on the line, a little ahead. Each driving state has one method of
-    the law. `dt` is the time [s] since the previous step.
+    robot steers towards a point on the line, a little ahead of the robot. The law has one method
+    for each driving state. `dt` is the time [s] since the previous step.
     """
 
     period = PreciseTurn.period
@@ -55,7 +55,7 @@ class DriveLaw:
     ARRIVAL_DISTANCE = 0.0005    # [m]; a robot has arrived if it would stop this near to the goal
     #: A larger distance [m] calms the steering. A smaller distance keeps the robot near the line.
     LOOK_AHEAD_DISTANCE = 0.20
-    AT_GOAL_SHARE = 0.5    # a drive that starts within this share of the tolerance only turns
+    AT_GOAL_SHARE = 0.5    # a robot that starts within this share of the tolerance only turns
     #: A robot that still moves may stop beyond the goal by at most this share of the tolerance.
     MAX_OVERSHOOT_SHARE_IN_MOTION = 0.3
     #: The robot backs up if it would stop farther beyond the goal than this share of the tolerance.
@@ -109,6 +109,7 @@ class DriveLaw:
         direction = -1.0 if self._is_reversed else 1.0
         speed = direction * self._approach.step(
             remaining, direction * motion.linear, max_speed=self._max_linear, dt=dt)
+
         to_line = math.atan2(-line_T_base.y, self.LOOK_AHEAD_DISTANCE)
         self._precise_turn.aim(self._heading_along(wrap(self._line_yaw + to_line)))
         turn_step = self._step_turn(motion, dt)

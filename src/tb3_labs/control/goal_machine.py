@@ -2,8 +2,8 @@
 
 The law, :mod:`tb3_labs.control.drive_law`, gives the command in each driving state and decides
 when a state is finished. This module chooses the next state. A drive is given up if the robot gets
-no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows it
-there. After GOAL_REACHED or a failure the command is None.
+no nearer to its goal. The goal is reached when the robot has settled, and a later sample shows the
+robot at the goal. After GOAL_REACHED or a failure the command is None.
 
 Units: metres, radians, seconds. Poses are in the local frame.
 """
@@ -26,7 +26,7 @@ class GoalMachine:
     def __init__(self, law: DriveLaw) -> None:
         self.law = law
         self.goal: Optional[Pose2] = None
-        self.state = GoalState.GOAL_REACHED
+        self.state = GoalState.GOAL_REACHED    # no goal was set, so no drive is active
         self.failure = ''         # the reason why the drive was given up, or ''
         self.has_begun = False    # a motion to this goal was commanded
         self.is_canceled = False  # a person or program has canceled the drive
@@ -87,7 +87,7 @@ class GoalMachine:
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
             self._finish_state(motion.pose, goal)
-            return self._next_command(motion, is_resting, dt=0.0)
+            return self._next_command(motion, is_resting, dt=0.0)    # in the next state
         self.failure = self._stalls[self.state].update(
             step.remaining, is_resting, dt, must_move=step.command != Twist2())
         return None if self.failure else step.command
@@ -108,7 +108,7 @@ class GoalMachine:
         return self.law.rotate_to_final(motion, goal, dt)
 
     def _has_settled(self, motion: Motion) -> bool:
-        """Returns True if IMU and odometry show a settled robot. The law uses only the IMU."""
+        """Returns True if IMU and odometry show a settled robot. The law looks only at the IMU."""
         rest_began_at = self._settling.rest_began_at
         if rest_began_at is None or not self._settling.has_settled:
             return False

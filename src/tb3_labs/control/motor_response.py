@@ -40,24 +40,24 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.timeouts import MAX_SAMPLE_AGE
 
-INITIAL_LAG = 0.05                    # [s], of the motors before the first measurement
-FIRMWARE_WAIT = 0.5 / CONTROL_RATE    # [s], from a command's arrival to the next control period
-#: The delay [s] before the first measurement. A step of the node and a quiet network take 25 ms.
+INITIAL_LAG = 0.05                    # [s]; the lag that is assumed before the first measurement
+FIRMWARE_WAIT = 0.5 / CONTROL_RATE    # [s]; mean wait of a command for the next control period
+#: The delay [s] before the first measurement. The step of a node and a quiet network take 25 ms.
 INITIAL_DELAY = FIRMWARE_WAIT + 0.025
 #: Time [s] until a real robot's motors begin to follow a command. The network takes 8 ms (firmware
 #: 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = FIRMWARE_WAIT + 0.008
-COMMAND_SPREAD = 0.025       # a command's delay varies by this [s], even if samples are not delayed
-MIN_SAMPLE_DELAY = 0.0135    # [s], measured on a fast host
+COMMAND_SPREAD = 0.025       # [s]; a command's delay varies by this even if no sample is delayed
+MIN_SAMPLE_DELAY = 0.0135    # [s]; it was measured on a fast host
 MAX_SAMPLE_DELAY = 0.15      # [s]
 MAX_DELAY = 0.4              # [s]
 MAX_LAG = 0.15               # [s]
-#: Standard deviations of the values with which an approach begins.
+#: Standard deviations of the gain, the delay and the lag with which an approach begins.
 INITIAL_GAIN_DEVIATION = 0.03
 INITIAL_DELAY_DEVIATION = 0.03    # [s]
 INITIAL_LAG_DEVIATION = 0.05      # [s]
-FIXED_LAG_DEVIATION = 1e-6    # [s], of a lag that cannot be identified from mean speeds
-TIME_DEVIATION = 0.002        # [s], standard deviation of a sample's time, and of a command's time
+FIXED_LAG_DEVIATION = 1e-6    # [s]; it keeps the lag, because mean speeds do not show the lag
+TIME_DEVIATION = 0.002        # [s]; standard deviation of a sample's time, and of a command's time
 #: A measurement at steady speed has this weight in the start values of the next approach.
 LEARNING_WEIGHT = 0.1
 MIN_LEARNING_WEIGHT = 0.01    # least weight of a measured delay in the mean delay
@@ -69,8 +69,8 @@ MIN_STEADY_TIME = 0.12
 MIN_COMMAND_SHARE = 0.5
 LEARNING_TIME = 1.5      # [s]; later samples of an approach are not used
 ONSET_SPEED = 0.03       # [rad/s or m/s]; a faster robot has begun to move
-MIN_ONSET_SHARE = 0.1    # lowest speed of such a robot, as a share of the command
-MAX_ONSET_SHARE = 1.5    # highest speed of such a robot, as a share of the command
+MIN_ONSET_SHARE = 0.1    # lowest speed of a robot that speeds up, as a share of the command
+MAX_ONSET_SHARE = 1.5    # highest speed of a robot that speeds up, as a share of the command
 #: A first command that is slower than this [rad/s] does not show delay and lag well. Without this
 #: limit, a turn by 0.2 degrees with a noisy gyro takes up to 3.5 s in place of 0.75 s.
 MIN_FIRST_COMMAND = 0.2
@@ -87,7 +87,7 @@ class MotorResponse:
         self.lag = lag            # time constant of the motors [s]
         self.gain = gain          # steady speed as a share of the command
         self._count = 0           # number of measurements
-        self._mean_delay = 0.0    # [s]
+        self._mean_delay = 0.0    # mean [s] of the measured delays
 
     @property
     def sample_delay(self) -> float:
@@ -135,9 +135,9 @@ class Identification:
         `measures_instant_speed`, see ApproachConfig."""
         self.estimate = copy(response)                # the estimate of this approach
         self._shared_response = response              # the response that all approaches share
-        self._linearization_point = copy(response)    # the equations give changes from this
+        self._linearization_point = copy(response)    # the equations give changes of these values
         self._measures_instant_speed = measures_instant_speed
-        self._can_identify = False      # the robot rested at the start, no sample was late
+        self._can_identify = False      # the robot rested at the start, and no sample was late
         self._has_seen_start = False    # a sample has shown that the robot speeds up
         lag_deviation = INITIAL_LAG_DEVIATION if measures_instant_speed else FIXED_LAG_DEVIATION
         deviations = np.array([INITIAL_GAIN_DEVIATION, INITIAL_DELAY_DEVIATION, lag_deviation])
@@ -146,7 +146,7 @@ class Identification:
 
     def start(self, speed: float) -> None:
         """Start at the measured `speed`, just before the first command. If the robot moves already,
-        nothing is identified: an earlier command may cause this motion."""
+        nothing is identified, because an earlier command may cause this motion."""
         self._can_identify = abs(speed) <= ONSET_SPEED
 
     def update(self, history: CommandHistory, travel: float, speed: float,
@@ -159,6 +159,7 @@ class Identification:
         is_first_motion = not self._has_seen_start and abs(speed) > ONSET_SPEED
         if self._measures_instant_speed and is_first_motion:
             self._use_first_sample(history, travel, speed, age)
+
         command = history.command
         if abs(command) < MIN_COMMAND_SHARE * max_speed or history.now > LEARNING_TIME:
             return
@@ -187,6 +188,7 @@ class Identification:
 
     def _solve(self, history: CommandHistory, travel: float, speed: float, max_speed: float,
                age: float) -> None:
+        """Add a sample's equation, whose `row` multiplies the changes. Solve all equations."""
         point = self._linearization_point
         travel_under_way = history.command * (point.delay + age)
         obeyed_travel = history.commanded_travel(history.now) - travel_under_way

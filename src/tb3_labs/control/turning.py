@@ -15,7 +15,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-SETTLING_TIME = 0.03    # [s], nearly one control period
+SETTLING_TIME = 0.03    # [s]; it is nearly one control period
 
 
 class Settling:
@@ -27,7 +27,7 @@ class Settling:
         self._measured_at = 0.0                       # time [s] of the latest sample
 
     def update(self, is_resting: bool, measured_at: float) -> None:
-        """Use the latest sample. `is_resting`: does this sample show a robot at rest?"""
+        """Use the latest sample. `is_resting` is True if this sample shows a robot at rest."""
         if not is_resting:
             self.rest_began_at = None
         elif self.rest_began_at is None or measured_at < self.rest_began_at:
@@ -52,7 +52,7 @@ class PreciseTurn:
 
     period = 1.0 / CONTROL_RATE    # [s], the control period of the firmware
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    MAX_WAIT_AT_REST = 0.6         # [s], for more samples of a noisy IMU
+    MAX_WAIT_AT_REST = 0.6         # [s]; a robot at rest waits no longer for samples of a noisy IMU
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     MAX_UNCERTAINTY_SHARE = 0.35
 
@@ -101,6 +101,7 @@ class PreciseTurn:
                        is_finished=self._settling.has_settled and self._is_inside_tolerance())
 
     def _is_inside_tolerance(self) -> bool:
+        # if the IMU is noisy, wait for more samples and then allow an error by the uncertainty
         uncertainty = self._approach.predicted_remaining.uncertainty
         if uncertainty <= self.MAX_UNCERTAINTY_SHARE * self._tolerance:
             return abs(self.remaining) <= self._tolerance

@@ -4,10 +4,10 @@
 
 const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth'];
 const MIN_SCALE = 4, MAX_SCALE = 5000;    // [px/m]
-const NARROWEST = 0.8;              // [m] View.fit() shows at least this width
+const NARROWEST = 0.8;              // View.fit() shows at least this width and height [m]
 
 const style = getComputedStyle(document.documentElement);
-/** The colours of colours.css. */
+/** {name: colour} of the colours in colours.css. */
 export const colours = Object.fromEntries(
   NAMES.map((name) => [name, style.getPropertyValue('--' + name).trim()]));
 
@@ -48,7 +48,7 @@ export class View {
     this.x = 0;
     this.y = 0;
     this.scale = 100;
-    this.auto = true;       // does the view follow the robot? false after a zoom or pan
+    this.auto = true;       // the view follows the robot until a person zooms or pans
     this.width = 0;
     this.height = 0;
   }
@@ -96,7 +96,7 @@ export class View {
     this.y = (y0 + y1) / 2 + (top - bottom) / 2 / this.scale;
   }
 
-  /** While `auto` is true, fit the points again if any is outside. */
+  /** While `auto` is true, show all of the points again if one of them is outside. */
   follow(points) {
     const box = bounds(points);
     if (!this.auto || !box || !this.width) return;
@@ -113,7 +113,7 @@ function bounds(points) {
   return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
 }
 
-/** Returns the least number from `value` on that is 1, 2 or 5 times a power of ten. */
+/** Returns the smallest number, not below `value`, that is 1, 2 or 5 times a power of ten. */
 export function nice(value) {
   const power = Math.pow(10, Math.floor(Math.log10(value)));
   return power * [1, 2, 5, 10].find((step) => step * power >= value * 0.999999);
@@ -147,7 +147,7 @@ export function polygon(c, points, colour, rim, width) {
   c.stroke();
 }
 
-/** Draw a circle. `opacity` is the opacity of its area. */
+/** Draw a circle. Its area is filled with this `opacity`. */
 export function circle(c, x, y, radius, colour, opacity = 0) {
   c.beginPath();
   c.arc(x, y, radius, 0, 2 * Math.PI);
@@ -180,7 +180,7 @@ export function heading(c, x, y, yaw, size, colour, rim) {
   polygon(c, points, colour, rim, 1);
 }
 
-/** Draw a grid over the view `v`. The text `words` names the frame of the numbers. */
+/** Draw a grid over the view `v`. The text `words` tells in which frame the numbers are. */
 export function drawGrid(c, v, words) {
   const step = nice(70 / v.scale);
   const [x0, y1] = v.point(0, 0), [x1, y0] = v.point(v.width, v.height);

@@ -6,11 +6,11 @@ import {
 } from './drawing.js';
 
 export const FRAMES = ['odom', 'local'];
-const AXIS = 0.35;           // [m] length of a frame's axes, within AXIS_PIXELS
-const AXIS_PIXELS = [34, 90];
+const AXIS = 0.35;           // [m] length of a frame's axes
+const AXIS_PIXELS = [34, 90];   // [px] an axis is at least and at most so long on the screen
 const MIN_SIZE = 13;       // [px] radius of the robot
 const MAX_POINTS = 3000;    // a longer trail loses its oldest point
-const STEP = 0.004;          // [m] a nearer point is not added to a trail
+const STEP = 0.004;          // [m] a point that is nearer to the last point is not added to a trail
 const JUMP = 0.5;            // [m] if a step is longer, the robot was put elsewhere
 
 function addTo(trail, [x, y]) {
@@ -29,10 +29,10 @@ export class RobotMap {
     this.fixed = 'odom';
     this.radius = 0.105;
     this.picture = null;
-    /** {frame: [[x, y], ...]}. null breaks the line. A live page has no trail in local. */
+    /** {frame: [[x, y], ...]}. A null breaks the trail. A live page has no trail in local. */
     this.trails = {odom: [], local: []};
-    this.draft = null;         // {pose, words} of a pose in local that a person drags
-    this._wasSeen = false;     // was there a robot in the last drawing?
+    this.draft = null;         // {pose, words} while a person drags a pose in local
+    this._wasSeen = false;     // did the last drawing have a robot?
   }
 
   /** Show this picture from now on. */
@@ -79,10 +79,10 @@ export class RobotMap {
   }
 
   _points(withTrails) {
-    const p = this.picture;
-    if (!p) return [];
-    const points = [this.shown('odom', p.odom), this.shown('local', p.local),
-                    this.shown('local', p.goal), this.shown('odom', p.truth)];
+    if (!this.picture) return [];
+    const {odom, local, goal, truth} = this.picture;
+    const points = [this.shown('odom', odom), this.shown('local', local),
+                    this.shown('local', goal), this.shown('odom', truth)];
     for (const frame of FRAMES) {
       const trail = withTrails ? this.trails[frame].filter(Boolean) : [];
       for (const [x, y] of [[0, 0], [AXIS, 0], [0, AXIS], ...trail]) {
@@ -104,7 +104,7 @@ export class RobotMap {
     const unknown = isUnknown ? ' \u00b7 the frame local is not known yet' : '';
     drawGrid(c, this.view, `[m] in ${this.fixed}${unknown}`);
     if (!this.picture) return;
-    // Names lie on different sides, so that they do not overlap at one place.
+    // Each name lies on another side of its point, so names do not overlap where points coincide.
     this._paths(c);
     for (const frame of FRAMES) this._frame(c, frame);
     this._truth(c);
@@ -116,15 +116,15 @@ export class RobotMap {
   _paths(c) {
     for (const frame of FRAMES) {
       const points = this.trails[frame];
-      // The part of a trail in an older frame local is faint, since that frame lay elsewhere.
-      const since = points.lastIndexOf(null) + 1;
+      // The parts before the last break are faint. They may belong to an older frame local.
+      const lastPartBegin = points.lastIndexOf(null) + 1;
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
       c.setLineDash(frame === 'odom' ? [] : [7, 5]);
       c.lineJoin = 'round';
       c.globalAlpha = 0.4;
-      this._path(c, frame, points.slice(0, since));
+      this._path(c, frame, points.slice(0, lastPartBegin));
       c.globalAlpha = 1;
-      this._path(c, frame, points.slice(since));
+      this._path(c, frame, points.slice(lastPartBegin));
       c.setLineDash([]);
     }
   }
@@ -139,7 +139,7 @@ export class RobotMap {
     const [px, py, yaw] = at;
     const isOdom = name === 'odom';
     const colour = colours[name];
-    // The axes of local are longer and thinner, so that all axes are visible if frames coincide.
+    // The axes of local are longer and thinner, so that all axes are visible if both frames coincide.
     const factor = isOdom ? 1 : 1.35;
     const [least, most] = AXIS_PIXELS;
     const length = factor * Math.max(least, Math.min(most, AXIS * this.view.scale));
@@ -153,7 +153,7 @@ export class RobotMap {
       writeName(c, axis, px + end * Math.cos(angle) + aside * Math.sin(angle),
                 py - end * Math.sin(angle) + aside * Math.cos(angle), colour, {});
     }
-    // a square for odom, a diamond for local
+    // The origin is a square for odom, and a diamond for local.
     const [far, near] = isOdom ? [4, 4] : [7, 0];
     const marker = [[px + near, py - far], [px + far, py + near], [px - near, py + far],
                     [px - far, py - near]];

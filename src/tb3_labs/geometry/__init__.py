@@ -1,2 +1,1 @@
-"""What do the numbers mean? This folder computes with angles, quaternions, poses in the plane and
-sorted times. It does not know robots."""
+"""How are angles, poses and sorted times computed? This folder knows nothing about robots."""

@@ -13,7 +13,7 @@ from typing import Tuple
 from squaternion import Quaternion
 
 WHOLE_TURN = 2.0 * math.pi
-NORM_TOLERANCE = 0.05    # of a norm, which should be 1; a real robot sends the norm 0.999996
+NORM_TOLERANCE = 0.05    # a norm may differ from 1 by this; a real robot sends the norm 0.999996
 #: A robot with a larger tilt [rad] would fall over, so the numbers must be in a wrong order.
 MAX_TILT = math.radians(45.0)
 
@@ -35,7 +35,7 @@ def difference(target: float, start: float) -> float:
 
 
 def unwrap(angle: float, previous: float) -> float:
-    """Returns `angle` plus the whole turns that bring the sum nearest to `previous`."""
+    """Returns `angle` plus the number of whole turns that brings it nearest to `previous`."""
     return previous + difference(angle, previous)
 
 
@@ -51,7 +51,7 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
     is_unit = abs(norm - 1.0) <= NORM_TOLERANCE    # False for NaN
     if not is_unit:
         raise ValueError(f'quaternion has norm {norm:.3g}, not 1')
-    # the same as Quaternion.to_euler(), but three times as fast
+    # these formulas compute the same as Quaternion.to_euler(), but three times as fast
     w, x, y, z = w / norm, x / norm, y / norm, z / norm
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(clamp(2.0 * (w * y - z * x), -1.0, 1.0))

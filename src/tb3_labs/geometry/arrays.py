@@ -31,11 +31,11 @@ def euler_angles(w: np.ndarray, x: np.ndarray, y: np.ndarray,
 
 
 def index_at_or_before(times: Any, time: Any) -> Any:
-    """Returns the index of the latest entry in `times` that is not after `time`; -1 if all are
-    later. `times` are sorted. If `time` is an array, an array of indices is returned."""
+    """Returns the index of the latest entry in the sorted `times` that is not after `time`; -1 if
+    all entries are later. For an array of times, returns an array of indices."""
     return np.searchsorted(times, time, side='right') - 1
 
 
 def index_before(times: Any, time: Any) -> Any:
-    """Returns the index of the latest entry in `times` before `time`; -1 if there is none."""
+    """Returns the index of the latest entry in the sorted `times` that is before `time`, or -1."""
     return np.searchsorted(times, time, side='left') - 1

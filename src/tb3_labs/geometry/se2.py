@@ -63,7 +63,7 @@ class Pose2:
 
 
 def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
-    """Interpolates two poses at a `fraction` from 0 to 1. The yaw turns the short way round."""
+    """Returns the pose at a `fraction` (0 to 1) of the way. The yaw turns the short way round."""
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
                  interpolate_angle(start.yaw, end.yaw, fraction))

@@ -20,7 +20,7 @@ from tb3_labs.geometry.se2 import Pose2
 
 @dataclass(frozen=True)
 class LocalFrame:
-    """The pose of ``local`` in ``odom``, and the IMU's yaw if the heading in ``local`` is 0."""
+    """The pose of ``local`` in ``odom``, and the IMU's yaw when the heading in ``local`` is 0."""
 
     odom_T_local: Pose2
     imu_yaw_at_zero: float

@@ -27,7 +27,7 @@ from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-MAX_EXTRAPOLATION_TIME = 2.0 / CONTROL_RATE    # [s]; a pose is extrapolated with the latest speed
+MAX_EXTRAPOLATION_TIME = 2.0 / CONTROL_RATE    # [s]; no pose is extrapolated for longer than this
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Reset:
     """A request to declare the robot's pose, and its outcome."""
 
     requested_pose: RequestedPose
-    requested_at: float = 0.0        # [s, receiver's clock]
+    requested_at: float = 0.0        # time of the request [s, receiver's clock]
     stamp: Optional[float] = None    # `requested_at` on the sender's clock [s]; None if unknown
     epoch: int = 0                   # epoch of the sender's clock at `stamp`
     sample_delay: float = 0.0        # samples are older by this [s] than their stamps show
@@ -59,7 +59,7 @@ class Reset:
 
     @property
     def is_over(self) -> bool:
-        """Returns True if the reset no longer waits: it was carried out, refused or given up."""
+        """Returns True if the reset was carried out, refused or given up, and no longer waits."""
         return self.is_done or bool(self.reason)
 
     @property
@@ -76,7 +76,7 @@ class Reset:
 class Localizer:
     def __init__(self, timing: SampleTiming) -> None:
         self._timing = timing
-        self.frame: Optional[LocalFrame] = None    # None before samples, and if the pose is lost
+        self.frame: Optional[LocalFrame] = None    # None without a known pose
         self._frame_number = 0
         self.is_lost = False              # the pose is lost, until the next reset
         self._commanded_at = -math.inf    # time [s] of the latest known command to move
@@ -84,9 +84,9 @@ class Localizer:
         self.jumps: Queue[Jump] = Queue()    # jumps of both sensors
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets: List[Reset] = []                # in order; pop_ended_resets() removes some
+        self._resets: List[Reset] = []    # resets that pop_ended_resets() has not returned yet
         self._odometry: Optional[TimedSample] = None  # the latest message that was used
-        self._waits_for_imu = True                    # no IMU sample since both sensors were silent
+        self._waits_for_imu = True                    # no IMU sample came since both were silent
 
     def on_imu(self, timed: TimedSample) -> None:
         jump_text = heading_jump_text(timed.previous_sample, timed.sample)
@@ -115,8 +115,8 @@ class Localizer:
 
     def pop_pose(self) -> Optional[StampedPose]:
         """Returns the latest new StampedPose; None if no pose is new, or if the pose is lost. While
-        a reset waits, a sample after the request gives no pose: the frame of that pose is open.
-        If no reset has declared a frame before, the first pose declares the frame."""
+        a reset waits, a sample from after its request gives no pose, because the reset will decide
+        the frame of this pose. If no reset has declared a frame, the first pose declares it."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None
@@ -160,12 +160,13 @@ class Localizer:
         if self.frame is None or imu is None or odometry is None:
             return None
         imu_age = imu.age(now)
-        odometry_age = odometry.age(now)
-        speed = odometry.sample.linear
         turn = imu.sample.yaw_rate * min(imu_age, MAX_EXTRAPOLATION_TIME)
         heading = self.frame.heading(imu.sample.yaw + turn)
-        place = self.frame.pose(odometry.sample.pose, imu.sample.yaw)
+
+        odometry_age = odometry.age(now)
+        speed = odometry.sample.linear
         distance = speed * min(odometry_age, MAX_EXTRAPOLATION_TIME)
+        place = self.frame.pose(odometry.sample.pose, imu.sample.yaw)
         pose = Pose2(place.x + distance * math.cos(heading),
                      place.y + distance * math.sin(heading), heading)
         return Motion(pose, linear=speed, angular=imu.sample.yaw_rate, imu_age=imu_age,
@@ -173,25 +174,29 @@ class Localizer:
                       extrapolated_turn=turn)
 
     def _is_frame_undecided_at(self, stamp: float) -> bool:
-        """Returns True if `stamp` is after the request of a waiting reset, and the samples that
-        this reset waits for are not older than `stamp`."""
+        """Returns True if a waiting reset will decide the frame at `stamp`. This `stamp` is after
+        the request of the reset, but not after the samples for which the reset waits."""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self.waiting_resets)
 
     def _on_jump(self, jump: Jump) -> None:
         if jump.text:
             self.jumps.append(jump)
-        if jump.outcome == POSE_LOST:    # earlier samples are invalid
-            for reset in self.waiting_resets:
-                reset.reason = 'the robot started anew at that moment'
-            self.frame = None
-            self._buffer = SampleBuffer()
-            self.is_lost = True
+        if jump.outcome == POSE_LOST:
+            self._lose_pose()
             return
         self._buffer.shift(jump.shift)
         if self.frame is not None:
             self.frame = LocalFrame(jump.shift @ self.frame.odom_T_local,
                                     wrap(self.frame.imu_yaw_at_zero + jump.imu_turn))
+
+    def _lose_pose(self) -> None:
+        """Forget the frame, and the samples from before the jump, which belong to it."""
+        for reset in self.waiting_resets:
+            reset.reason = 'the robot started anew at that moment'
+        self.frame = None
+        self._buffer = SampleBuffer()
+        self.is_lost = True
 
     def _convert_request(self, reset: Reset) -> None:
         reset.stamp = self._timing.clock.to_sender_time(reset.requested_at)

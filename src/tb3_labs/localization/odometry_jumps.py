@@ -34,13 +34,13 @@ MAX_TURN_RATE = 4.0         # [rad/s]; no TurtleBot3 turns faster
 #: Messages arrive unevenly, so these are added to the longest possible step [m, rad].
 DISTANCE_SLACK = 0.05
 TURN_SLACK = 0.3
-MIN_SPIKE_RATE = 10.0         # [rad/s]
+MIN_SPIKE_RATE = 10.0         # [rad/s]; a faster rate in an odometry message is a spike
 MIN_RESET_DISTANCE = 0.001    # a step to zero is a reset only if it begins this far [m] from zero
 #: The robot may move, so its first place after a reset may be this far [m] from zero.
 NEAR_ZERO_DISTANCE = 0.03
 #: The first yaw after a reset differs by at most this [rad] from zero, or from the IMU's turn.
 NEAR_ZERO_YAW = 0.1
-MAX_RESTING_TURN = 0.1    # turn [rad] of the IMU's yaw between two messages of a robot at rest
+MAX_RESTING_TURN = 0.1    # [rad]; greatest turn of the IMU between two messages of a robot at rest
 #: If the IMU turns farther than this [rad] in a silence, the board has calibrated the IMU.
 MIN_CALIBRATION_TURN = 0.005
 STOPPING_TIME = 0.5    # [s]; a turning robot comes to rest within this time after its last message
@@ -106,20 +106,20 @@ class JumpFinder:
             self._last_move = latest
         if last_move is None or previous is None:
             return None
+
         if _is_reset(previous, latest):
             return _jump_of_reset(previous, latest, commanded_at)
         old_pose, new_pose = last_move.sample.pose, latest.sample.pose
         problem = _displacement_problem(old_pose, new_pose, latest.longest_gap(last_move))
         if problem:
             return _jump_at_rest(problem, last_move, latest)
-        if _is_backwards(old_pose, latest.sample):    # reflect the new place through the old place
-            mirrored = Pose2(2.0 * old_pose.x - new_pose.x, 2.0 * old_pose.y - new_pose.y,
-                             new_pose.yaw)
-            return Jump('', shift=_shift(mirrored, new_pose))
+        if _is_backwards(old_pose, latest.sample):
+            return Jump('', shift=_shift(_true_pose(old_pose, new_pose), new_pose))
         return None
 
 
 def _is_reset(earlier: _OdometryMessage, later: _OdometryMessage) -> bool:
+    """Returns True if the board was reset or restarted between two messages."""
     if later.shortest_gap(earlier) <= RESET_SILENCE:
         return False
     old_pose, new_pose = earlier.sample.pose, later.sample.pose
@@ -129,6 +129,7 @@ def _is_reset(earlier: _OdometryMessage, later: _OdometryMessage) -> bool:
         return False
     if old_pose.distance_to(new_pose) > NEAR_ZERO_DISTANCE:
         return True
+    # the place was near zero before the silence, so only the yaws can show a reset
     contradicts_imu = abs(difference(new_pose.yaw - old_pose.yaw, imu_turn)) > NEAR_ZERO_YAW
     is_calibrated = abs(imu_turn) > MIN_CALIBRATION_TURN and earlier.shows_rest
     return contradicts_imu or (is_zero and is_calibrated)
@@ -139,10 +140,12 @@ def _is_at_zero(pose: Pose2) -> bool:
 
 
 def _is_near_zero(pose: Pose2, imu_turn: float) -> bool:
+    """Returns True if a robot may have this pose just after a reset of its board."""
     if math.hypot(pose.x, pose.y) > NEAR_ZERO_DISTANCE:
         return False
-    # after a reset of the board, the yaw of the IMU is also near zero
-    return min(abs(pose.yaw), abs(difference(pose.yaw, imu_turn))) <= NEAR_ZERO_YAW
+    is_yaw_zero = abs(pose.yaw) <= NEAR_ZERO_YAW    # the reset also sets the IMU's yaw to zero
+    is_yaw_the_turn = abs(difference(pose.yaw, imu_turn)) <= NEAR_ZERO_YAW
+    return is_yaw_zero or is_yaw_the_turn
 
 
 def _jump_of_reset(earlier: _OdometryMessage, later: _OdometryMessage, commanded_at: float) -> Jump:
@@ -172,6 +175,7 @@ def _shift(old_pose: Pose2, new_pose: Pose2) -> Pose2:
 
 
 def _displacement_problem(old_pose: Pose2, new_pose: Pose2, seconds: float) -> str:
+    """Returns a text about a step that no robot can make in `seconds` [s], or ''."""
     distance = old_pose.distance_to(new_pose)
     turn = abs(difference(new_pose.yaw, old_pose.yaw))
     moved_too_far = distance > MAX_POSSIBLE_SPEED * seconds + DISTANCE_SLACK
@@ -183,7 +187,14 @@ def _displacement_problem(old_pose: Pose2, new_pose: Pose2, seconds: float) -> s
     return ''
 
 
+def _true_pose(old_pose: Pose2, reversed_pose: Pose2) -> Pose2:
+    """Returns the robot's pose. Its place is the reversed place, reflected at the old place."""
+    return Pose2(2.0 * old_pose.x - reversed_pose.x, 2.0 * old_pose.y - reversed_pose.y,
+                 reversed_pose.yaw)
+
+
 def _is_backwards(old_pose: Pose2, sample: OdometrySample) -> bool:
+    """Returns True if the firmware has reversed the displacement from `old_pose`."""
     forward = ((sample.pose.x - old_pose.x) * math.cos(sample.pose.yaw)
                + (sample.pose.y - old_pose.y) * math.sin(sample.pose.yaw))
     return abs(sample.angular) > MIN_SPIKE_RATE and forward * sample.linear < 0.0

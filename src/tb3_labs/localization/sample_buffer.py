@@ -18,7 +18,7 @@ from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.supervision.timeouts import MAX_BRIDGED_GAP, MAX_INTERPOLATED_GAP
 
-SAMPLE_MEMORY_TIME = 1.5    # [s]
+SAMPLE_MEMORY_TIME = 1.5    # [s]; older samples are forgotten
 
 
 class _TimedValue(NamedTuple):
@@ -35,8 +35,7 @@ class Track:
         self._values: Deque[_TimedValue] = deque()
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value, or replace the value of the same `time`. `time` must not be before
-        :attr:`latest_time`."""
+        """Append a value, or replace the value of the same `time`. Call this in order of time."""
         if time == self.latest_time:
             self._values.pop()
         self._values.append(_TimedValue(time, value))
@@ -56,9 +55,10 @@ class Track:
         None if `time` is too early or too late."""
         if time > self.latest_time or time < self._values[0].time:
             return None
-        index = bisect_left(self._values, (time,))    # (time,) is less than (time, value)
-        after = self._values[index]
-        before = after if after.time == time else self._values[index - 1]
+        # (time,) is less than (time, value), so this value is the first that is not before `time`
+        index_after = bisect_left(self._values, (time,))
+        after = self._values[index_after]
+        before = after if after.time == time else self._values[index_after - 1]
         return before, after
 
     def value_at(self, time: float) -> Any:
@@ -122,22 +122,31 @@ class SampleBuffer:
         return pose, yaw
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """Returns the yaw of the IMU [rad]. In a long gap, the odometry shows the turn."""
+        """Returns the yaw of the IMU [rad]; None if it is unknown. In a gap that is too long to be
+        interpolated, the odometry shows the turn."""
         measured_yaw = self._imu.value_at(time)
-        neighbours = self._imu.neighbours_of(time)
-        if measured_yaw is not None or neighbours is None:
+        if measured_yaw is not None:
             return measured_yaw
+        neighbours = self._imu.neighbours_of(time)
+        if neighbours is None:
+            return None
         start, end = neighbours
-        gap = end.time - start.time
+        if end.time - start.time > MAX_BRIDGED_GAP:
+            return None
+        return self._yaw_in_gap(time, start, end)
+
+    def _yaw_in_gap(self, time: float, start: _TimedValue, end: _TimedValue) -> Optional[float]:
+        """Returns the yaw [rad] at `time`, which is in a gap of the IMU from `start` to `end`."""
         start_pose = self._odometry.value_at(start.time)
         pose = self._odometry.value_at(time)
-        if gap > MAX_BRIDGED_GAP or start_pose is None or pose is None:
+        if start_pose is None or pose is None:
             return None
         yaw = start.value + difference(pose.yaw, start_pose.yaw)
         end_pose = self._odometry.value_at(end.time)
         if end_pose is not None:    # the odometry at the end of the gap may not have arrived yet
+            # the turns of both sensors in the gap differ by the drift, which grows evenly
             drift = difference(end.value - start.value, difference(end_pose.yaw, start_pose.yaw))
-            yaw += drift * (time - start.time) / gap
+            yaw += drift * (time - start.time) / (end.time - start.time)
         return wrap(yaw)
 
     def _forget_other_epochs(self, epoch: int) -> None:

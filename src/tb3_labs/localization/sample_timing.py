@@ -6,15 +6,15 @@ contains all times of a sample, so no other module measures a time.
 The stamps of messages show the time between two samples well. Stamps come from the robot's clock,
 which may be wrong by a second, may be set, or may always show zero. Arrivals are on the receiver's
 clock, but include the delays of the network. The order of samples is the order of their stamps. The
-*least delay* is the shortest time between stamp and arrival in the last seconds. It converts times
-between the robot's clock and the receiver's clock. If the stamps are not a clock, the arrivals
-replace the stamps of both sensors.
+*least delay* is the shortest time between stamp and arrival in the last seconds. This delay
+converts times between the robot's clock and the receiver's clock. If the stamps are not a clock,
+the arrivals replace the stamps of both sensors.
 
 Units: seconds. Cases:
 
 1. An old stamp is used, because it shows that its message was delayed.
 2. A stamp that goes back by less than `MAX_CORRECTION` shows a clock that is being corrected. The
-   highest stamp so far is then the time of the source's samples, until a stamp is higher.
+   time of the source's samples then stays at the highest stamp so far, until a stamp is higher.
 3. A new *epoch* begins with a stamp that goes back by `MAX_CORRECTION` or more, is in the future,
    or follows a long silence. Times of different epochs cannot be compared.
 4. Stamps are not a clock if they are zero, stand still, or differ between two sources.
@@ -45,11 +45,11 @@ class TimedSample(NamedTuple):
     sample: Any              # an ImuSample or OdometrySample
     previous_sample: Any     # the previous sample of the same sensor, or None
     arrival: float           # time of arrival [s, receiver's clock]
-    time: float              # time of measurement [s, sender's clock]; without stamps `arrival`
+    time: float              # time of measurement [s, sender's clock]; `arrival` if unknown
     epoch: int               # epoch of the sender's clock
-    measured_at: float       # [s, receiver's clock], by SenderClock.to_receiver_time
-    silence: float           # time [s] since this sensor's previous sample; infinite without one
-    silence_of_robot: float  # time [s] since the latest sample of any sensor; infinite without one
+    measured_at: float       # time of measurement [s, receiver's clock]
+    silence: float           # time [s] since this sensor's previous sample; infinite at first
+    silence_of_robot: float  # time [s] since the latest sample of any sensor; infinite at first
     stamp_interval: float    # time [s] from the previous stamp; 0 for the first sample
 
     def age(self, now: float) -> float:
@@ -102,7 +102,7 @@ class _Stamp(NamedTuple):
     stamp: float = math.nan
     time: float = -math.inf        # time of the source's latest sample
     repeats: int = 0               # number of messages that repeated the stamp
-    wrong_since: float = math.inf  # arrival [s] of the first of the latest wrong stamps
+    wrong_since: float = math.inf  # arrival [s] of the first wrong stamp since the latest good one
 
 
 class SenderClock:
@@ -111,17 +111,17 @@ class SenderClock:
     def __init__(self) -> None:
         self.epoch = -1                  # number of the epoch; the first epoch is 0
         self.uses_stamps = True          # the stamps are a clock
-        self._last_arrival = math.nan    # before the first sample
+        self._last_arrival = math.nan    # NaN before the first sample
         self._start_epoch()
 
     def add_stamp(self, source: str, stamp: float, arrival: float, silence: float,
                   silence_of_robot: float) -> float:
         """Store a sample's stamp. Returns the sample's time on the sender's clock, or `arrival` if
-        the stamps are not a clock. `silence`, `silence_of_robot`: see TimedSample."""
+        the stamps are not a clock. TimedSample explains `silence` and `silence_of_robot`."""
         last = self._latest_stamps[source]
         repeats = last.repeats + 1 if stamp == last.stamp else 0
-        is_wrong = self._is_wrong(stamp, arrival)
-        wrong_since = min(last.wrong_since, arrival) if is_wrong else math.inf
+        wrong_since = min(last.wrong_since, arrival) if self._is_wrong(stamp, arrival) else math.inf
+
         stands_still = stamp == 0.0 or repeats >= MAX_REPEATS
         is_wrong_for_long = arrival - wrong_since > MAX_WRONG_TIME
         if self.uses_stamps and (stands_still or is_wrong_for_long):
@@ -130,7 +130,9 @@ class SenderClock:
         elif self._is_new_clock(stamp - last.stamp, arrival, silence, silence_of_robot):
             self._start_epoch()
             wrong_since = math.inf
-        time = max(stamp, self._latest_stamps[source].time) if self.uses_stamps else arrival
+
+        latest_time = self._latest_stamps[source].time    # minus infinity in a new epoch
+        time = max(stamp, latest_time) if self.uses_stamps else arrival
         self._latest_stamps[source] = _Stamp(stamp, time, repeats, wrong_since)
         self._last_arrival = arrival
         self._least_delay.add(arrival, arrival - time)
@@ -141,8 +143,8 @@ class SenderClock:
         return None if self._least_delay.value is None else now - self._least_delay.value
 
     def to_receiver_time(self, time: float, arrival: float) -> float:
-        """Returns when the latest sample was measured [s, receiver's clock]. The fastest message is
-        assumed to need no time. `time` is the result of :meth:`add_stamp`."""
+        """Returns the time [s, receiver's clock] at which the latest sample was measured. `time` is
+        the result of :meth:`add_stamp`. The fastest message is assumed to need no time."""
         assert self._least_delay.value is not None
         return min(arrival, time + self._least_delay.value)
 
@@ -187,6 +189,7 @@ class YawNoise:
         is_even = abs(rate - previous.yaw_rate) <= MAX_EVEN_RATE_CHANGE
         if not (is_slow and is_even):
             return
+
         turn = difference(timed.sample.yaw, previous.yaw)
         predicted_turn = 0.5 * (previous.yaw_rate + rate) * interval
         # the difference of two samples has twice the variance of one sample

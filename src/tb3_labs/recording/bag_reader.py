@@ -1,7 +1,7 @@
 """Reads the records of a bag file, in the order in which they were recorded.
 
-This reader never runs code from a stranger's bag, and limits its memory. A recording that was cut
-off is read up to its last whole record. The library rosbags is not a Debian package.
+A bag may come from a stranger, so this reader runs no code from a bag, and limits its memory. A
+recording that was cut off is read up to its last whole record.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -15,7 +15,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 #: An hour of record.launch needs 1.2e9 bytes, or 1.6e9 bytes if the bag is packed.
 MAX_MEMORY_BYTES = 2e9
-#: The memory that a message, or a connection, needs in addition to its data.
+#: A message, or a connection, needs this memory in addition to its data.
 MESSAGE_OVERHEAD_BYTES = 500
 CONNECTION_OVERHEAD_BYTES = 10000
 MAX_HEADER_BYTES = 10000
@@ -26,7 +26,7 @@ MAX_CHUNK_BYTES = 2 ** 26
 MIN_SET_BACK_TIME = 0.2
 #: A longer silence [s] shows that the clock was set forward, or that the computer slept.
 MAX_SILENCE = 3600.0
-#: All times after the jump are wrong, so the bag is read until the jump.
+#: When the clock jumps, the reading ends, because all later times are wrong.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 BAG_VERSION = b'#ROSBAG V2.0\n'
 MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'      # values of the header field `op`
@@ -60,8 +60,8 @@ Stream = List[Tuple[float, bytes]]
 
 
 class Bag:
-    """The contents of a bag file. `streams` is {Connection: Stream}, with None for a Connection
-    that is not wanted. `problem` says why the reading ended early, or is ''."""
+    """The contents of a bag file. `streams` is {Connection: Stream}. The value is None for a
+    Connection that is not wanted. `problem` is the reason if the reading ended early, or ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
         """Read the messages of each connection that `is_wanted`. May raise BagProblem."""
@@ -70,7 +70,7 @@ class Bag:
         self.problem = ''
         self._is_wanted = is_wanted
         self._memory_left = MAX_MEMORY_BYTES
-        self._last_arrival = math.inf           # of a kept message; inf before the first
+        self._last_arrival = math.inf           # of the last kept message, or inf
         self._stream_by_connection: Dict[bytes, Optional[Stream]] = {}
         with open(path, 'rb') as file:
             if not os.fstat(file.fileno()).st_size:
@@ -98,13 +98,14 @@ class Bag:
                 raise ValueError('a header is too long')
             fields = _fields(data[header_begin:header_end])
             op = fields[b'op']
-            is_plain_chunk = op == CHUNK and fields[b'compression'] == b'none'
-            index = begin if is_plain_chunk else end    # a chunk consists of records
+            if op == CHUNK and fields[b'compression'] == b'none':
+                index = begin       # the data of the chunk are the next records
+                continue
+
+            index = end
             if op == MESSAGE:
                 stream = self._stream_by_connection[fields[b'conn']]
                 self._keep_message(stream, fields[b'time'], data, slice(begin, end))
-            elif is_plain_chunk:
-                continue
             elif op in (CONNECTION, CHUNK) and data_size > MAX_CHUNK_BYTES:
                 raise ValueError('a chunk is too large')
             elif op == CONNECTION:
@@ -129,8 +130,10 @@ class Bag:
         if span.stop > len(data):
             raise ValueError('the last message is not whole')
         arrival = (seconds - self.start) + 1e-9 * nanoseconds
-        was_set_back = len(stream) > 0 and arrival < stream[-1][0] - MIN_SET_BACK_TIME
-        if was_set_back or arrival > self._last_arrival + MAX_SILENCE:
+        previous_arrival = stream[-1][0] if stream else -math.inf
+        was_set_back = arrival < previous_arrival - MIN_SET_BACK_TIME
+        was_silent = arrival > self._last_arrival + MAX_SILENCE
+        if was_set_back or was_silent:
             raise ReadingEnded(CLOCK_JUMPED)
         message = data[span] if span.stop - span.start <= MAX_MESSAGE_BYTES else b''
         self._spend_memory(MESSAGE_OVERHEAD_BYTES + len(message))

@@ -1,7 +1,7 @@
-"""Reads a rosbag into a RunData. The bag needs an Imu topic and an Odometry topic.
+"""Reads a bag into a RunData. The bag needs an Imu topic and an Odometry topic.
 
-The library rosbag turns the message definitions in a bag into Python code, and runs this code. A
-bag may come from a stranger, so this module reads only topics with installed message classes.
+The library rosbag turns the message definitions in a bag into Python code, and runs this code.
+Since a bag may come from a stranger, this module reads only messages whose class is installed.
 """
 import posixpath
 from dataclasses import replace
@@ -30,16 +30,16 @@ OPTIONAL_TOPICS = {
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray), 'frames': ('/tf', TFMessage),
     'log': ('/rosout', Log)}
-#: {(type, checksum): class} of the messages that record.launch records.
+#: {(type, checksum): class} for each type of messages that record.launch records.
 MESSAGE_CLASSES = {(cls._type, cls._md5sum): cls for cls in (
     Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(message_type for _, message_type in OPTIONAL_TOPICS.values()))}
-DEVICE_TOPICS = 'joy', 'mouse_info'     # of any type
+DEVICE_TOPICS = 'joy', 'mouse_info'     # the type of their messages does not matter
 
 
 def read_run(path, namespace=None):
     """Returns the RunData of the bag file `path`, or raises BagProblem. If several robots were
-    recorded, only the robot in `namespace` is read. The `notes` name the parts not read."""
+    recorded, only the robot in `namespace` is read. `RunData.notes` tells what was not read."""
     try:
         return _run_of_bag(Bag(str(path), _class_of), str(path), namespace)
     except BagProblem as error:
@@ -55,26 +55,17 @@ def _class_of(connection):
 
 def _run_of_bag(bag, path, namespace):
     types = {connection.topic: _class_of(connection) for connection in bag.streams}
-    samples = {}
     notes = []
     try:
         topics = choose_topics(types, namespace)
         prefix = namespace_of(topics['odometry'])
-        for field, topic in topics.items():
-            message = types[topic]()
-            received = _received(bag, topic, types[topic])
-            samples[field], dropped_count = stamped_samples(
-                field, message, prefix, bag.start, received)
-            if dropped_count:
-                notes.append(f'invalid messages of {topic} that were dropped: {dropped_count}')
-        for field in ('imu', 'odometry'):
-            if not len(samples[field]):
-                raise BagProblem(f'not one good message on {topics[field]} (bad quaternions?)')
+        samples = _samples_of_topics(bag, topics, types, prefix, notes)
     except BagProblem as error:
         if not bag.problem:
             raise
         raise BagProblem(
             f'was not read to its end: {bag.problem}; until there: {error}') from None
+
     clock = RecordedClock.of(samples['odometry'].arrival, samples['odometry'].time)
     for field, stamped in samples.items():
         time = times_on_recorder_clock(stamped.arrival, stamped.time, clock)
@@ -93,8 +84,24 @@ def _run_of_bag(bag, path, namespace):
     return RunData(path, bag.start, duration, notes=tuple(notes), devices=devices, **samples)
 
 
+def _samples_of_topics(bag, topics, types, prefix, notes):
+    """Returns {field of RunData: samples}. Their `time` is on the sender's clock. Adds a note to
+    `notes` for each topic with invalid messages. Raises BagProblem if a sensor has no samples."""
+    samples = {}
+    for field, topic in topics.items():
+        received = _received(bag, topic, types[topic])
+        samples[field], dropped_count = stamped_samples(
+            field, types[topic](), prefix, bag.start, received)
+        if dropped_count:
+            notes.append(f'invalid messages of {topic} that were dropped: {dropped_count}')
+    for field in ('imu', 'odometry'):
+        if not len(samples[field]):
+            raise BagProblem(f'not one good message on {topics[field]} (bad quaternions?)')
+    return samples
+
+
 def _received(bag, topic, message_type):
-    """Returns (arrival, sender, bytes) of each message of this type on a topic, by arrival."""
+    """Returns (arrival, sender, bytes) of each message of this type on a topic, earliest first."""
     received = [(arrival, connection.sender, message)
                 for connection, stream in bag.streams.items()
                 if connection.topic == topic and _class_of(connection) is message_type

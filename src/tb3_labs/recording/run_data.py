@@ -2,7 +2,7 @@
 
 Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
 sample arrived at the recorder. `time` is the stamp of the sample, converted from the sender's clock
-to the recorder's clock. The clocks of a real robot and a recorder differ by up to a second. If a
+to the recorder's clock, because the two clocks of a real robot differ by up to a second. If a
 message has no stamp, `time` equals `arrival`.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages.
@@ -17,15 +17,15 @@ from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-MIN_GAP = 0.3       # [s] between two messages of a topic
-MIN_LEAP = 0.3      # [m] between two successive poses
+MIN_GAP = 0.3       # a longer time [s] between two messages of a topic is a gap
+MIN_LEAP = 0.3      # a longer distance [m] between two successive poses is a leap
 
 SamplesType = TypeVar('SamplesType', bound='Samples')
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Arrays with an element for each sample; empty arrays if the topic was not recorded."""
+    """Arrays with an element for each sample. They are empty if the topic was not recorded."""
 
     arrival: np.ndarray
     time: np.ndarray
@@ -66,7 +66,7 @@ class Samples:
 
     @classmethod
     def without_stamps(cls: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
-        """Returns a sample for each row without `time`. Each `time` equals the `arrival`."""
+        """Returns a sample for each row. A row has no `time`, so the sample's `arrival` is used."""
         return cls.from_rows([(row[0], *row) for row in rows])
 
     @classmethod
@@ -111,7 +111,7 @@ class Poses(Yaws):
 
     @property
     def length(self) -> float:
-        """The length [m] of the path, forwards and backwards."""
+        """The length [m] of the path. A path back counts like a path forwards."""
         return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
 
     @property
@@ -150,7 +150,7 @@ class Poses(Yaws):
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Poses in ``odom``, and the robot's speeds. `angular` contains the firmware's spikes."""
+    """Poses in ``odom``, and the robot's speeds. The firmware's spikes in `angular` are kept."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -158,8 +158,8 @@ class OdometrySamples(Poses):
 
 @dataclass(frozen=True)
 class Commands(Samples):
-    """Commanded speeds. No wheel follows `sideways`, `upward`, `rolling` and `pitching`. `sender`
-    is the name of the node that sent the command, or '' if the name is unknown."""
+    """Commanded speeds. `sideways`, `upward`, `rolling` and `pitching` move no wheel. `sender` is
+    the name of the node that sent the command, or '' if the name is unknown."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -170,7 +170,8 @@ class Commands(Samples):
     sender: np.ndarray
 
     def in_force(self) -> 'Commands':
-        """Returns the commands, and a command with NaN speeds whenever a command times out."""
+        """Returns the commands with an additional command for each timeout of the robot. The
+        additional command comes when the robot stops by the timeout, and its speeds are NaN."""
         next_times = np.append(self.time[1:], np.inf)
         timed_out = self.take(next_times > self.time + COMMAND_TIMEOUT)
         nans = np.full(len(timed_out), np.nan)
@@ -222,8 +223,8 @@ class Variables(Samples):
 
 @dataclass(frozen=True, eq=False)
 class RunData:
-    """The run of one robot. Only `imu` and `odometry` always have samples. Two runs are never
-    equal, so lru_cache can keep a result for each run."""
+    """The run of one robot. Only `imu` and `odometry` always have samples. Two RunData objects are
+    never equal (eq=False), so lru_cache can keep a result for each run."""
 
     name: str
     start: float                                     # [s since 1970]
@@ -233,19 +234,19 @@ class RunData:
     commands: Commands = Commands.none()
     local_pose: Poses = Poses.none()                 # robot in local
     ground_truth: Poses = Poses.none()               # robot in world
-    goals: Poses = Poses.none()                      # in local
-    frames: Poses = Poses.none()                     # of local in odom
+    goals: Poses = Poses.none()                      # goals in local
+    frames: Poses = Poses.none()                     # origin of local in odom
     states: Texts = Texts.none()
     resets: Poses = Poses.none()                     # declared poses in local
     turn_requests: Numbers = Numbers.none()          # [rad], positive to the left
     control: Numbers = Numbers.none()                # 1 if ctrl_relinq lets a node drive
     mouse: MouseSamples = MouseSamples.none()
-    log: LogLines = LogLines.none()                  # of the nodes in the robot's namespace
+    log: LogLines = LogLines.none()                  # lines of nodes in the robot's namespace
     devices: Tuple[str, ...] = ()                    # recorded device topics
     starts: Tuple[float, ...] = ()                   # times [s] at which a trial's node started
     letters: Numbers = Numbers.none()                # l is 1, r is -1, other letters are 0
-    events: Texts = Texts.none()                     # on topic trial
+    events: Texts = Texts.none()                     # messages on the topic trial
     printed: Texts = Texts.none()                    # texts that the node printed in a trial
-    variables: Variables = Variables.none()          # that the probe read
+    variables: Variables = Variables.none()          # readings of the probe
     derived: Tuple[str, ...] = ()                    # fields that were computed, not recorded
     notes: Tuple[str, ...] = ()                      # sentences about the recording

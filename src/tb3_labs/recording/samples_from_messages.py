@@ -21,15 +21,15 @@ LOG_LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 MAX_NUMBER = 1e5
 #: A speed that no wheel follows is limited to this speed [m/s, rad/s].
 MAX_UNUSED_SPEED = MAX_NUMBER / 2.0
-#: Two senders whose clocks differ by less than this [s] share one clock.
+#: Two senders are assumed to share one clock if their clocks differ by less than this time [s].
 MAX_CLOCK_DIFFERENCE = 0.1
 #: A message is late if its delay differs by more than this time [s] from its sender's usual delay.
 MIN_LATENESS = 0.5
-#: A recorder delays a message by at most this time [s]. A stamp with a longer delay is wrong.
+#: A recorder delays a message by at most this time [s]. A stamp that shows a longer delay is wrong.
 MAX_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of the sender's messages is not late.
 MIN_IN_TIME_SHARE = 0.25
-OUTLIER_SHARE = 0.05        # of the offsets: the smallest may be too small
+OUTLIER_SHARE = 0.05        # this share of the smallest offsets may be too small
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class RecordedClock:
 
     @classmethod
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
-        """Returns the clock of a sender, computed from the messages with the shortest delays. The
-        sender must have sent a message. Outliers are ignored."""
-        offsets = np.sort(arrival - stamp)      # each includes the delay of a message
+        """Returns the clock of a sender, computed from the messages with the shortest delays.
+        Outliers are ignored. The sender must have sent at least one message."""
+        offsets = np.sort(arrival - stamp)      # each offset includes the delay of its message
         median = offsets[(len(offsets) - 1) // 2]
         usual_offsets = offsets[np.abs(offsets - median) < MIN_LATENESS]
         return cls(float(usual_offsets[int(OUTLIER_SHARE * len(usual_offsets))]), stamp)
@@ -60,8 +60,8 @@ def times_on_recorder_clock(arrival: np.ndarray, stamp: np.ndarray,
     decrease.
 
     `robot_clock` is the clock of the odometry's sender. One offset is used for all senders that
-    share this clock, so the differences between their stamps stay exact. A plausible stamp is used:
-    while the recorder is busy, or a simulated clock stands still, the arrival is less exact.
+    share this clock, so the differences between their stamps stay exact. A plausible stamp is more
+    exact than the arrival, if the recorder is busy or a simulated clock stands still.
     """
     if not len(stamp):
         return arrival
@@ -75,8 +75,8 @@ def times_on_recorder_clock(arrival: np.ndarray, stamp: np.ndarray,
     return np.maximum.accumulate(np.where(is_plausible, stamp + clock.offset, arrival))
 
 
-# -- Each function returns (header, rows), or raises ValueError for an invalid quaternion. Without a
-# stamp, the header is None. A row is a sample. `prefix` is the robot's namespace.
+# -- Each function _read_... returns (header, rows). The header is None if the message has no stamp.
+# Each row is a sample. `prefix` is the robot's namespace. An invalid quaternion raises ValueError.
 
 def _yaw(q):
     return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
@@ -103,7 +103,7 @@ def _read_odometry(message, sender, prefix):
 
 def _read_command(message, sender, prefix):
     linear, angular = message.linear, message.angular
-    # no wheel follows these speeds, so a NaN or infinite speed does not make a command invalid
+    # these speeds move no wheel, so a command is valid even if one of them is NaN or infinite
     limited_speeds = [MAX_UNUSED_SPEED if math.isnan(speed)
                       else clamp(speed, -MAX_UNUSED_SPEED, MAX_UNUSED_SPEED)
                       for speed in (linear.y, linear.z, angular.x, angular.y)]
@@ -171,12 +171,12 @@ def stamped_samples(field, message, prefix, start, received):
             continue
         stamp = arrival
         if header is not None:
-            # `start` is subtracted first: a float of seconds since 1970 is exact to 0.2 us only
+            # `start` is subtracted first, since a float of seconds since 1970 is exact to 0.2 us
             stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
         rows += [(arrival, stamp, *row) for row in contents]
     samples = samples_type.from_rows(rows)
     is_valid = np.ones(len(samples), bool)
-    for column in samples.columns[2:]:      # without the times
+    for column in samples.columns[2:]:      # the first two columns are the times
         if column.dtype != object:
             is_valid &= np.abs(column) < MAX_NUMBER     # False for NaN
     return samples.take(is_valid), dropped_count + int((~is_valid).sum())

@@ -7,15 +7,15 @@ from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
-#: Greatest turn [rad] between two samples of the IMU. In a longer gap the robot could turn farther,
-#: but a node stops the robot first.
+#: The robot turns by at most this [rad] between two samples of the IMU. It could turn farther in a
+#: long gap between two samples, but a node stops the robot before.
 MAX_TURN_PER_SAMPLE = 1.0
-MAX_ODOMETRY_DISTANCE = 2e4     # [m], from the zero of the odometry, after a day's drive
-MAX_ODOMETRY_SPEED = 3.0        # [m/s], if a person spins the wheels
-MAX_ODOMETRY_TURN_RATE = 7e3    # [rad/s]; a spike is 2 pi in at least 1 ms
+MAX_ODOMETRY_DISTANCE = 2e4     # [m]; the odometry counts at most this in a drive of one day
+MAX_ODOMETRY_SPEED = 3.0        # [m/s]; if a person spins the wheels, they are not faster
+MAX_ODOMETRY_TURN_RATE = 7e3    # [rad/s]; a spike is a wrong turn by 2 pi in at least 1 ms
 MAX_GYRO_RATE = 35.0            # [rad/s]; the board's gyro measures up to 2000 deg/s
 MAX_WHEEL_ANGLE = 3.5e6         # [rad]; the encoder counts to 2^31
-MAX_STAMP = 2.0 ** 32 - 2.0     # [s], the latest that ROS can send, in the year 2106
+MAX_STAMP = 2.0 ** 32 - 2.0     # [s]; the latest stamp that ROS can send, in the year 2106
 #: The samples of a robot at rest have at most this speed [m/s], and this rate of turn [rad/s].
 MAX_REST_SPEED = 0.005
 MAX_REST_TURN_RATE = 0.03
@@ -25,7 +25,7 @@ class ImuSample(NamedTuple):    # a NamedTuple is faster than a dataclass
     """One message of the IMU. The zero of the yaw is arbitrary."""
 
     stamp: float
-    yaw: float            # [rad], (-pi, pi]
+    yaw: float            # [rad], in (-pi, pi]
     yaw_rate: float       # [rad/s]
 
 
@@ -35,7 +35,7 @@ class OdometrySample(NamedTuple):
     stamp: float
     pose: Any             # odom_T_base, a geometry.se2.Pose2
     linear: float         # forward speed [m/s]
-    angular: float        # rate of turn [rad/s], wrong when the heading crosses +/-180 deg
+    angular: float        # rate of turn [rad/s]; it is wrong when the heading crosses +/-180 deg
 
 
 class WheelSample(NamedTuple):
@@ -48,8 +48,8 @@ class Motion(NamedTuple):
     """The robot's motion, for a control law."""
 
     pose: Any                         # local_T_base, a Pose2 that is extrapolated to now
-    linear: float                     # [m/s], from the wheels
-    angular: float                    # [rad/s], from the gyro
+    linear: float                     # speed [m/s] that the wheels show
+    angular: float                    # rate of turn [rad/s] that the gyro shows
     imu_age: float = 0.0              # time [s] since the latest sample of the IMU was measured
     odometry_age: float = 0.0         # time [s] since the latest odometry was measured
     yaw_noise: float = 0.0            # standard deviation [rad] of a sample's yaw

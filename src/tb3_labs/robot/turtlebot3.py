@@ -8,8 +8,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Dict, Mapping, NamedTuple
 
-CONTROL_RATE = 30.0    # [1/s]; the firmware applies the latest command and sends odometry
-COMMAND_TIMEOUT = 0.5    # [s]; without a command, the firmware then stops the wheels
+CONTROL_RATE = 30.0    # [1/s]; the rate at which the firmware obeys commands and sends odometry
+COMMAND_TIMEOUT = 0.5    # [s]; after this time without a command, the firmware stops the wheels
 WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'    # as in turtlebot3_description
 
 
@@ -38,7 +38,7 @@ class RobotModel:
 
     @property
     def max_wheel_speed(self) -> float:
-        """Fastest speed [m/s] of a wheel's rim, and so the bound of |v| + half_track |w|."""
+        """Fastest speed [m/s] of a wheel's rim. It limits |v| + half_track |w|."""
         return self.wheel_radius * self.motor_rpm * 2.0 * math.pi / 60.0
 
 
@@ -49,7 +49,7 @@ WAFFLE = RobotModel(name='waffle', wheel_radius=0.033, wheel_separation=0.287, m
 MODELS: Dict[str, RobotModel] = {
     'burger': BURGER, 'waffle': WAFFLE, 'waffle_pi': replace(WAFFLE, name='waffle_pi')}
 DEFAULT_MODEL = 'burger'
-MODEL_VARIABLE = 'TURTLEBOT3_MODEL'    # names the model if the parameter is not given
+MODEL_VARIABLE = 'TURTLEBOT3_MODEL'    # names the robot if no parameter does
 
 
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:

@@ -1,6 +1,6 @@
-"""Decides whether a pad or move_to_goal drives, by a table of the next holder after each event.
+"""Decides whether a pad or move_to_goal drives. A table gives the next holder after each event.
 
-A node that loses the robot sends one zero command, and then none. Source: the gamepad lab.
+A node that loses the robot sends one zero command, and then no other. Source: the gamepad lab.
 """
 import math
 from enum import Enum
@@ -18,9 +18,9 @@ class ControlHolder(Enum):
 
 
 class ControlEvent(Enum):
-    """An event that may change the holder. After LOST the person has no stop button."""
+    """An event that may change the holder. With a lost pad, a person cannot stop the robot."""
 
-    # the pad sends messages, and its sticks rest or its hold button was pressed again
+    # the pad sends messages. Its sticks rest, or its hold button was pressed again
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # the relinquish button was pressed
     REGAIN = 'regain'            # the regain button was pressed
@@ -50,7 +50,7 @@ class ControlMessages:
     takes the robot back. A pad sends a message only after a person has pressed a button."""
 
     def __init__(self) -> None:
-        self.must_renew = False    # this pad must renew a permission that it gave
+        self.must_renew = False    # this pad has given a permission, and must renew it
         self.waiting: Queue[bool] = Queue()    # messages to publish
         self.granted_at = -math.inf    # time [s] of a True that move_to_goal has not obeyed yet
         self._sent_at = -math.inf      # time [s] of the latest message or renewal
@@ -64,8 +64,8 @@ class ControlMessages:
         return is_due
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True for a button press that was delayed by `lateness` [s]. Also queue one
-        renewal for each `RENEWAL_PERIOD` of the delay, so that move_to_goal knows the delay."""
+        """Queue a True for a button press that was delayed by `lateness` [s]. Also queue a renewal
+        for each `RENEWAL_PERIOD` of this delay, because move_to_goal finds the delay from them."""
         self.must_renew = True
         self.granted_at = now
         self._sent_at = now
@@ -79,5 +79,5 @@ class ControlMessages:
     def stop(self, caused_at: float) -> None:
         """Queue a False, because control was taken or the pad was lost at `caused_at` [s]."""
         self.must_renew = False
-        self.stopped_at = max(self.stopped_at, caused_at)    # a button press may be delayed
+        self.stopped_at = max(self.stopped_at, caused_at)    # a delayed press may be older
         self.waiting.append(False)

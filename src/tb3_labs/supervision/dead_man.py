@@ -1,10 +1,11 @@
 """The dead man switch of pages: a page drives until the person lets go or the page is lost.
 
-A page is a gamepad in a browser. Several pages may be open. A DeadMan counts stops. A stop is STOP
-on a page, a False on `ctrl_relinq`, a cancel, or the loss of the page that drives. Each message of
-a page contains the number of stops that the page knew when the person acted. A message is rejected
-if the robot was stopped, or this process slept, after the person acted. So neither a delayed
-message nor a page that comes back can move the robot or reset its pose. No stop is rejected.
+A page is a gamepad in a browser. Several pages may be open. A DeadMan counts the stops. The robot
+is stopped by STOP on a page, by a False on `ctrl_relinq`, by a cancel, or by the loss of the page
+that drives. Each message of a page contains the number of stops that the page knew when the person
+acted. A message is rejected if the robot was stopped, or this process slept, after the person
+acted. So a delayed message cannot move the robot or reset its pose. Nor can a page that was lost
+and comes back. No stop is rejected.
 """
 from typing import Optional
 
@@ -21,7 +22,7 @@ class DeadMan:
         self._sleep = SleepMonitor()
 
     def start(self, now: float) -> None:
-        """Call this when the first page opens, and :meth:`driving_page_lost_for` often later."""
+        """Call this when the first page opens. Then call :meth:`driving_page_lost_for` often."""
         self._sleep.start(now)
 
     def refuse_if_old(self, known_stops: Optional[int], now: float, lateness: float,
@@ -40,10 +41,10 @@ class DeadMan:
              is_first: bool) -> bool:
         """Let `page` drive. Raises ``ValueError`` if the page must not drive.
 
-        `lateness` is the delay [s] of the message. Returns False if the delay is more than
-        `INPUT_TIMEOUT`: such a message counts as silence. `is_first`: is this the first message
-        since the person took hold? If the first message of a hold was lost, the hold is refused,
-        because the drive would begin too late.
+        `lateness` is the delay [s] of the message. If the delay is more than `INPUT_TIMEOUT`, the
+        message counts as silence, and the method returns False. `is_first` is True for the first
+        message since the person took hold. If this first message was lost, the page must not
+        drive, because the drive would begin too late.
         """
         if lateness > INPUT_TIMEOUT:
             return False
@@ -57,7 +58,7 @@ class DeadMan:
         return True
 
     def let_go(self, page: object) -> bool:
-        """Let `page` drive no longer. Returns True if this page drove."""
+        """Let `page` drive no longer. Returns False if another page drives, or none."""
         if self.driving_page is not page:
             return False
         self.driving_page = None
@@ -69,7 +70,7 @@ class DeadMan:
         self.driving_page = None
 
     def driving_page_lost_for(self, now: float) -> float:
-        """Returns the silence [s] of a page that drives and is lost; 0 if no page is lost."""
+        """Returns for how long [s] the driving page has been silent; 0 if it is not lost."""
         self._sleep.update(now)
         if self.driving_page is None or self._freshness.is_fresh(now):
             return 0.0

@@ -1,13 +1,13 @@
-"""The IncomingMessage that a core gets, and the Output that it returns.
+"""The IncomingMessage that a node's core (its part without ROS) gets, and the Output of the core.
 
-A message is doubtful if it may have been sent before this node started, or before its connection
-was made. Only the first message on a connection can be older than the connection, and only if its
-sender existed before this node, or had an earlier connection. A first message that is not latched
-is doubtful only if it arrives within `MAX_REPEAT_GAP` after the connection was made.
+A message is *doubtful* if its sender may have sent it before this node started, or before both were
+connected. Only the first message on a connection can be older than the connection. This message can
+be older only if its sender existed before this node, or had an earlier connection. If this message
+is not latched, it is doubtful only within `MAX_REPEAT_GAP` after the connection was made.
 
-A sender *repeats* a goal or a turn if it sends the same content again within `MAX_REPEAT_GAP`. A
-repeated request that was ended stays ended until the sender changes the content, or pauses. If a
-request was ended before it was repeated, the sender can send it again immediately.
+A sender *repeats* a goal or a turn if it sends the same content again within `MAX_REPEAT_GAP`. If a
+repeated request was ended, its later repetitions are refused until the sender changes the content,
+or pauses. If a request was ended before it was repeated, the sender can send it again immediately.
 """
 import math
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ Content = TypeVar('Content')
 
 
 class Novelty(Enum):
-    """How new a message is. It may be from before this node could hear its sender."""
+    """How new a message is. A message may be from before this node could hear its sender."""
 
     NEW = 'it was sent after this node could hear its sender'
     RESTARTED = 'it is new, and its sender is a new process that has the name of an earlier sender'
@@ -32,7 +32,7 @@ class Novelty(Enum):
 
     @property
     def is_doubtful(self) -> bool:
-        """Returns True if the message may show an old act of a person."""
+        """Returns True if the message may be old, so that it may not be what a person wants now."""
         return self in (Novelty.REPEATED, Novelty.LATCHED, Novelty.OLD, Novelty.SAME_STAMP)
 
 
@@ -57,28 +57,29 @@ class SenderConnection(NamedTuple):
 
 
 class NoveltyFinder:
-    """Finds the Novelty of each message of one topic by the connection on which it arrived."""
+    """Finds the Novelty of each message of one topic, from the connection on which it arrived."""
 
     def __init__(self, earlier_senders: Iterable[str], now: float) -> None:
         """This node begins to listen at `now`. The `earlier_senders` existed before `now`."""
         self._earlier_senders = frozenset(earlier_senders)
         self._began_at = now
-        self._latest: Dict[str, SenderConnection] = {}       # by the senders' names
-        self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock) of each sender
+        self._latest: Dict[str, SenderConnection] = {}       # latest one of each sender
+        self._stamps: Dict[str, Tuple[float, float]] = {}    # each sender's latest (stamp, clock)
 
     def find(self, connection: SenderConnection, now: float, stamp: float = 0.0,
              clock: float = 0.0) -> Novelty:
         """Returns the Novelty of a message that arrives now. `stamp` is the message's stamp, or 0.
-        `clock` is `now` on the stamps' clock. A device driver that hangs repeats a stamp."""
+        `clock` is `now` on the stamps' clock."""
         sender = connection.sender
         previous = self._latest.get(sender)
         last_stamp, last_clock = self._stamps.get(sender, (0.0, 0.0))
         self._latest[sender] = connection
         self._stamps[sender] = stamp, clock
+
         if previous != connection:
             return self._novelty_of_first(connection, previous, now)
         is_same_stamp = stamp != 0.0 and stamp == last_stamp
-        if is_same_stamp and clock != last_clock:
+        if is_same_stamp and clock != last_clock:    # the sender's device driver may hang
             return Novelty.SAME_STAMP
         return Novelty.NEW
 
@@ -87,7 +88,7 @@ class NoveltyFinder:
         if previous is None and connection.sender not in self._earlier_senders:
             return Novelty.NEW
         is_restarted = previous is not None and previous.process != connection.process
-        if is_restarted and connection.has_renewals:    # it renews only after a new grant
+        if is_restarted and connection.has_renewals:    # the new process has no old grant to renew
             return Novelty.RESTARTED
         came_early = previous is None and now - self._began_at < MAX_TRANSIT_TIME
         if connection.is_latched and came_early:
@@ -101,17 +102,17 @@ class NoveltyFinder:
 
 @dataclass
 class SenderRequest:
-    """The latest request of one sender, and its repetitions since the last pause."""
+    """The latest request of one sender. The sender may have repeated this request."""
 
     content: object
     latest_at: float            # time [s] of the latest message
     is_repeated: bool = False   # the request was sent more than once
-    is_ended: bool = False      # a repetition of the request is refused
+    is_ended: bool = False      # further repetitions of the request are refused
     message: Any = None         # the caller may store the latest message here
 
 
 class SenderRequests:
-    """The latest request of each sender. A network delay of `MAX_REPEAT_GAP` looks like a pause."""
+    """The latest request of each sender since the sender's last pause."""
 
     def __init__(self, sleep: SleepMonitor) -> None:
         self._sleep = sleep
@@ -119,7 +120,8 @@ class SenderRequests:
 
     def on_request(self, sender: str, content: object, now: float) -> SenderRequest:
         """Store the latest request of `sender`. Call this even for a refused request."""
-        if now - self._sleep.woke_at > MAX_REPEAT_GAP:    # a sleep of this process is no pause
+        # while this process sleeps, it hears nothing, but the senders may not pause
+        if now - self._sleep.woke_at > MAX_REPEAT_GAP:
             self._requests = {name: request for name, request in self._requests.items()
                               if now - request.latest_at <= MAX_REPEAT_GAP}
         request = self.find(sender, content)
@@ -138,10 +140,11 @@ class SenderRequests:
             return None
         return request
 
-    def end_repetitions(self, matches: Callable[[SenderRequest], bool] = lambda _: True) -> None:
-        """From now on, refuse each repeated request if ``matches(request)``."""
+    def end_repetitions(self, matches: Optional[Callable[[SenderRequest], bool]] = None) -> None:
+        """From now on, refuse each repeated request for which ``matches(request)`` is True. Without
+        `matches`, refuse all repeated requests."""
         for request in self._requests.values():
-            if request.is_repeated and matches(request):
+            if request.is_repeated and (matches is None or matches(request)):
                 request.is_ended = True
 
 
@@ -169,11 +172,11 @@ class LogQueue(Queue[LogLine]):
 
 @dataclass(frozen=True)
 class Output:
-    """The decision of a core, which the node carries out. A core may add fields to its Output."""
+    """The decision of a core, which the node carries out. A core may have its own subclass."""
 
     #: The turtlebot3.Twist2 that the node must send; None if no command is due. Zero is a stop.
     command: Optional[Tuple[float, float]] = None
-    #: The driver has changed, so one zero must be sent before the command.
+    #: Another source of commands begins to drive, so the node sends one zero before the command.
     must_stop_first: bool = False
     log_lines: Sequence[LogLine] = ()    # lines for the user
     needs_fast_ticks: bool = False       # the node must look at the clock often

@@ -3,9 +3,9 @@
 Each goal replaces the previous goal, even a goal of another sender. A sender may repeat a goal
 (:mod:`tb3_labs.supervision.events`), perhaps with another stamp. The rules:
 
-1. A cancel with a name ends the goal with this name. A cancel with a stamp ends all goals up to
-   this stamp. A cancel without name and stamp ends every goal.
-2. A repeated goal that was canceled or given up stays ended.
+1. A cancel with a name ends the goal with this name. A cancel with a stamp ends all goals whose
+   stamp is not later. A cancel without name and stamp ends every goal.
+2. If a repeated goal was canceled or given up, its later repetitions are refused.
 3. A repetition of the current goal changes nothing.
 """
 import math
@@ -19,7 +19,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.supervision.events import Queue, SenderRequest, SenderRequests
 from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, SleepMonitor
 
-#: The largest coordinate [m] that a person may type. A larger number may have a wrong unit.
+#: The largest coordinate [m] that a person may type. A larger number is probably in a wrong unit.
 MAX_COORDINATE = 100.0
 MAX_YAW_DEG = 360.0     # the largest heading [deg] that a person may type
 #: A goal with this stamp [ns] is older than every goal that a sender has stamped.
@@ -66,7 +66,7 @@ class GoalRequest(NamedTuple):
     sender: str = ''
     name: str = ''        # name in the GoalID, or ''
     stamp: int = 0        # stamp in the GoalID [ns, sender's clock], or 0
-    client: Any = None    # receives the GoalAnswers
+    client: Any = None    # the node sends the GoalAnswers to this client
 
     def is_canceled_by(self, name: str, stamp: int) -> bool:
         """Returns True if a cancel with this `name` and `stamp` [ns] ends this goal."""
@@ -99,7 +99,7 @@ class GoalRequests:
     def __init__(self, sleep: SleepMonitor) -> None:
         # a cancel with any stamp ends the first goal, which comes from the node's parameters
         self.current_request = GoalRequest(None, stamp=EARLIEST_STAMP)
-        self._open_request: Optional[GoalRequest] = None    # its client waits for an answer
+        self._open_request: Optional[GoalRequest] = None    # a goal whose client waits for its end
         self.answers: Queue[GoalAnswer] = Queue()
         self._sleep = sleep
         self._sender_goals = SenderRequests(sleep)
@@ -146,7 +146,9 @@ class GoalRequests:
     def cancel(self, name: str = '', stamp: int = 0) -> bool:
         """Refuse repetitions of all goals that a cancel with this `name` and `stamp` [ns] ends.
         Returns True if the cancel ends the current goal."""
-        self._sender_goals.end_repetitions(lambda goal: goal.message.is_canceled_by(name, stamp))
+        def is_canceled(sender_goal: SenderRequest) -> bool:
+            return sender_goal.message.is_canceled_by(name, stamp)
+        self._sender_goals.end_repetitions(is_canceled)
         if not self.current_request.is_canceled_by(name, stamp):
             return False
         self.end_repetitions()

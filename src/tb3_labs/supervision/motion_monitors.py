@@ -1,4 +1,4 @@
-"""Is a motion allowed to continue? The sensors must work, and the robot must obey.
+"""Is a motion allowed to continue? The sensors must work, and the robot must obey its commands.
 
 A sensor is lost if its messages stop. It is frozen if its driver hangs and repeats one reading
 while the robot moves. A robot is stalled if commands bring it no nearer to its goal.
@@ -14,10 +14,10 @@ from tb3_labs.supervision.timeouts import (
     Freshness)
 
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: If a command is faster than these [m/s, rad/s], the readings must show a motion.
+#: If a command is faster than these [m/s, rad/s], the readings of the sensors must change.
 MIN_VISIBLE_SPEED = 0.02
 MIN_VISIBLE_TURN_RATE = 0.1
-#: The robot is nearer to its goal only if the remaining travel is less by at least this [m or rad].
+#: The robot makes progress only if its remaining travel becomes less by at least this [m or rad].
 STALL_STEP = 0.004
 #: The robot has missed its goal if the remaining travel grows again by more than this [m or rad].
 #: If the network stalls for a short time, a robot overshoots by less than this.
@@ -38,12 +38,12 @@ class Sensor(Freshness):
         super().__init__(name, SENSOR_TIMEOUT)
         self.reading: object = None     # content of the latest message, without the stamp
         self.repeated_for = 0.0         # time [s] since the reading should have changed
-        self.longest_gap = 0.0          # longest time [s] between two messages of a motion
+        self.longest_gap = 0.0          # longest time [s] between two messages during a motion
         self._changed_at = math.inf     # time [s] of the latest change; infinite before a change
 
     def on_message(self, now: float, reading: object = None) -> float:
         silence = super().on_message(now)
-        if self.count > 2:
+        if self.count > 2:    # the gap after the first message is the calibration of the gyro
             self.longest_gap = max(self.longest_gap, silence)
         if reading != self.reading:
             self.reading = reading
@@ -51,7 +51,7 @@ class Sensor(Freshness):
         return silence
 
     def update_repetition(self, must_change: bool, now: float) -> None:
-        """Update `repeated_for`. `must_change`: does the robot move?"""
+        """Update `repeated_for`. `must_change` is True while the robot is told to move."""
         if not must_change or self._changed_at > now:    # the clock may have gone back
             self._changed_at = now
         self.repeated_for = now - self._changed_at
@@ -77,7 +77,7 @@ class SensorMonitor:
         self.reason_to_stand = ''            # '' if the robot may move
         self.silent_for = 0.0                # length [s] of the latest silence of a motion
         self._longest_wait = ROBOT_START_TIMEOUT    # time [s] that a motion waits for sensors
-        self._silent_since = math.inf    # start [s] of the silence; infinite before the next update
+        self._silent_since = math.inf    # start [s] of the silence; infinite until the next update
         self._were_ready = False         # all sensors were ready at the latest update
 
     def request_motion(self) -> None:
@@ -86,34 +86,42 @@ class SensorMonitor:
         self.forget_motion()
 
     def update(self, now: float, needs_comparison: bool = False) -> None:
-        """Update `status`. Call this often, and at each step of a drive. `needs_comparison`: must
-        a motion wait until gyro and wheels were compared?"""
+        """Update `status` and `reason_to_stand`. Call this often, and at each step of a drive.
+        `needs_comparison` is True if a motion must wait until gyro and wheels were compared."""
         for sensor in self._sensors:
             sensor.adapt_to_clock(now)
         self._silent_since = min(self._silent_since, now)    # the clock may have gone back
         silent_for = now - self._silent_since
         is_late = silent_for > self._longest_wait
-        # after its first message a TurtleBot3 calibrates its gyro for 2.6 s: it must not move
-        sent_twice = all(sensor.count > 1 for sensor in self._sensors)
-        are_ready = sent_twice and self.are_fresh(now)
+
+        # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
+        have_sent_twice = all(sensor.count > 1 for sensor in self._sensors)
+        are_ready = have_sent_twice and self.are_fresh(now)
         became_ready = are_ready and not self._were_ready
         self._were_ready = are_ready
         may_move = are_ready and not needs_comparison
+
         if may_move or became_ready:    # the next silence is counted from the latest messages
             self._silent_since = now - max(sensor.age(now) for sensor in self._sensors)
             self._longest_wait = RESUME_TIME
+        self._update_reason(are_ready, may_move, now)
+        self._update_status(may_move, silent_for, is_late)
+
+    def _update_reason(self, are_ready: bool, may_move: bool, now: float) -> None:
         if may_move:
             self.reason_to_stand = ''
         elif are_ready:
             self.reason_to_stand = UNCHECKED_GYRO
         elif not self.reason_to_stand:    # a second lost sensor does not change the reason
             self.reason_to_stand = self.problem_text(now)
-        self._update_status(may_move, silent_for, is_late)
 
     def _update_status(self, may_move: bool, silent_for: float, is_late: bool) -> None:
         longest_gap = max(sensor.longest_gap for sensor in self._sensors)
-        if is_late or not may_move:
-            self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.SILENT
+        if is_late:
+            self.status = SensorStatus.TIMED_OUT
+            self.silent_for = silent_for
+        elif not may_move:
+            self.status = SensorStatus.SILENT
             self.silent_for = silent_for
         elif longest_gap > SENSOR_TIMEOUT:
             self.status = SensorStatus.RECOVERED
@@ -161,8 +169,8 @@ class DriveSensors(SensorMonitor):
         self.last_command = (0.0, 0.0)
 
     def update_repetitions(self, has_odometry_turned: bool, now: float) -> None:
-        """Find readings that did not change although `last_command` moves the robot. If the
-        odometry turns, the IMU must also change, because it gives the yaw of the odometry."""
+        """Find readings that did not change although `last_command` moves the robot. If the yaw of
+        the odometry changes, the IMU must also change, because the odometry uses the IMU's yaw."""
         linear, angular = self.last_command
         must_drive = abs(linear) > MIN_VISIBLE_SPEED
         must_turn = abs(angular) > MIN_VISIBLE_TURN_RATE
@@ -176,23 +184,24 @@ class StallMonitor:
 
     def __init__(self) -> None:
         self._least_remaining: Optional[float] = math.inf    # [m or rad]; None after a silence
-        self._stalled_for = 0.0                              # [s]
-        self._rested_for = 0.0                               # [s]
+        self._stalled_for = 0.0    # time [s] without progress
+        self._rested_for = 0.0     # time [s] for which the command was 0
 
     def forget_least_remaining(self) -> None:
-        """After a silence of the sensors, do not count a larger remaining travel as a stall. The
+        """Call this after a silence of the sensors. A larger remaining travel is then no stall. The
         time without progress is kept, so that a bad network cannot hide a stalled robot."""
         self._least_remaining = None
 
     def update(self, remaining: float, is_at_rest: bool, dt: float, must_move: bool = True) -> str:
         """Returns a text about the robot's problem, or ''. `remaining` is the remaining travel [m
-        or rad]. The previous update was `dt` [s] ago. `is_at_rest`: do the samples show a robot at
-        rest? `must_move`: does the command tell the robot to move?"""
+        or rad]. The previous update was `dt` [s] ago. `is_at_rest` is True if the samples show a
+        robot at rest. `must_move` is True if the command tells the robot to move."""
         if not must_move:
             self._rested_for += dt
             if self._rested_for <= MAX_REST_TIME:
                 return ''
             return 'the robot does not settle although it is told to rest (a noisy IMU?)'
+
         remaining = abs(remaining)
         if self._least_remaining is None:
             self._least_remaining = remaining
@@ -201,7 +210,8 @@ class StallMonitor:
             self._stalled_for = 0.0
         else:
             self._stalled_for += dt
-        if remaining <= self._least_remaining + MAX_RETREAT and self._stalled_for <= STALL_TIME:
+        is_near_least_remaining = remaining <= self._least_remaining + MAX_RETREAT
+        if is_near_least_remaining and self._stalled_for <= STALL_TIME:
             return ''
         if is_at_rest:
             return 'the robot does not move although it is told to (stuck, or motors off?)'

@@ -5,21 +5,21 @@ which a stop holds until a person releases the machine again.
 
 1. A *grant* is the first True of a sender, or its first True after its False. While a grant is
    valid, move_to_goal may drive the robot.
-2. A sender can announce that it repeats True to renew its grant. Such a grant is not valid before
-   the first renewal, so a sender that has died cannot move the robot.
+2. A sender can announce that it repeats True to renew its grant. Then its grant is not valid before
+   the first renewal, so that a sender that dies after its first True cannot move the robot.
 3. A False of any sender ends the grants of all senders.
 4. If the renewals stop for `RENEWAL_TIMEOUT`, the grant is suspended. The next renewal restores the
    grant. After `RESUME_TIME` without a renewal, the grant ends.
-5. A grant ends if the sensors are not fresh within `RESUME_TIME` after it was given. If the sensors
-   were never fresh before, the grant waits for `ROBOT_START_TIMEOUT`.
+5. A grant ends if the sensors were not fresh even once within `RESUME_TIME` after the True. If the
+   sensors were never fresh since the start of this node, the time is `ROBOT_START_TIMEOUT`.
 6. If this process sleeps for longer than `RESUME_TIME`, all grants end. A True that arrives just
    after a sleep gives no grant, because a stop may have been sent after the True.
-7. A doubtful True (:mod:`tb3_labs.supervision.events`) gives no grant. A doubtful False is obeyed,
-   with one exception: If no sender has a grant, a False that was latched before this node began to
-   listen is ignored. So it does not end the grant of the parameter `has_control`.
-8. Renewals that arrive faster than one in each `RENEWAL_PERIOD` show that the network delayed them
-   and the True before them. If this delay is more than `RESUME_TIME`, the grant ends. It also ends
-   if the True was sent before another sender's False, or before this node started or woke.
+7. A doubtful True (:mod:`tb3_labs.supervision.events`) gives no grant. A doubtful False is obeyed.
+   A False that was latched before this node began to listen is ignored if no sender has a grant,
+   because it must not end the grant of the parameter `has_control`.
+8. If renewals arrive faster than one in each `RENEWAL_PERIOD`, the network has delayed them and the
+   True before them. A grant ends if its True was delayed by more than `RESUME_TIME`. A grant also
+   ends if its True was sent before another sender's False, or before this node started or woke.
 """
 import math
 from typing import Dict, Set
@@ -28,8 +28,8 @@ from tb3_labs.supervision.events import IncomingMessage, LogQueue, Novelty
 from tb3_labs.supervision.timeouts import (
     RENEWAL_PERIOD, RENEWAL_TIMEOUT, RESUME_TIME, ROBOT_START_TIMEOUT, Freshness, SleepMonitor)
 
-#: A renewal confirms its grant if it comes more than this time [s] after the grant. An earlier
-#: renewal may have been delayed together with the grant.
+#: A renewal makes a grant valid if it arrives at least this time [s] after the first True. The
+#: network may have delayed an earlier renewal together with the first True.
 CONFIRMATION_TIME = 0.04
 REMEDY = 'False, then True, gives it again'
 STARTUP_SENDER = 'the start'    # sender of the grant that the parameter `has_control` gives
@@ -41,9 +41,9 @@ class _Grant:
     def __init__(self, now: float, has_renewals: bool) -> None:
         self.granted_at = now          # time [s] at which the True arrived
         self.latest_send_time = now    # the True was sent at this time [s] or earlier
-        self.had_sensors = False       # the sensors were fresh at any time since the grant
+        self.had_sensors = False       # the sensors were fresh at least once since the grant
         self._has_renewals = has_renewals
-        self._renewed_for = 0.0
+        self._renewed_for = 0.0        # time [s] from the grant to the latest renewal
         self._renewals = Freshness('control', RENEWAL_TIMEOUT)
         self._renewals.on_message(now)
 
@@ -53,7 +53,7 @@ class _Grant:
         self._renewals.on_message(now)
         self._renewed_for = now - self.granted_at
         self.latest_send_time = self.granted_at
-        # after 2 s, a sender's clock that runs fast would look like a delay
+        # after RESUME_TIME, a sender whose clock runs fast would look delayed
         if self._has_renewals and self._renewed_for < RESUME_TIME:
             delay = RENEWAL_PERIOD * (self._renewals.count - 1) - self._renewed_for
             self.latest_send_time -= max(0.0, delay)
@@ -80,7 +80,7 @@ class Permission:
             self._grants[STARTUP_SENDER] = _Grant(math.nan, has_renewals=False)
         self._last_value: Dict[str, bool] = {}    # latest message of each sender
         self._stopped_at: Dict[str, float] = {}   # time [s] of each sender's latest False
-        self._refused_senders: Set[str] = set()    # their refused True was logged
+        self._refused_senders: Set[str] = set()    # senders whose refused True was logged
         self._now = math.nan           # time [s] of the latest update
         self._began_at = math.nan      # time [s] of the first update, or of the end of a long sleep
         self.sleep = SleepMonitor()
@@ -119,6 +119,7 @@ class Permission:
             self._grants.pop(sender, None)
         was_true = self._last_value.get(sender, False)
         self._last_value[sender] = message.content
+
         if not message.content:
             self._on_stop(message)
         elif sender in self._grants:
@@ -138,7 +139,7 @@ class Permission:
     def _on_stop(self, message: 'IncomingMessage[bool]') -> None:
         now = message.arrived_at
         granting_senders = self._grants.keys() - {STARTUP_SENDER}
-        if message.novelty is Novelty.OLD and not granting_senders:
+        if message.novelty is Novelty.OLD and not granting_senders:    # rule 7
             return
         self._stopped_at = {sender: time for sender, time in self._stopped_at.items()
                             if now - time <= RESUME_TIME}
@@ -155,16 +156,18 @@ class Permission:
     def update(self, now: float) -> None:
         """Apply rules 4 to 6. Call this several times a second, and before a grant is used."""
         self._now = now
-        if math.isnan(self._began_at):
+        if math.isnan(self._began_at):    # this is the first update
             self._began_at = now
             for grant in self._grants.values():
                 grant.granted_at = now    # the grant of `has_control`
+
         self.sleep.update(now)
         if self.sleep.slept_for > RESUME_TIME:
             self._began_at = now
             if self._grants:
                 self._grants = {}
                 self._log.warn('Control is gone: ' + self.sleep.as_text())
+
         for sender, grant in list(self._grants.items()):
             waited_for = now - grant.granted_at
             if not grant.had_sensors and waited_for > self._longest_wait:
@@ -174,8 +177,10 @@ class Permission:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _end_if_delayed(self, sender: str, grant: _Grant) -> None:
+        """Apply rule 8 to a grant that was just renewed."""
+        delay = grant.granted_at - grant.latest_send_time
         stops_of_others = [time for other, time in self._stopped_at.items() if other != sender]
-        if grant.granted_at - grant.latest_send_time > RESUME_TIME:
+        if delay > RESUME_TIME:
             self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')
         elif grant.latest_send_time < self._began_at:
             self._end(sender, 'it was given before this node started, or woke')
@@ -184,5 +189,5 @@ class Permission:
 
     def _end(self, sender: str, reason: str) -> None:
         self._log.warn(f'Control from {sender} is gone: {reason}. {REMEDY}')
-        self._refused_senders.add(sender)    # the refusal of the next True is not logged
+        self._refused_senders.add(sender)    # this warning is enough, so do not log a refusal too
         del self._grants[sender]

@@ -12,47 +12,47 @@ from collections import deque
 from typing import Deque, Optional, Tuple
 
 #: A motion does not continue by itself after a silence or a sleep that is longer than this. A grant
-#: that is older than this is ignored.
+#: that the network delays for longer than this is ignored.
 RESUME_TIME = 2.0
 
 # -- a sensor, a pad or a mouse is silent
 
-SENSOR_TIMEOUT = 0.22    # a fast robot drives 5 cm in this time
+SENSOR_TIMEOUT = 0.22    # a sensor is lost after this silence, in which a fast robot drives 5 cm
 #: A sensor is frozen if it repeats a reading for longer than this while the robot must move.
 FROZEN_TIME = 0.6
-ROBOT_START_TIMEOUT = 20.0    # wait for a robot's first messages; a board starts in up to 14 s
+ROBOT_START_TIMEOUT = 20.0    # nodes wait this long for a robot, whose board starts in up to 14 s
 #: If a person types a turn before the robot is connected, the turn waits this long for the robot.
 ROBOT_WAIT_TIMEOUT = 5.0
-RESET_SILENCE = 1.0     # least silence of a board that is reset; the firmware needs 2.6 s
+RESET_SILENCE = 1.0     # a reset silences the board for longer than this; it takes 2.6 s
 INPUT_TIMEOUT = 0.25    # a pad, a page that drives or an active mouse is lost after this silence
-#: If all sources are silent for this long, the next message belongs to a new clock.
+#: If the robot is silent for longer than this, it may have started again with another clock.
 LONG_SILENCE = 1.5
-LONGEST_COUNTED_SILENCE = 5.0    # a longer silence allows no larger step of the odometry
+LONGEST_COUNTED_SILENCE = 5.0    # after a longer silence, no larger step of the odometry is allowed
 
 # -- two samples are too far apart to be compared
 
-MAX_GYRO_GAP = 0.15           # the rate in a longer gap is unknown
-MAX_WHEEL_GAP = 0.08          # in a longer gap of moving wheels, only the mean rate is known
-MAX_INTERPOLATED_GAP = 0.3    # the motion in a longer gap is unknown
-#: The odometry replaces the IMU in a gap up to this length, in which no robot makes half a turn.
+MAX_GYRO_GAP = 0.15           # in a longer gap, the rate of turn may differ from both samples
+MAX_WHEEL_GAP = 0.08          # in a longer gap, the rate of a moving wheel may change
+MAX_INTERPOLATED_GAP = 0.3    # in a longer gap, the robot may not move evenly
+#: The odometry replaces the IMU in a gap up to this length. No robot makes half a turn so quickly.
 MAX_BRIDGED_GAP = 1.0
 
 # -- a message is late, or repeats an earlier one
 
-DELAY_WINDOW = 5.0    # the fastest message in this time shows the least delay
+DELAY_WINDOW = 5.0    # the least delay is the delay of the fastest message within this time
 #: `Lateness` counts a longer silence of a sender as a silence of this length.
 MAX_RECEIVED_STEP = 0.1
-MAX_SAMPLE_AGE = 0.1    # if a sample is older, the network stalls
+MAX_SAMPLE_AGE = 0.1    # an older sample shows that the network has stalled
 #: A message that arrives within this time after an event may have been sent before the event. An
 #: event is a button press, a sleep, a node's start, or a pad's first message.
 MAX_TRANSIT_TIME = 0.3
-HAND_BACK_TIME = 0.15    # a pad that takes the robot back waits this long until move_to_goal stops
+HAND_BACK_TIME = 0.15    # a pad that takes the robot back first waits until move_to_goal stops
 
 # -- a person's permission
 
 RENEWAL_PERIOD = 0.1
 RENEWAL_TIMEOUT = 0.5    # after this time without a renewal, a grant is suspended
-#: A reset that was requested longer ago than this is refused: the robot may have moved.
+#: A reset that was requested longer ago than this is refused, because the robot may have moved.
 MAX_RESET_AGE = 1.0
 #: A sender that repeats a message sends it again within this time. If a sender was silent for
 #: longer than this, its next message is a new request.
@@ -64,10 +64,10 @@ MAX_REPEAT_GAP = 2.0
 STALL_TIME = 1.3
 MAX_REST_TIME = 4.0    # a motion fails if its command is 0 for longer in one state
 
-# -- this process sleeps, or its clock stands
+# -- this process sleeps, or its clock stands still
 
 MIN_SLEEP_TIME = 1.0     # a longer time between two looks at the clock counts as a sleep
-STANDSTILL_TIME = 0.3    # a simulated clock that does not change for this time stands
+STANDSTILL_TIME = 0.3    # a simulated clock stands still if it does not change for this time
 #: A node that may move its robot looks at the clock after this time without a message.
 QUIET_TIME = 0.1
 #: After QUIET_TIME, a node looks at the clock with this period until the next message.
@@ -109,15 +109,15 @@ class Freshness:
 
 
 class SleepMonitor:
-    """Finds a sleep of this process: a long time between two looks at the clock."""
+    """Finds a sleep of this process, which is a long time between two looks at the clock."""
 
     def __init__(self) -> None:
         self.start(math.nan)
 
     def start(self, now: float) -> None:
-        """Treat the time until `now` as time without a sleep."""
+        """Begin to watch the clock at `now`. Sleeps before `now` are forgotten."""
         self.slept_for = 0.0    # length [s] of the sleep that the latest update found, or 0
-        #: Has this process just woken? Messages may be old, so only stops are obeyed.
+        #: True just after a sleep. Messages may then be old, so only stops are obeyed.
         self.is_waking = False
         self.woke_at = -math.inf    # time [s] at which the latest sleep ended
         self._looked_at = now       # time [s] of the latest look at the clock; NaN before the first
@@ -148,7 +148,7 @@ class Lateness:
 
     def __init__(self) -> None:
         self._least_delay = WindowMinimum()
-        self._received_for = 0.0
+        self._received_for = 0.0    # time [s] in which the sender sent messages
         self._sender = Freshness('the sender')
 
     def on_message(self, stamp: float, arrival: float) -> float:
@@ -167,12 +167,12 @@ class WindowMinimum:
     """The least value of the latest `DELAY_WINDOW` seconds."""
 
     def __init__(self) -> None:
-        #: (time, value); each value is less than all later values.
+        #: The (time, value) pairs that are or may become the least, in order of time and of value.
         self._candidates: Deque[Tuple[float, float]] = deque()
         self.value: Optional[float] = None    # the least value; None before the first value
 
     def add(self, time: float, value: float) -> None:
-        """Add a value. If `time` goes back, earlier values are kept for longer than usual."""
+        """Add a value and drop the old values. If `time` goes back, old values are kept longer."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:
             candidates.pop()

@@ -1,4 +1,4 @@
-"""What is wrong inside a node? The variables of the node show its first mistake."""
+"""What is the first mistake inside a node? The variables of the node show it."""
 import os
 from pathlib import Path
 from typing import Dict, Mapping

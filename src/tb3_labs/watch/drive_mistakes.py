@@ -1,8 +1,8 @@
-"""Finds the mistakes of a node of the Transformation lab, in this order: control, state after a
-reset, goal, command and end of each state, silence. The local pose is in drive_pose.py.
+"""Finds the mistakes of a node of the Transformation lab in its control, its state after a reset,
+its goal, its commands, the ends of its states, and its silence. drive_pose.py checks its pose.
 """
 from itertools import product
-from typing import Any, Iterator, Optional, Tuple
+from typing import Any, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -19,20 +19,21 @@ from tb3_labs.watch.variables import shortened_value
 
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}      # [rad] or [m]
-#: A mistake is reported if at least this many readings or commands show it.
+#: Each mistake is reported only if at least this many readings or commands show it.
 MIN_WRONG_READINGS = 5
 MIN_WRONG_TURNS = 3
 MIN_LATE_COMMANDS = 4
 MIN_FITTED_COMMANDS = 5
 MIN_PACED_COMMANDS = 4
-MAX_GOAL_ERROR = 1e-3       # [m, rad, deg], by the rounding of a number
+MAX_GOAL_ERROR = 1e-3       # [m, rad, deg], because a node may round its goal
 GAIN_TOLERANCE_SHARE = 0.05
 COMMAND_TOLERANCE_SHARE = 0.03
-#: Commands that change by less than this [rad/s] fit any constant error, so they show no formula.
+#: Commands that change by less than this [rad/s] do not show by which formula they were computed.
 MIN_COMMAND_CHANGE = 0.1
 #: With this heading error [rad] or more, the robot may turn to either side.
 EITHER_SIDE_ERROR = 3.0
-MAX_REACTION_TIME = 1.0     # [s], to send the first command in a state, or to leave a state
+#: A node must send the first command in a state, and leave a finished state, within this time [s].
+MAX_REACTION_TIME = 1.0
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}      # [1/s]
 
 
@@ -59,17 +60,18 @@ def find_unreset_state(node_run: NodeRun) -> Iterator[Mistake]:
     if series is None:
         return
     for frame in local_frames(node_run):
-        state = series.text_at(frame.begin - PROBE_DELAY)
-        if not frame.is_reset or state not in STATES[1:]:
+        state_before = series.text_at(frame.begin - PROBE_DELAY)
+        if not frame.is_reset or state_before not in STATES[1:]:
             continue
         first_states = series.between(frame.begin, frame.begin + MAX_PROBE_DELAY).text
-        readings = series.between(frame.begin + MAX_PROBE_DELAY, frame.end)
-        stayed = state in readings.text[:1]
+        later = series.between(frame.begin + MAX_PROBE_DELAY, frame.end)
+        stayed = len(later.text) > 0 and later.text[0] == state_before
         if not stayed or ROTATE_TO_GOAL in first_states:
             continue
-        error = node_poses(node_run, readings.time[:1]).error(ROTATE_TO_GOAL)[0]
+        # a robot that already faces its goal may leave ROTATE_TO_GOAL before the probe shows it
+        error = node_poses(node_run, later.time[:1]).error(ROTATE_TO_GOAL)[0]
         if error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE:
-            yield Mistake(f'{frame.clause}{series.name} stayed {state}; it should be '
+            yield Mistake(f'{frame.clause}{series.name} stayed {state_before}; it should be '
                           + ROTATE_TO_GOAL, frame.begin, series.name)
 
 
@@ -77,7 +79,7 @@ def find_wrong_goal(node_run: NodeRun) -> Iterator[Mistake]:
     """Yields a Mistake for each constant variable of the goal that has a wrong value."""
     goals = node_run.recording.goals
     if not len(goals) or not len(node_run.recording.starts):
-        return      # outside a trial, the goals may be for another node
+        return      # outside a trial, the recorded goals may be for another node
     for name, requested in zip(HANDOUT_GOAL, (goals.x[0], goals.y[0], goals.yaw[0])):
         series = node_run.variable(name)
         if series is None or not is_constant(series):
@@ -93,37 +95,40 @@ def find_wrong_goal(node_run: NodeRun) -> Iterator[Mistake]:
 
 def heading_errors(node_run: NodeRun,
                    interval: StateInterval) -> Iterator[Tuple[str, np.ndarray, bool]]:
-    """Yields (formula, heading errors [rad], is_normalized), with the correct formula first."""
+    """Yields (formula, heading errors [rad], is_normalized) for each formula that a node may use
+    for its heading error. The correct formula is first. There is an error for each command."""
     dx, dy = interval.pose.to_goal.real, interval.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', interval.pose.goal_yaw)]
     if interval.state != ROTATE_TO_GOAL:
-        targets.reverse()
+        targets.reverse()       # the correct target is first
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
     imu = node_run.recording.imu
-    latest = index_before(imu.arrival, interval.commands.arrival).clip(0)
-    headings = [('local_yaw', interval.pose.yaw), ('the yaw of the IMU', imu.yaw[latest]),
-                ('0', np.zeros(len(latest)))]
+    newest_indices = index_before(imu.arrival, interval.commands.arrival).clip(0)
+    headings = [('local_yaw', interval.pose.yaw), ('the yaw of the IMU', imu.yaw[newest_indices]),
+                ('0', np.zeros(len(newest_indices)))]
     for (target, target_yaw), (heading, yaw) in product(targets, headings):
         yield f'{target} - {heading}', wrap_all(target_yaw - yaw), True
         yield f'{target} - {heading}, not normalized', target_yaw - yaw, False
 
 
 def fitted_formula(node_run: NodeRun, interval: StateInterval) -> Tuple[str, float]:
-    """Returns (formula of the heading error, gain), such that the commands are the gain times the
-    error. A formula with the handout's gain is preferred. The formula is '' if none fits."""
+    """Returns (formula, gain), such that each command is the gain times the heading error by the
+    formula. A formula with the handout's gain is preferred. If none fits, the formula is ''."""
     handout_gain = GAINS[interval.state]
     fits = []
     for formula, error, is_normalized in heading_errors(node_run, interval):
         gain = fitted_gain(error, is_normalized, interval.commands.angular, handout_gain)
         if gain is not None:
             fits.append((formula, gain))
-    with_handout_gain = [fit for fit in fits if abs(fit[1]) == handout_gain]
-    return next(iter(with_handout_gain or fits), ('', handout_gain))
+    if not fits:
+        return '', handout_gain
+    preferred = [(formula, gain) for formula, gain in fits if abs(gain) == handout_gain]
+    return preferred[0] if preferred else fits[0]
 
 
 def fitted_gain(error: np.ndarray, is_normalized: bool, command: np.ndarray,
                 handout_gain: float) -> Optional[float]:
-    """Returns the gain by which the commands are the gain times the error; None if none fits."""
+    """Returns the gain for which the commands are the gain times the error, or None."""
     is_used = (command != 0.0) & (error != 0.0)
     if is_normalized:
         is_used &= np.abs(error) < EITHER_SIDE_ERROR
@@ -134,13 +139,13 @@ def fitted_gain(error: np.ndarray, is_normalized: bool, command: np.ndarray,
     if np.isclose(abs(gain), handout_gain, rtol=GAIN_TOLERANCE_SHARE):
         gain = float(np.copysign(handout_gain, gain))
     elif np.ptp(command) < MIN_COMMAND_CHANGE:
-        return None
+        return None     # the commands are nearly constant, and the gain is not the handout's
     is_near = np.isclose(command, gain * error, rtol=COMMAND_TOLERANCE_SHARE, atol=SPEED_TOLERANCE)
     return gain if is_near.mean() >= MIN_CORRECT_SHARE else None
 
 
 def find_wrong_law(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each mistake in the commands or at the end of a state."""
+    """Yields a Mistake for each state with wrong commands, or with a wrong end."""
     for interval in state_intervals(node_run):
         if interval.state not in TOLERANCES:
             yield from find_unknown_state(interval)
@@ -163,15 +168,7 @@ def find_unknown_state(interval: StateInterval) -> Iterator[Mistake]:
 def find_wrong_drive_command(node_run: NodeRun, interval: StateInterval) -> Iterator[Mistake]:
     """Yields a Mistake if a state has no commands, or wrong commands."""
     if not len(interval.commands):
-        # after a reset, a node may wait for the IMU and the odometry
-        recording = node_run.recording
-        received = [samples.between(interval.begin, interval.end)
-                    for samples in (recording.imu, recording.odometry)]
-        first_arrivals = [min(samples.arrival, default=np.inf) for samples in received]
-        if interval.end - max(first_arrivals) >= MAX_REACTION_TIME:
-            duration = interval.end - interval.begin
-            yield Mistake(f'in {interval.state} no command came for {duration:.1f} s',
-                          interval.begin)
+        yield from find_missing_commands(node_run, interval)
     elif interval.state == MOVE_FORWARD:
         speed = np.median(interval.commands.linear)
         if speed <= 0.0 or speed > MAX_LINEAR_SPEED + SPEED_TOLERANCE:
@@ -179,6 +176,18 @@ def find_wrong_drive_command(node_run: NodeRun, interval: StateInterval) -> Iter
                           f'{DRIVE_SPEED:g}', interval.begin, 'linear.x')
     else:
         yield from find_wrong_rotation(node_run, interval)
+
+
+def find_missing_commands(node_run: NodeRun, interval: StateInterval) -> Iterator[Mistake]:
+    """Yields a Mistake if a state without commands is too long. The time until the first messages
+    of both the IMU and the odometry does not count, because a node may wait for them."""
+    recording = node_run.recording
+    received = [samples.between(interval.begin, interval.end)
+                for samples in (recording.imu, recording.odometry)]
+    first_arrivals = [min(samples.arrival, default=np.inf) for samples in received]
+    if interval.end - max(first_arrivals) >= MAX_REACTION_TIME:
+        duration = interval.end - interval.begin
+        yield Mistake(f'in {interval.state} no command came for {duration:.1f} s', interval.begin)
 
 
 def find_wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[Mistake]:
@@ -190,16 +199,17 @@ def find_wrong_rotation(node_run: NodeRun, interval: StateInterval) -> Iterator[
     if formula and (formula != correct or gain < 0.0):
         yield Mistake(f'{clause}{gain:.2g} x ({formula}); by the handout it is '
                       f'{GAINS[interval.state]:g} x ({correct})', interval.begin, 'angular.z')
-    is_large = np.abs(error) > 2.0 * TOLERANCES[interval.state]
-    has_one_side = np.abs(error) < EITHER_SIDE_ERROR
-    is_wrong = is_large & has_one_side
-    if angular.any():       # a node that never turns is wrong at every such error
-        is_wrong &= angular * error < 0.0
-    wrong_indices = np.flatnonzero(is_wrong)
+
+    # if the error is small or almost half a turn, a command to either side may be correct
+    size = np.abs(error)
+    has_one_side = (size > 2.0 * TOLERANCES[interval.state]) & (size < EITHER_SIDE_ERROR)
+    turns_away = angular * error < 0.0
+    never_turns = not angular.any()
+    wrong_indices = np.flatnonzero(has_one_side & (turns_away | never_turns))
     if len(wrong_indices) >= MIN_WRONG_TURNS:
-        k = wrong_indices[0]
-        yield Mistake(f'{clause}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
-                      interval.commands.arrival[k], 'angular.z')
+        first = wrong_indices[0]
+        yield Mistake(f'{clause}{angular[first]:+.2f} for an error of {error[first]:+.2f} rad',
+                      interval.commands.arrival[first], 'angular.z')
 
 
 def find_early_end(node_run: NodeRun, interval: StateInterval) -> Iterator[Mistake]:
@@ -220,16 +230,18 @@ def find_missing_end(node_run: NodeRun, interval: StateInterval) -> Iterator[Mis
     times = all_times[(all_times >= interval.begin) & (all_times <= interval.end)]
     error = node_poses(node_run, times).error(interval.state)
     tolerance = TOLERANCES[interval.state]
-    near_indices = np.flatnonzero(error < tolerance)
-    if not len(near_indices):
+    small_indices = np.flatnonzero(error < tolerance)
+    if not len(small_indices):
         return
-    first, last = near_indices[0], near_indices[-1]
-    if interval.end - times[first] <= MAX_REACTION_TIME:
+    first, last = small_indices[0], small_indices[-1]
+    small_at = times[first]
+    if interval.end - small_at <= MAX_REACTION_TIME:
         return
-    is_passed = error[first:].max() > tolerance + POSE_TOLERANCE
-    is_later = interval.commands.arrival > times[first] + MAX_PROBE_DELAY
-    is_turning = interval.commands.angular[is_later].any()
-    if is_passed or not is_turning:
+    # a node with a finer tolerance still turns towards its goal, which is no mistake
+    error_grew = error[first:].max() > tolerance + POSE_TOLERANCE
+    is_later = interval.commands.arrival > small_at + MAX_PROBE_DELAY
+    still_turns = interval.commands.angular[is_later].any()
+    if error_grew or not still_turns:
         error_clause = error_with_tolerance(interval.state, error[last])
         yield Mistake(f'state stayed {interval.state} at {error_clause}', times[last], 'state')
 
@@ -242,16 +254,11 @@ def error_with_tolerance(state: str, error: float) -> str:
 
 
 def find_late_commands(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake if commands go on, or lack a zero, at the goal or without control."""
+    """Yields a Mistake if a node goes on to send commands at the goal or without control, or if its
+    last command there is not zero."""
     commands = node_run.commands
     is_moving = (commands.linear != 0.0) | (commands.angular != 0.0)
-    # without control, a node may send zeros
-    silences = [(begin, end, 'ctrl_relinq became False', True)
-                for begin, end, value in control_intervals(node_run)
-                if not value and node_run.runs_at(begin)]
-    silences += [(interval.begin, interval.end, 'state became ' + GOAL_REACHED, False)
-                 for interval in state_intervals(node_run) if interval.state == GOAL_REACHED]
-    for begin, end, cause, may_send_zeros in sorted(silences):
+    for begin, end, cause, may_send_zeros in required_silences(node_run):
         seen_at = begin + MAX_PROBE_DELAY
         if end <= seen_at:
             continue
@@ -263,15 +270,27 @@ def find_late_commands(node_run: NodeRun) -> Iterator[Mistake]:
             first = late_indices[0]
             yield Mistake(f'{cause}, and {len(late_indices)} commands came later: '
                           + command_text(commands, first), commands.arrival[first])
+
         is_recent = (commands.arrival > begin - 1.0) & (commands.arrival < seen_at)
         recent_indices = np.flatnonzero(is_recent)
         if len(recent_indices) and is_moving[recent_indices[-1]]:
-            last = command_text(commands, recent_indices[-1])
-            yield Mistake(f'{cause}, and the last command was {last}: no zero followed', begin)
+            last_text = command_text(commands, recent_indices[-1])
+            yield Mistake(f'{cause}, and the last command was {last_text}: no zero followed', begin)
 
 
-def command_text(commands: Any, k: int) -> str:
-    return f'linear.x {commands.linear[k]:.2f}, angular.z {commands.angular[k]:.2f}'
+def required_silences(node_run: NodeRun) -> List[Tuple[float, float, str, bool]]:
+    """Returns (begin [s], end [s], cause, may_send_zeros) of each interval in which the node must
+    send no commands. Without control, the node may still send zeros."""
+    silences = [(begin, end, 'ctrl_relinq became False', True)
+                for begin, end, value in control_intervals(node_run)
+                if not value and node_run.runs_at(begin)]
+    silences += [(interval.begin, interval.end, 'state became ' + GOAL_REACHED, False)
+                 for interval in state_intervals(node_run) if interval.state == GOAL_REACHED]
+    return sorted(silences)
+
+
+def command_text(commands: Any, index: int) -> str:
+    return f'linear.x {commands.linear[index]:.2f}, angular.z {commands.angular[index]:.2f}'
 
 
 def find_slow_drive_commands(node_run: NodeRun) -> Iterator[Mistake]:

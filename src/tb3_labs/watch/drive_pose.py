@@ -12,7 +12,7 @@ import numpy as np
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.watch.drive_states import (
     MAX_PROBE_DELAY, MIN_CORRECT_SHARE, POSE_TOLERANCE, PROBE_DELAY, REFERENCES_OF, NodeFrame,
-    index_from, local_frames, readings_with_control, unit_of)
+    index_from, local_frames, radians_per_unit, readings_with_control)
 from tb3_labs.watch.headings import angles_of
 from tb3_labs.watch.mistake import Mistake, NodeRun, worst_index
 from tb3_labs.watch.variables import (
@@ -25,7 +25,7 @@ SCALE = POSE_TOLERANCE / TOLERANCE_SHARE
 
 def place_quantities(samples: Any, frame: NodeFrame) -> Iterator[Quantity]:
     """Yields the quantities that a node may use as its local place in `frame`. The first two are
-    correct: a node may add the pose that the reset declares, or leave it out."""
+    correct, because a node may add the pose that the reset declares, or leave it out."""
     start = frame.declared_place
     place = samples.x + 1j * samples.y
     path = place - frame.place
@@ -74,7 +74,7 @@ def local_yaw_quantities(imu: Any, odometry: Any, frame: NodeFrame) -> Iterator[
 
 def pose_quantities(node_run: NodeRun, frame: NodeFrame, name: str) -> List[Quantity]:
     """Returns the quantities that the variable `name` may follow in a frame, in comparable form.
-    The first two quantities are correct. Returns [] without samples of a sensor."""
+    The first two quantities are correct. Returns [] if a sensor sent no samples in the frame."""
     begin = frame.begin - MAX_PROBE_DELAY
     imu = node_run.recording.imu.arrived_between(begin, frame.end)
     odometry = node_run.recording.odometry.arrived_between(begin, frame.end)
@@ -99,7 +99,7 @@ def comparable_values(name: str, value: np.ndarray) -> np.ndarray:
 
 
 def find_wrong_pose(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each wrong variable of the local pose, after its references."""
+    """Yields a Mistake for each wrong variable, after the Mistakes of the variable's references."""
     for frame, name in product(local_frames(node_run), REFERENCES_OF):
         for wrong in find_wrong_variable(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
@@ -108,15 +108,16 @@ def find_wrong_pose(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[Mistake]:
-    """Yields a Mistake if the reference `name` is wrong, and is unchanged or another yaw."""
+    """Yields a Mistake if the reference `name` is wrong because the node did not set it at the
+    reset, or set it to another yaw."""
     series = node_run.variable(name)
+    if series is None:
+        return
     sensor, correct = {
         'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
         'initial_odom_yaw': ('the yaw of the odometry', frame.odometry_yaw),
         'initial_global_x': ('the place of the odometry', frame.place.real),
         'initial_global_y': ('the place of the odometry', frame.place.imag)}[name]
-    if series is None:
-        return
     readings = series.between(frame.begin + MAX_PROBE_DELAY, frame.end)
     if len(set(readings.text)) != 1:
         return
@@ -125,41 +126,49 @@ def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iter
     error = wrap(value - correct) if 'yaw' in name else value - correct
     if abs(error) <= POSE_TOLERANCE:
         return
-    behaviours = []
+
+    behaviour = ''
     if frame.is_reset and series.text_at(frame.begin - PROBE_DELAY) == readings.text[0]:
-        behaviours.append('stayed ' + value_text)
+        behaviour = 'stayed ' + value_text
     elif 'yaw' in name:
-        angles = yaw_readings(node_run.recording.imu, node_run.recording.odometry)
-        behaviours += [f'followed {angle.name} at the reset' for angle in angles
-                       if abs(wrap(value - angle.at(frame.begin))) <= POSE_TOLERANCE]
-    if behaviours:
+        behaviour = followed_yaw_text(node_run, value, frame.begin)
+    if behaviour:
         yield Mistake(
-            f'{frame.clause}{series.name} {behaviours[0]}; it should be {sensor} at the reset: '
+            f'{frame.clause}{series.name} {behaviour}; it should be {sensor} at the reset: '
             f'it was {value_text} when this was {correct:.3g}', readings.time[0], series.name)
 
 
+def followed_yaw_text(node_run: NodeRun, value: float, reset_at: float) -> str:
+    """Returns a clause with the yaw that had this `value` at the reset, or '' if no yaw had it."""
+    for yaw in yaw_readings(node_run.recording.imu, node_run.recording.odometry):
+        if abs(wrap(value - yaw.at(reset_at))) <= POSE_TOLERANCE:
+            return f'followed {yaw.name} at the reset'
+    return ''
+
+
 def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Iterator[Mistake]:
-    """Yields a Mistake if the variable `name` does not follow its quantity in a frame."""
+    """Yields a Mistake if the variable `name` does not follow a correct quantity in a frame."""
     series = node_run.variable(name)
     quantities = pose_quantities(node_run, frame, name)
     if series is None or not quantities:
         return
-    correct = quantities[0]
-    # the node receives its first message shortly after the frame's start
+    correct_quantities, other_quantities = quantities[:2], quantities[2:]
+    correct = correct_quantities[0]
+    # before the first message in the new frame, the node cannot compute its new pose
     message_times = correct.time[correct.time >= frame.begin]
     if not len(message_times):
         return
     readings = series.between(message_times[0] + MAX_PROBE_DELAY, frame.end)
-    readings = replace(readings, value=comparable_values(name, readings.value * unit_of(series)))
-    readings = readings_with_control(node_run, readings, MAX_PROBE_DELAY)
+    values = comparable_values(name, readings.value * radians_per_unit(series))
+    readings = readings_with_control(node_run, replace(readings, value=values), MAX_PROBE_DELAY)
     if np.isfinite(readings.value).sum() < MIN_JUDGED_VALUES:
         return
-    if matching_quantities(readings, quantities[:2], MIN_CORRECT_SHARE):
+    if matching_quantities(readings, correct_quantities, MIN_CORRECT_SHARE):
         return
     expected = correct.at(readings.time)
     worst = worst_index(readings, expected)
     correct_value = np.angle(expected[worst]) if 'yaw' in name else expected[worst]
-    behaviour = behaviour_text(readings, correct, quantities[2:])
+    behaviour = behaviour_text(readings, correct, other_quantities)
     value_text = shortened_value(readings.text[worst])
     yield Mistake(
         f'{frame.clause}{series.name} {behaviour}; it should be {correct.name}: it was '
@@ -167,8 +176,8 @@ def find_wrong_variable(node_run: NodeRun, frame: NodeFrame, name: str) -> Itera
 
 
 def behaviour_text(readings: Series, correct: Quantity, others: List[Quantity]) -> str:
-    """Returns a clause on a variable that does not follow the quantity `correct`. If the variable
-    follows one of the `others`, the clause names this quantity."""
+    """Returns a clause on what a variable does that does not follow the quantity `correct`. If the
+    variable follows one of the `others`, the clause names the other quantity."""
     if len(set(readings.text)) == 1:
         return 'stayed ' + shortened_value(readings.text[0])
     largest_change = np.nan_to_num(np.abs(readings.value - readings.value[0])).max()

@@ -1,4 +1,4 @@
-"""Finds the local frames of a node in the Transformation lab, and its own poses and states.
+"""Finds the local frames of a node in the Transformation lab, and the node's poses and states.
 
 In this file a place (x, y) is the complex number x + iy, so a rotation is a product.
 """
@@ -15,10 +15,12 @@ from tb3_labs.watch.variables import Series
 POSE_TOLERANCE = 0.03           # [m, rad]
 #: Values follow a formula if the formula is correct for at least this share of the values.
 MIN_CORRECT_SHARE = 0.9
-PROBE_DELAY = 0.1               # [s] within which the probe shows most changes
-MAX_PROBE_DELAY = 0.4           # [s] within which the probe shows each change
-REST_TIME_AFTER_START = 1.5     # [s]
-#: {variable of the pose: references from which the node computes it}.
+PROBE_DELAY = 0.1       # the probe shows most changes of a variable within this time [s]
+MAX_PROBE_DELAY = 0.4   # the probe shows every change of a variable within this time [s]
+#: The first command of a state may come up to this time [s] before the probe shows the state.
+MAX_COMMAND_LEAD = PROBE_DELAY / 2.0
+REST_TIME_AFTER_START = 1.5     # the robot rests at least this time [s] after the node starts
+#: {variable of the local pose: references, which a node sets at a reset to compute the variable}.
 REFERENCES_OF = {
     'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
     'local_y': ('initial_global_y', 'initial_odom_yaw')}
@@ -26,9 +28,9 @@ HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians
 
 
 class NodeFrame(NamedTuple):
-    """A local frame is in force from `begin` to `end` [s]. If a reset begins the frame, the reset
-    declares the robot's place and yaw in the frame. At `begin`, `place` and `odometry_yaw` are the
-    robot's pose by odometry, and `imu_yaw` is the robot's yaw by IMU."""
+    """A frame ``local`` that is valid from `begin` to `end` [s]. If a reset begins the frame, the
+    reset declares the robot's place and yaw in the frame. `place` and `odometry_yaw` are the
+    robot's pose at `begin` by the odometry. `imu_yaw` is the robot's yaw at `begin` by the IMU."""
 
     begin: float
     declared_place: complex = 0j
@@ -46,19 +48,11 @@ class NodeFrame(NamedTuple):
 
 @lru_cache(maxsize=1)
 def local_frames(node_run: NodeRun) -> List[NodeFrame]:
-    """Returns the local frames of a run in order. A frame begins at each recorded start of the
-    node, and at each recorded reset. Starts are recorded only in a trial."""
+    """Returns the local frames of a run in order, each with its end and the robot's pose."""
     recording = node_run.recording
-    times = node_run.reading_times
-    if not len(times) or not len(recording.odometry) or not len(recording.imu):
+    if not len(node_run.reading_times) or not len(recording.odometry) or not len(recording.imu):
         return []
-    declared = [NodeFrame(min(times[index_from(times, start)], start + REST_TIME_AFTER_START))
-                for start in recording.starts]
-    resets = recording.resets
-    for time, x, y, yaw in zip(resets.arrival, resets.x, resets.y, resets.yaw):
-        if time > times[0]:
-            declared.append(NodeFrame(time, complex(x, y), yaw, is_reset=True))
-    declared.sort(key=lambda frame: frame.begin)
+    declared = declared_frames(node_run)
     ends = [frame.begin for frame in declared[1:]] + [recording.duration + 1.0]
     frames = []
     for frame, end in zip(declared, ends):
@@ -71,15 +65,30 @@ def local_frames(node_run: NodeRun) -> List[NodeFrame]:
     return frames
 
 
+def declared_frames(node_run: NodeRun) -> List[NodeFrame]:
+    """Returns a NodeFrame for each recorded start of the node, and for each recorded reset, in
+    order. Only a trial records the starts. The node must have readings."""
+    times = node_run.reading_times
+    frames = []
+    for start in node_run.recording.starts:
+        first_reading = times[index_from(times, start)]
+        frames.append(NodeFrame(min(first_reading, start + REST_TIME_AFTER_START)))
+    resets = node_run.recording.resets
+    for time, x, y, yaw in zip(resets.arrival, resets.x, resets.y, resets.yaw):
+        if time > times[0]:
+            frames.append(NodeFrame(time, complex(x, y), yaw, is_reset=True))
+    return sorted(frames, key=lambda frame: frame.begin)
+
+
 def index_from(times: np.ndarray, time: float) -> int:
     """Returns the index of the first of `times` that is not before `time`, or the last index."""
     return min(int(np.searchsorted(times, time)), len(times) - 1)
 
 
 class NodePose(NamedTuple):
-    """The poses in the node's own variables, with a value for each time. `to_goal` is the vector
-    from the robot to the goal, a complex number [m]. The angles are in radians. A value is NaN if
-    the node lacks the variable of the handout."""
+    """The robot's pose and the goal in the node's own variables, with a value for each time.
+    `to_goal` is the vector from the robot to the goal, as a complex number [m]. The angles are in
+    radians. If the node lacks a variable of the handout, the values that need it are NaN."""
 
     to_goal: np.ndarray
     yaw: np.ndarray
@@ -104,20 +113,23 @@ def node_poses(node_run: NodeRun, times: np.ndarray) -> NodePose:
         units[name] = 1.0
         if series is not None:
             values[name] = np.interp(times, series.time, series.value)
-            units[name] = unit_of(series)
+            units[name] = radians_per_unit(series)
     to_goal = values['goal_x'] - values['local_x'] + 1j * (values['goal_y'] - values['local_y'])
+    # a goal_yaw of a few degrees looks like radians, but local_yaw shows that the node uses degrees
+    goal_unit = min(units['local_yaw'], units['goal_yaw'])
     return NodePose(to_goal, yaw=values['local_yaw'] * units['local_yaw'],
-                    goal_yaw=values['goal_yaw'] * min(units['local_yaw'], units['goal_yaw']))
+                    goal_yaw=values['goal_yaw'] * goal_unit)
 
 
-def unit_of(series: Series) -> float:
-    """Returns the size [rad] of a yaw's unit. The unit is a degree if any value exceeds 7."""
+def radians_per_unit(series: Series) -> float:
+    """Returns the factor that converts a yaw to radians. A value above 7 must be in degrees."""
     return np.pi / 180.0 if (np.abs(series.value) > 7.0).any() else 1.0
 
 
 def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -> Series:
     """Returns the `readings` at which the node has control and also had control `seconds` earlier.
-    The variable has_control, or else ctrl_relinq, shows the control; without both, returns all."""
+    The node's variable has_control shows when the node has control. Without this variable, the
+    messages on ctrl_relinq show it. Without messages, all readings are returned."""
     control = node_run.recording.control
     series = node_run.boolean_variable('has_control')
     time, value = control.arrival, control.value
@@ -132,7 +144,7 @@ def readings_with_control(node_run: NodeRun, readings: Series, seconds: float) -
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
-    """Returns (time [s], time of the next message [s], value) of each message on ctrl_relinq."""
+    """Returns (arrival [s], arrival of the next message [s], value) of each ctrl_relinq message."""
     control = node_run.recording.control
     ends = np.append(control.arrival[1:], node_run.recording.duration)
     return list(zip(control.arrival, ends, control.value))
@@ -140,8 +152,8 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 
 class StateInterval(NamedTuple):
     """An interval in which the node is in one state and has control. `begin` and `end` are the
-    times [s] of the first and the last reading in this state. An unknown `next_state` is ''.
-    `pose` is the NodePose at the times of the `commands`."""
+    times [s] of the first and the last reading in this state. `next_state` is '' if it is not
+    known. `pose` is the NodePose at the times of the `commands`."""
 
     state: str
     begin: float
@@ -153,30 +165,35 @@ class StateInterval(NamedTuple):
 
 @lru_cache(maxsize=1)
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
-    """Returns the StateIntervals in order; [] if `state` never has a state of the handout."""
+    """Returns the StateIntervals in order, or [] if `state` never has a state of the handout."""
     series = node_run.variable('state')
     if series is None or not set(series.text) & set(STATES):
         return []
     # a new frame, a message on ctrl_relinq, and a gap in the readings also end an interval
     frame_begins = [frame.begin for frame in local_frames(node_run)]
-    cuts = np.array([*frame_begins, *node_run.recording.control.arrival])
-    gaps = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
-    edges = np.unique([*series.changes, *cuts, *gaps, node_run.recording.duration])
+    interruptions = np.array([*frame_begins, *node_run.recording.control.arrival])
+    gap_ends = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
+    edges = np.unique(
+        [*series.changes, *interruptions, *gap_ends, node_run.recording.duration])
+
     intervals = []
     for begin, end in zip(edges[:-1], edges[1:]):
         readings = readings_with_control(node_run, series.between(begin, end), seconds=0.0)
         errors = node_poses(node_run, readings.time).error(ROTATE_TO_GOAL)
-        if np.isnan(errors).all():
+        if np.isnan(errors).all():      # the node has no control, or lacks a variable of the pose
             continue
-        is_cut = end in gaps or (np.abs(cuts - end) <= PROBE_DELAY).any()
-        next_state = ''
-        if end in series.changes and not is_cut:
-            next_state = series.text_at(end)
-        first, last = readings.time[0], readings.time[-1]
-        arrival = node_run.commands.arrival
-        is_within = (arrival > first - PROBE_DELAY / 2.0) & (arrival <= last)
-        commands = node_run.commands.take(is_within)
-        intervals.append(StateInterval(
-            state=str(readings.text[-1]), begin=first, end=last, next_state=next_state,
-            commands=commands, pose=node_poses(node_run, commands.arrival)))
+        is_interrupted = end in gap_ends or (np.abs(interruptions - end) <= PROBE_DELAY).any()
+        ends_by_change = end in series.changes and not is_interrupted
+        next_state = series.text_at(end) if ends_by_change else ''
+        intervals.append(state_interval(node_run, readings, next_state))
     return intervals
+
+
+def state_interval(node_run: NodeRun, readings: Series, next_state: str) -> StateInterval:
+    """Returns the StateInterval of successive `readings` of the variable `state`."""
+    begin, end = readings.time[0], readings.time[-1]
+    arrival = node_run.commands.arrival
+    commands = node_run.commands.take((arrival > begin - MAX_COMMAND_LEAD) & (arrival <= end))
+    return StateInterval(
+        state=str(readings.text[-1]), begin=begin, end=end, next_state=next_state,
+        commands=commands, pose=node_poses(node_run, commands.arrival))

@@ -14,8 +14,8 @@ from tb3_labs.watch.mistake import Mistake, NodeRun, is_constant, worst_index
 from tb3_labs.watch.variables import (
     Quantity, Series, longest_delay, matching_quantities, shortened_value)
 
-#: A variable that follows no quantity is compared again, with tolerances larger by this factor. On
-#: a busy computer samples come late or are lost, and a node may round its heading to degrees.
+#: A variable that follows no quantity is compared again, with tolerances larger by this factor,
+#: because a node may round its heading to degrees. On a busy computer, samples also come late.
 COARSE_FACTOR = 30.0
 MIN_PRINTED_HEADINGS = 3
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
@@ -33,7 +33,7 @@ YAW_RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = 
     ('without its sign', lambda yaw, whole_turn: np.abs(yaw)),
     ('mirrored, from 0 to 360', lambda yaw, whole_turn: -yaw % whole_turn),
     ('mirrored, from -180 to 180', lambda yaw, whole_turn: -yaw))
-#: An angle that is not the yaw is tried in these ranges alone.
+#: A variable is compared with angles other than the yaw in these ranges only.
 RANGES_OF_OTHER_ANGLES = YAW_RANGES[:3]
 #: (name, number per degree) of each unit that a node may use for a yaw.
 YAW_UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
@@ -54,30 +54,34 @@ def angles_of(imu: Any) -> Dict[str, np.ndarray]:
 def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     """Returns the quantities that a node may use as its heading. The correct quantity is first."""
     imu = node_run.recording.imu
-    candidates = []
+    correct, *others = angle_candidates(imu)
+    correct = correct._replace(name='the heading, from 0 to 360 degrees')
+    return [correct, *others, *component_candidates(imu)]
+
+
+def angle_candidates(imu: Any) -> Iterator[Quantity]:
+    """Yields each angle in each unit and range. The yaw in degrees, from 0 to 360, is first."""
     for (name, angle), (unit, factor) in product(angles_of(imu).items(), YAW_UNITS):
         number = np.degrees(angle) * factor
         whole_turn = 360.0 * factor
         is_yaw = name == 'yaw'
-        per_degree = factor if is_yaw else 0.0
-        ranges = YAW_RANGES if is_yaw else RANGES_OF_OTHER_ANGLES
-        for range_text, formula in ranges:
-            candidates.append(Quantity(
+        for range_text, formula in YAW_RANGES if is_yaw else RANGES_OF_OTHER_ANGLES:
+            yield Quantity(
                 f'the {name} in {unit}, {range_text}', imu.arrival, formula(number, whole_turn),
-                scale=min(whole_turn, 360.0), per_degree=per_degree))
+                scale=min(whole_turn, 360.0), per_degree=factor if is_yaw else 0.0)
+
+
+def component_candidates(imu: Any) -> Iterator[Quantity]:
     for component in 'wxyz':
         name = f'the {component} of the quaternion'
         number = getattr(imu, component)
         plus_360 = np.where(number < 0.0, number + 360.0, number)
-        candidates += [
-            Quantity(name, imu.arrival, number, scale=1.0),
-            Quantity(f'{name} plus 360 where it is negative', imu.arrival, plus_360, scale=1.0)]
-    correct, *others = candidates
-    return [correct._replace(name='the heading, from 0 to 360 degrees'), *others]
+        yield Quantity(name, imu.arrival, number, scale=1.0)
+        yield Quantity(f'{name} plus 360 where it is negative', imu.arrival, plus_360, scale=1.0)
 
 
 def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
-    """Returns True if this is the correct heading, in any range and unit, within 1 degree."""
+    """Returns True if `quantity` is the correct heading within 1 degree, in any range and unit."""
     if not quantity.per_degree:
         return False
     correct_value = correct.value / correct.per_degree * quantity.per_degree
@@ -134,8 +138,8 @@ def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantit
 
 
 def heading_mistake(series: Series, correct: Quantity, followed: Optional[Quantity]) -> Mistake:
-    """Returns the Mistake of a variable that should follow the heading `correct`, and follows
-    the quantity `followed`, or no quantity. The moment is that of the largest error."""
+    """Returns the Mistake, at the largest error, of a variable that should follow `correct`. The
+    variable follows the quantity `followed` instead, or no quantity if `followed` is None."""
     if followed is not None:
         behaviour = 'follows ' + followed.name
     elif is_constant(series):
@@ -154,6 +158,7 @@ def printed_headings(node_run: NodeRun) -> Series:
     """Returns the headings that the node printed in its first run."""
     recording = node_run.recording
     end = recording.starts[1] if len(recording.starts) > 1 else np.inf
+    # a node may print one line in several texts
     texts = [str(text) for text in recording.printed.text]
     time_of_character = np.repeat(recording.printed.arrival, [len(text) for text in texts])
     matches = list(HEADING_LINE.finditer(''.join(texts)))

@@ -19,8 +19,8 @@ TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
 #: {lab: checks of a node's numbers, in the order in which the node computes them}. The labs of the
-#: gamepad and the mouse have no checks: each of their criteria is about one input, so its sentence
-#: names the mistake.
+#: gamepad and the mouse need no checks. Each criterion of these labs is about one input, so the
+#: sentence of the criterion already names the mistake.
 CHECKS: Dict[str, Sequence[Check]] = {
     'imu': (
         Check('Turn the robot once around by hand: over which range does the printed number run, '
@@ -54,20 +54,20 @@ CHECKS: Dict[str, Sequence[Check]] = {
               drive_mistakes.find_late_commands, CONTROL_STEP, CONTROL_PARTS),
         Check('rostopic hz /cmd_vel: how often does a command come?',
               drive_mistakes.find_slow_drive_commands, DRIVE_STEP, DRIVE_PARTS, is_remarked=True))}
-#: A node with these variables of the handout belongs to the lab.
+#: {lab: variables of the handout}. A node that has all of these variables belongs to the lab.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
 def remarks(recording: Any, lab: str) -> List[str]:
-    """Returns a list with a sentence on a mistake that costs no points, or []."""
+    """Returns a list with a sentence on the first mistake of the remarked checks, or []."""
     remarked_checks = [check for check in CHECKS.get(lab, ()) if check.is_remarked]
     mistake = find_first_mistake(NodeRun(recording), remarked_checks)
     return [] if mistake is None else [f'{mistake.as_sentence()} See {mistake.place}.']
 
 
 def mistakes_of_nodes(recording: Any) -> List[Tuple[str, Mistake]]:
-    """Returns the first mistake of each node of a known lab: [(node, mistake)]."""
+    """Returns (node, first mistake) for each node of a known lab that has a mistake."""
     mistakes = []
     for node in sorted(set(recording.variables.node)):
         node_run = NodeRun(recording, node)

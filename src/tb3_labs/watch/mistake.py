@@ -1,9 +1,9 @@
 """Finds the first mistake of a node in its recorded numbers.
 
 A node computes its numbers in this order: heading or pose, goal, error, command, stop. A check
-compares one of them with the correct number. The handout's formula gives the correct number from
-the node's *own* earlier numbers, so that the consequence of a mistake is not reported as another
-mistake.
+compares one of these numbers with the correct number. The check computes the correct number by the
+handout's formula from the node's *own* earlier numbers. If an earlier number is wrong, the later
+numbers that depend on it are therefore not reported as further mistakes.
 """
 from functools import cached_property
 from typing import (
@@ -17,12 +17,12 @@ from tb3_labs.watch.variables import Series, bare_name, variables_by_node
 MAX_READING_GAP = 0.4
 MAX_COMMAND_PAUSE = 0.45        # [s]
 SPEED_TOLERANCE = 0.01          # [m/s, rad/s]
-MAX_UNJUDGED_READINGS = 10
-UNJUDGED_SHARE = 0.05           # a variable may be set after its first reading
+MIN_READINGS = 11
+UNJUDGED_SHARE = 0.05           # a node may set a variable after the variable's first readings
 
 
 class SheetStep(NamedTuple):
-    """A numbered `step` in a section of a lab sheet; the whole section if `step` is 0."""
+    """A numbered `step` in a section of a lab sheet, or the whole section if `step` is 0."""
 
     sheet: str
     heading: str
@@ -37,8 +37,8 @@ class SheetStep(NamedTuple):
 
 
 class Mistake(NamedTuple):
-    """A mistake of a node, visible at the time `moment` [s]. `message` has no period at its end.
-    `question` and `place` are those of the check that has found it."""
+    """A mistake of a node, which is visible at the time `moment` [s]. `message` has no period at
+    its end. `question` and `place` are those of the check that has found the mistake."""
 
     message: str
     moment: float
@@ -51,18 +51,18 @@ class Mistake(NamedTuple):
         message = self.message
         attribute = self.variable.rpartition('.')[2]
         lines = assigned.get(self.variable) or assigned.get(attribute, ())
-        place = ''
+        lines_clause = ''
         if lines:
             word = 'line' if len(lines) == 1 else 'lines'
             numbers = ', '.join(map(str, lines[:5]))
-            place = f' ({self.variable} is assigned in {word} {numbers})'
+            lines_clause = f' ({self.variable} is assigned in {word} {numbers})'
         first_word = message.split()[0]
         if '_' not in first_word and first_word != self.variable:
             message = message[:1].upper() + message[1:]     # a variable's name keeps its case
-        return f'{message}{place}.'
+        return f'{message}{lines_clause}.'
 
 
-#: A function find_... that yields the Mistakes of a node. Only the first one is reported.
+#: A function that yields the Mistakes of a node. Only the first Mistake is reported.
 MistakeFinder = Callable[['NodeRun'], Iterator[Mistake]]
 
 
@@ -70,8 +70,9 @@ class NodeRun:
     """The variables and the commands of one node of a recorded run."""
 
     def __init__(self, recording: Any, node: Optional[str] = None) -> None:
-        """`recording` is a RunData. `node` is the node's name, by default the name of the node with
-        the most readings. A command of an unknown sender counts as a command of the node."""
+        """`recording` is a RunData. `node` is the node's name. By default, the variables are those
+        of the node with the most readings, and the commands are those of all senders. If `node` is
+        given, a command of an unknown sender counts as a command of this node."""
         self.recording = recording
         node_of_reading = recording.variables.node
         variables_of = variables_by_node(recording.variables)
@@ -87,7 +88,7 @@ class NodeRun:
                      if bare_name(full_name) == name), None)
 
     def boolean_variable(self, name: str) -> Optional[Series]:
-        """Returns ``variable(name)`` if all its values are True, False, 1 or 0; else None."""
+        """Returns the variable, or None if it has a value other than True, False, 1 and 0."""
         series = self.variable(name)
         if series is None or not set(series.value) <= {0.0, 1.0}:
             return None
@@ -105,7 +106,7 @@ class NodeRun:
         return bool((time - earlier_times <= MAX_READING_GAP).any())
 
     def last_reading_before_gap(self, time: float) -> float:
-        """Returns the time of the last reading before the next gap; inf if no reading follows."""
+        """Returns the time of the last reading before the next gap, or inf without a reading."""
         later_times = self.reading_times[self.reading_times >= time]
         is_before_gap = np.diff(later_times, append=np.inf) > MAX_READING_GAP
         return float(min(later_times[is_before_gap], default=np.inf))
@@ -113,8 +114,8 @@ class NodeRun:
 
 class Check(NamedTuple):
     """A check of one number of a node. A student can answer the `question` by looking at the node.
-    The `parts` of the lab, as in marking/labs, need a correct number. If `is_remarked`, a mistake
-    always gets a remark."""
+    The number must be correct in the `parts` of the lab, which have the names of marking/labs. If
+    `is_remarked`, a student is told about a mistake even if the mistake costs no points."""
 
     question: str
     find_mistakes: MistakeFinder
@@ -125,8 +126,7 @@ class Check(NamedTuple):
 
 def find_first_mistake(node_run: NodeRun, checks: Iterable[Check],
                        parts: Optional[Iterable[str]] = None) -> Optional[Mistake]:
-    """Returns the first mistake, or None. Only the checks of these `parts` of the lab are done; all
-    checks if `parts` is None."""
+    """Returns the first mistake, or None. If `parts` are given, only their checks are done."""
     for check in checks:
         if parts is None or set(check.parts) & set(parts):
             mistake = next(check.find_mistakes(node_run), None)
@@ -136,10 +136,10 @@ def find_first_mistake(node_run: NodeRun, checks: Iterable[Check],
 
 
 def is_constant(series: Series) -> bool:
-    """Returns True if all judged values of a variable are equal."""
+    """Returns True if all readings of a variable, after the first few readings, are equal."""
     count = len(series.text)
     first_judged = int(UNJUDGED_SHARE * count)
-    return count > MAX_UNJUDGED_READINGS and len(set(series.text[first_judged:])) == 1
+    return count >= MIN_READINGS and len(set(series.text[first_judged:])) == 1
 
 
 def worst_index(series: Series, expected: np.ndarray) -> int:
@@ -161,7 +161,7 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
 
 
 def nonzero_field_text(commands: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
-    """Returns a clause on the first of these `fields` that is not 0; '' if all are 0."""
+    """Returns a clause on the first of these `fields` that is not always 0, or ''."""
     for field, field_text in fields:
         speeds = getattr(commands, field)
         if speeds.any():

@@ -20,7 +20,7 @@ RESET_LINE = re.compile(
 
 
 def declared_pose(line: str) -> Optional[Pose2]:
-    """Returns the robot's pose in ``local`` that a line declares; None if it declares no pose."""
+    """Returns the robot's pose in ``local`` that a line declares, or None."""
     match = RESET_LINE.search(line)
     if match is None:
         return None

@@ -1,4 +1,4 @@
-"""Checks the turns in the IMU lab: curr_yaw -> goal_yaw -> turning -> command -> stop."""
+"""Checks the turns in the IMU lab. A node computes curr_yaw, goal_yaw, turning, and the command."""
 import math
 from typing import Iterator
 
@@ -14,14 +14,14 @@ from tb3_labs.watch.typed_turns import (
     quantity_of_curr_yaw)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: A robot that is already turning turns some degrees before the node reads the letter.
+#: A goal_yaw may be off by this angle, since a robot may turn before the node reads the letter.
 GOAL_TOLERANCE_DEG = 10.0
 #: The side of a turn is judged only if the error is farther than this [deg] from 0 and from 180.
 CLEAR_ERROR_DEG = 20.0
 #: At a turn's end, the error may exceed the handout's tolerance by this angle [deg].
 MAX_EXCESS_DEG = 4.0
 MAX_FIRST_COMMAND_DELAY = 0.4       # [s] after the letter
-#: A mistake is reported if at least this many readings or commands show it.
+#: Each mistake is reported only if at least this many readings or commands show it.
 MIN_FALSE_READINGS = 5
 MIN_ZERO_COMMANDS = 6
 MIN_ZERO_PAUSES = 3
@@ -31,8 +31,7 @@ MIN_PACED_COMMANDS = 3
 MIN_TURNING_SPEED = 0.02            # [rad/s]
 #: When the error is below half the handout's tolerance, the turn must end within this time [s].
 MAX_STOP_TIME = 0.5
-#: A turn with a finer tolerance must end within this time [s].
-FINE_STOP_TIME = 2.5
+FINE_STOP_TIME = 2.5                # [s] for a node whose tolerance is finer than the handout's
 
 
 def find_wrong_heading(node_run: NodeRun) -> Iterator[Mistake]:
@@ -51,30 +50,38 @@ def find_wrong_goal_yaw(node_run: NodeRun) -> Iterator[Mistake]:
     turning = node_run.boolean_variable('turning')
     if series is None or heading is None or goal is None:
         return
-    unit = heading.per_degree
     correct_turn = None
     for turn in letter_turns(node_run):
         if turning is not None and turning.at(turn.begin) == 1.0:
             continue        # the node is still in the previous turn, and has not read the letter
-        change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
-        change_deg = float(wrap_all(change, 360.0))
-        if turn.letter == UNKNOWN_LETTER:
-            requested_deg = math.copysign(TURN_DEG, change_deg)
-            correct_goal = f'{TURN_DEG * unit:g} more or less'
-        else:
-            requested_deg = TURN_OF_LETTER_DEG[turn.letter]
-            correct_goal = f'{(turn.begin_yaw + requested_deg * unit) % (360.0 * unit):.4g}'
-        if abs(wrap_all(change_deg - requested_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
-            if correct_turn is None:
-                correct_turn = turn
+        if has_correct_goal(turn, heading.per_degree):
+            correct_turn = correct_turn or turn
             continue
         behaviour = 'stayed' if turn.goal_before == turn.goal_after else 'became'
         message = (f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
-                   f'{behaviour} {shortened_value(turn.goal_after)}; it should be {correct_goal}')
+                   f'{behaviour} {shortened_value(turn.goal_after)}; it should be '
+                   + correct_goal_text(turn, heading.per_degree))
         if correct_turn is not None:
             message += (f'; after {correct_turn.letter} with {correct_turn.begin_yaw:.4g} '
                         'it was right')
         yield Mistake(message, turn.begin, goal.name)
+
+
+def has_correct_goal(turn: NodeTurn, per_degree: float) -> bool:
+    """Returns True if a letter sets goal_yaw correctly. An unknown letter may be l or r."""
+    change = (to_number(turn.goal_after) - turn.begin_yaw) / per_degree
+    change_deg = float(wrap_all(change, 360.0))
+    requested_deg = TURN_OF_LETTER_DEG[turn.letter]
+    if turn.letter == UNKNOWN_LETTER:
+        requested_deg = math.copysign(TURN_DEG, change_deg)
+    return bool(abs(wrap_all(change_deg - requested_deg, 360.0)) <= GOAL_TOLERANCE_DEG)
+
+
+def correct_goal_text(turn: NodeTurn, per_degree: float) -> str:
+    if turn.letter == UNKNOWN_LETTER:
+        return f'{TURN_DEG * per_degree:g} more or less'
+    goal = turn.begin_yaw + TURN_OF_LETTER_DEG[turn.letter] * per_degree
+    return f'{goal % (360.0 * per_degree):.4g}'
 
 
 def find_ignored_letter(node_run: NodeRun) -> Iterator[Mistake]:
@@ -96,13 +103,13 @@ def find_ignored_letter(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def find_slow_turn_commands(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each turn whose commands are slow, pause at zero, or end early."""
+    """Yields a Mistake for each turn whose commands are too far apart, often 0, or too few."""
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
         if len(moving) >= MIN_PACED_COMMANDS:
-            span = slice(moving[0], moving[-1] + 1)
-            is_zero = turn.command[span] == 0.0
-            yield from find_slow_commands(turn.time[span], turn.begin)
+            first_to_last_moving = slice(moving[0], moving[-1] + 1)
+            yield from find_slow_commands(turn.time[first_to_last_moving], turn.begin)
+            is_zero = turn.command[first_to_last_moving] == 0.0
             becomes_zero = is_zero[1:] & ~is_zero[:-1]
             if becomes_zero.sum() >= MIN_ZERO_PAUSES:
                 yield Mistake(
@@ -115,15 +122,15 @@ def find_slow_turn_commands(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def find_wrong_turn_command(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each turn by zeros, to the wrong side, too fast, or forward."""
+    """Yields a Mistake for each turn whose commands are 0, wrong in sign, too fast, or forward."""
     for turn in letter_turns(node_run):
         has_only_zeros = len(turn.time) >= MIN_ZERO_COMMANDS and not turn.command.any()
         if has_only_zeros and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
-            fields = (*UNUSED_FIELDS, ('linear', 'linear.x'))
-            clause = nonzero_field_text(node_run.commands, fields)
-            clause = f'angular.z stayed 0; {clause}' if clause else 'angular.z stayed 0'
+            other_fields = (*UNUSED_FIELDS, ('linear', 'linear.x'))
+            other_clause = nonzero_field_text(node_run.commands, other_fields)
+            clauses = '; '.join(filter(None, ['angular.z stayed 0', other_clause]))
             yield Mistake(f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, '
-                          + clause, turn.begin, 'angular.z')
+                          + clauses, turn.begin, 'angular.z')
     yield from find_wrong_side(node_run)
     yield from find_exceeded_limits(node_run)
 
@@ -135,14 +142,14 @@ def find_wrong_side(node_run: NodeRun) -> Iterator[Mistake]:
         error_size = np.abs(turn.error)
         has_one_side = (error_size > CLEAR_ERROR_DEG) & (error_size < 180.0 - CLEAR_ERROR_DEG)
         turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > MIN_TURNING_SPEED)
-        commands_away += [(turn, k) for k in np.flatnonzero(has_one_side & turns_away)]
+        commands_away += [(turn, index) for index in np.flatnonzero(has_one_side & turns_away)]
     if len(commands_away) >= MIN_COMMANDS_AWAY:
-        turn, k = commands_away[0]
-        yield Mistake(turn.command_text(k), turn.time[k], 'angular.z')
+        turn, index = commands_away[0]
+        yield Mistake(turn.command_text(index), turn.time[index], 'angular.z')
 
 
 def find_exceeded_limits(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake for each turn that is too fast, or that also goes forward."""
+    """Yields a Mistake for each turn that is too fast, or in which the robot also goes forward."""
     commands = node_run.commands
     for turn in letter_turns(node_run):
         moving = turn.moving_indices
@@ -169,7 +176,7 @@ def find_wrong_stop(node_run: NodeRun) -> Iterator[Mistake]:
 
 
 def find_wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[Mistake]:
-    """Yields a Mistake if no zero ends the turn, or if it ends outside the tolerance."""
+    """Yields a Mistake if no zero ends the turn, or if the turn ends outside the tolerance."""
     last = turn.moving_indices[-1]
     if turn.is_ended:
         error = turn.error[last + 1]
@@ -201,7 +208,7 @@ def find_late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[Mistake]:
 
 
 def own_tolerance_text(node_run: NodeRun) -> str:
-    """Returns a clause on the node's HDG_TOL; '' if HDG_TOL has the value of the handout."""
+    """Returns a clause on the node's HDG_TOL, or '' if HDG_TOL has the value of the handout."""
     series = node_run.variable('hdg_tol')
     if series is None or series.value[-1] == HDG_TOL:
         return ''
@@ -213,9 +220,9 @@ def find_turning_still_true(node_run: NodeRun) -> Iterator[Mistake]:
     turning = node_run.boolean_variable('turning')
     if turning is None or not len(node_run.recording.letters):
         return
-    was_cut = False
+    previous_was_cut = False        # a turn that was cut did not reach its goal
     for turn in letter_turns(node_run):
-        if turning.at(turn.begin - READING_PERIOD) == 1.0 and not was_cut:
+        if turning.at(turn.begin - READING_PERIOD) == 1.0 and not previous_was_cut:
             yield Mistake(f'{turning.name} was still True when {turn.letter} was typed: it did '
                           'not become False at the goal before', turn.begin, turning.name)
-        was_cut = turn.is_cut
+        previous_was_cut = turn.is_cut

@@ -1,4 +1,4 @@
-"""Finds the turns of a node by its own variables."""
+"""Finds the turns of a node in the IMU lab from the node's own variables."""
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, List, Optional
@@ -9,15 +9,15 @@ from tb3_labs.geometry.arrays import index_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
 from tb3_labs.watch.headings import followed_quantity, heading_candidates
 from tb3_labs.watch.mistake import MAX_COMMAND_PAUSE, NodeRun
-from tb3_labs.watch.variables import Quantity
+from tb3_labs.watch.variables import Quantity, Series
 
-MAX_LETTER_DELAY = 3.0      # [s]
+MAX_LETTER_DELAY = 3.0      # [s] until the node reads a typed letter
 #: The probe reads a node's variables about once in this time [s].
 READING_PERIOD = 0.06
 #: The probe may show a change up to this time [s] after the node made the change.
 MAX_READING_DELAY = 2.0 * READING_PERIOD
 UNKNOWN_LETTER = 'a letter'
-LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY, 0.0: ''}      # sides as in RunData.letters
+LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY, 0.0: ''}      # for the numbers of RunData.letters
 TURN_OF_LETTER_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, UNKNOWN_LETTER: np.nan}
 
 
@@ -28,9 +28,9 @@ class NodeTurn:
 
     Angles are in the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
-    letter; both are '' if the node has no goal_yaw. The arrays have a value for each command of the
-    turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is
-    goal_yaw minus curr_yaw [deg], and NaN if the goal is not known.
+    letter. Both texts are '' if the node has no goal_yaw. The arrays have a value for each command
+    of the turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference`
+    is goal_yaw minus curr_yaw [deg], or NaN if the goal is not known.
     """
 
     begin: float
@@ -63,18 +63,19 @@ class NodeTurn:
 
     @property
     def lacks_zero(self) -> bool:
-        """The commands ended without a zero."""
+        """No zero follows the last command that turns the robot, for longer than a pause."""
         is_moving = len(self.moving_indices) > 0 and not self.is_ended
         return is_moving and self.end - self.time[-1] > MAX_COMMAND_PAUSE
 
-    def command_text(self, k: int) -> str:
-        """Returns a clause on command `k` and its error. If the difference is more than half a
-        turn, the clause has both the difference and the wrapped error."""
-        clause = f'for an error of {self.error[k]:+.0f} degrees'
-        if abs(self.difference[k]) > 180.0:
-            clause = (f'goal_yaw {self.goal[k]:.4g} minus curr_yaw {self.heading[k]:.4g} is '
-                      f'{self.difference[k]:+.0f}, by the short way {self.error[k]:+.0f} degrees:')
-        return f'{clause} the command was {self.command[k]:+.2f} rad/s'
+    def command_text(self, index: int) -> str:
+        """Returns a clause on the command at this index and its error. If the difference is more
+        than half a turn, the clause has both the difference and the wrapped error."""
+        difference, error = self.difference[index], self.error[index]
+        clause = f'for an error of {error:+.0f} degrees'
+        if abs(difference) > 180.0:
+            clause = (f'goal_yaw {self.goal[index]:.4g} minus curr_yaw {self.heading[index]:.4g} '
+                      f'is {difference:+.0f}, by the short way {error:+.0f} degrees:')
+        return f'{clause} the command was {self.command[index]:+.2f} rad/s'
 
 
 @lru_cache(maxsize=1)
@@ -95,7 +96,7 @@ def own_heading(node_run: NodeRun) -> Optional[Quantity]:
 
 @lru_cache(maxsize=1)
 def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
-    """Returns the NodeTurn of each l or r. If no letters were recorded, `turning` shows them."""
+    """Returns the NodeTurn of each l or r. Without letters, `turning` shows when turns begin."""
     recording = node_run.recording
     times = recording.letters.arrival
     letters = [LETTER_OF_SIDE[side] for side in recording.letters.value]
@@ -112,8 +113,8 @@ def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
 
 
 def mouse_moved_at(mouse: Any, begin: float) -> float:
-    """Returns the time of the first message by which the mouse drives the robot; inf without such a
-    message. The search starts with the message that is in force at `begin`."""
+    """Returns the time of the first message by which the mouse drives the robot, or inf if no
+    message does. The search starts with the last message before `begin`."""
     index_at_begin = max(index_before(mouse.arrival, begin), 0)
     mouse = mouse.take(slice(index_at_begin, None))
     is_outside_dead_zone = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) > MOUSE_DEAD_ZONE
@@ -122,7 +123,7 @@ def mouse_moved_at(mouse: Any, begin: float) -> float:
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     """Returns the times at which `turning` became True. Returns no times if goal_yaw changes in a
-    turn: a node that keeps letters in a queue reads several letters in one turn."""
+    turn, because such a node reads several letters in one turn."""
     turning = node_run.boolean_variable('turning')
     goal = node_run.variable('goal_yaw')
     if turning is None:
@@ -136,35 +137,41 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
 
 
 def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bool) -> NodeTurn:
-    """Returns the NodeTurn of a letter. The correct heading replaces one that is not usable."""
-    goal = node_run.variable('goal_yaw')
+    """Returns the NodeTurn of a letter. If curr_yaw is not a usable heading, the correct heading
+    and the correct goal are used in place of curr_yaw and goal_yaw."""
     heading = own_heading(node_run)
     curr_yaw = node_run.variable('curr_yaw')
     if heading is not None and curr_yaw is not None:
         begin_yaw = float(curr_yaw.at(begin))
+        goal_yaw = node_run.variable('goal_yaw')
     else:
         heading = heading_candidates(node_run)[0]
         begin_yaw = float(heading.at(begin))
-        goal = None
-    read_at = begin
-    goal_before, goal_after = '', ''
-    if goal is not None:
-        # goal_yaw changes when the node reads the letter
-        changes = goal.between(begin, min(end, begin + MAX_LETTER_DELAY)).changes
-        read_at = float(changes[0]) if len(changes) else begin + READING_PERIOD
-        goal_before, goal_after = goal.text_at(begin), goal.text_at(read_at + READING_PERIOD)
+        goal_yaw = None
+
+    read_at = begin if goal_yaw is None else letter_read_at(goal_yaw, begin, end)
     arrival = node_run.commands.arrival
     is_after = arrival > max(begin, read_at - MAX_READING_DELAY)
     commands = node_run.commands.take(is_after & (arrival < end))
     times = commands.arrival
     yaws = heading.at(times)
-    if goal is None:
+
+    if goal_yaw is None:
+        goal_before, goal_after = '', ''
         goals = np.full(len(times), begin_yaw + TURN_OF_LETTER_DEG[letter] * heading.per_degree)
     else:
+        goal_before = goal_yaw.text_at(begin)
+        goal_after = goal_yaw.text_at(read_at + READING_PERIOD)
         shown_at = np.maximum(times, read_at) + READING_PERIOD
         last_moment = np.nextafter(end, 0.0)    # at `end` the next letter has changed the goal
-        goals = goal.at(np.minimum(shown_at, last_moment))
+        goals = goal_yaw.at(np.minimum(shown_at, last_moment))
     return NodeTurn(
         begin=begin, end=end, is_cut=is_cut, letter=letter, begin_yaw=begin_yaw,
         goal_before=goal_before, goal_after=goal_after, time=times, command=commands.angular,
         goal=goals, heading=yaws, difference=(goals - yaws) / heading.per_degree)
+
+
+def letter_read_at(goal_yaw: Series, begin: float, end: float) -> float:
+    """Returns the time [s] at which the node read a letter, and so changed its goal_yaw."""
+    changes = goal_yaw.between(begin, min(end, begin + MAX_LETTER_DELAY)).changes
+    return float(changes[0]) if len(changes) else begin + READING_PERIOD

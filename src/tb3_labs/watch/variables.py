@@ -1,8 +1,8 @@
 """Finds the quantities that the variables of a node follow in a recorded run.
 
 probe/sitecustomize.py reads the variables. A quantity is a number that a formula gives for each
-message of a sensor. A variable follows a quantity if the formula gives each value of the variable
-for a recent message. Times are arrivals.
+message of a sensor. A variable follows a quantity if each value of the variable is the formula's
+number for a recent message. Times are arrivals at the recorder.
 """
 import math
 from dataclasses import dataclass
@@ -24,8 +24,8 @@ RECENT_TIME = 0.5
 #: A sample may reach the node up to this time [s] earlier than the recorder.
 MAX_ARRIVAL_LEAD = 0.03
 MAX_COMPARED_VALUES = 400
-MIN_STEP = 1e-3         # [s] between samples: it limits the number of compared samples
-EXTRA_SAMPLES = 2       # one is not yet replaced, and the count is rounded down
+MIN_STEP = 1e-3         # [s], the time between samples that limits the number of compared samples
+EXTRA_SAMPLES = 2       # the newest sample is not yet replaced, and the count is rounded down
 ROUNDING_ERROR = 1e-9
 BOOLEAN_VALUES = {'True': 1.0, 'False': 0.0}
 
@@ -41,7 +41,7 @@ class Series:
     value: np.ndarray
 
     def at(self, time: Any) -> Any:
-        """Returns the last number read up to a time or times; the first if all are later."""
+        """Returns the last number read up to each time, or the first number if all are later."""
         return self.value[index_at_or_before(self.time, time).clip(0)]
 
     def text_at(self, time: float) -> str:
@@ -70,13 +70,13 @@ def to_number(text: str) -> float:
 
 
 def shortened_value(text: str) -> str:
-    """Returns a variable's text, shortened to 40 characters; a number is rounded to four digits."""
+    """Returns a variable's text with at most 40 characters. A number is rounded to four digits."""
     value = to_number(text)
     return text[:40] if np.isnan(value) else f'{value:.4g}'
 
 
 def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
-    """Returns {node: {name: Series}}. `rows` are the `variables` of a RunData."""
+    """Returns {node: {name: Series}} for the field `variables` of a RunData."""
     numbers = {text: to_number(text) for text in set(rows.value.tolist())}
     indices: Dict[Tuple[str, str], List[int]] = {}
     for index, key in enumerate(zip(rows.node.tolist(), rows.name.tolist())):
@@ -106,20 +106,21 @@ class Quantity(NamedTuple):
     per_degree: float = 0.0
 
     def at(self, time: Any) -> Any:
-        """Returns the last number before a time or times; the first if none is before."""
+        """Returns the last number before each time, or the first number if none is before."""
         return self.value[index_before(self.time, time).clip(0)]
 
 
 def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME) -> np.ndarray:
-    """Returns the age [s] of the newest sample with the same value, for each value of a variable.
-    A sample has the age 0 until the next comes. The age is inf if it exceeds `max_age`."""
+    """Returns, for each value of a variable, the age [s] of the newest sample that equals the
+    value. The age of a sample is the time since the next sample replaced it, and 0 before. If no
+    sample with an age up to `max_age` equals the value, the age is inf."""
     times, readings = quantity.time, series.time
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     recent_count = int((max_age + MAX_ARRIVAL_LEAD) / max(step, MIN_STEP))
     count = min(len(times), recent_count + EXTRA_SAMPLES)
-    # in each array a row is a reading, and a column is a sample, newest first
+    # in the arrays below, a row is a reading, and a column is a sample, with the newest first
     newest = index_before(times, readings + MAX_ARRIVAL_LEAD)
     indices_before = newest[:, None] - np.arange(count)     # negative before the first sample
     indices = indices_before.clip(0)
@@ -132,7 +133,7 @@ def sample_ages(series: Series, quantity: Quantity, max_age: float = RECENT_TIME
 
 
 def subsampled(series: Series) -> Series:
-    """Returns about MAX_COMPARED_VALUES of the numbers in `series`, at equal intervals."""
+    """Returns about MAX_COMPARED_VALUES of the finite numbers in `series`, at equal intervals."""
     indices = np.flatnonzero(np.isfinite(series.value))
     step = max(1, len(indices) // MAX_COMPARED_VALUES)
     return series.take(indices[::step])
@@ -142,7 +143,7 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
                         share: float = MIN_FOLLOWING_SHARE) -> List[Quantity]:
     """Returns the quantities that a variable follows, in the given order. If a variable follows
     several quantities, the recording does not show which of them the node uses."""
-    # the variable may have its first value before the first message comes
+    # the first value is left out, because the node may set it before the first message comes
     changes = np.flatnonzero(series.text != series.text[:1])
     first_change = changes[0] if len(changes) else 0
     values = subsampled(series.take(slice(first_change, None)))
@@ -153,7 +154,7 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the delay [s] of the share DELAYED_SHARE of the values, or inf above MAX_LATENESS."""
+    """Returns the delay [s] that only a few of the values exceed, or inf if it is too long."""
     ages = np.sort(sample_ages(subsampled(series), quantity, MAX_LATENESS))
     if not len(ages):
         return math.inf

@@ -12,7 +12,7 @@ from tb3_labs.recording.run_data import MIN_GAP, Poses, RunData
 from tb3_labs.report.motion.resets_and_goals import (
     FrameInterval, RecordedState, frame_intervals, recorded_states, true_poses)
 
-#: A drive's errors are measured at rest, at the latest this time [s] after the end of the drive.
+#: A drive's errors are measured when the robot rests, at most this time [s] after the drive ends.
 SETTLE_TIME = 1.0
 #: The turn to the goal may last until this time [s] after the start of MOVE_FORWARD.
 TURN_OVERLAP_TIME = 0.3
@@ -50,8 +50,8 @@ def drive_reports(run: RunData) -> List[DriveReport]:
 
 
 def frame_interval_of(frames: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
-    """Returns the FrameInterval of a drive from `begin` to `end` [s]. A reset that begins the drive
-    may change the pose a moment later. A reset in the second half has ended the drive."""
+    """Returns the FrameInterval of a drive from `begin` to `end` [s]. If a reset begins the drive,
+    the new frame may come a moment later. A reset in the second half has ended the drive."""
     latest = min(begin + MAX_RESET_DELAY, (begin + end) / 2.0)
     begun = [interval for interval in frames if interval.begin <= latest]
     return begun[-1]        # the first interval begins at -inf

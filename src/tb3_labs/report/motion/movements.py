@@ -5,12 +5,12 @@ in the lab, the robot's place follows the odometry, and the robot's heading foll
 
 A *movement* is a series of commands that are not zero, with pauses shorter than
 `MOVEMENT_PAUSE_TIME`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A turn has
-no forward speed. A drive goes forward, and has a turn before or after. Any other movement is
-by hand.
+no forward speed. A drive goes forward, and has a turn before or after. A person made any other
+movement "by hand".
 
 If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has control, and by hand
 at any other time. If `mouse_info` was recorded, no movement is a drive, and a turn must be faster
-than the mouse can command. Otherwise a person's drive by keys looks like a node's drive.
+than the mouse can command. Without these topics, a person's drive by keys looks like a node's.
 """
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -61,7 +61,7 @@ def movements(run: RunData) -> List[Movement]:
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
     # a reset, or the loss of control, cuts off a movement
     cuts = np.concatenate([run.resets.time, run.control.time[run.control.value == 0.0]])
-    cut_counts = np.searchsorted(np.sort(cuts), time[moves])     # until each command
+    cut_counts = np.searchsorted(np.sort(cuts), time[moves])     # before each command
     is_cut = np.diff(cut_counts) > 0
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE_TIME
     first_indices = np.flatnonzero(is_cut | is_pause) + 1
@@ -78,8 +78,9 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     if len(forward):
         forward_begin = float(time[forward[0]])
         forward_end = float(min(ends[forward[-1]], end))
-    kind = MovementKind.DRIVE
+
     has_mouse = 'mouse_info' in run.devices
+    kind_by_node = MovementKind.DRIVE
     if len(run.control) or 'joy' in run.devices:
         is_by_node = has_control(run, (begin + end) / 2.0)
     elif len(forward):
@@ -87,16 +88,16 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
         length = run.odometry.pose_at(forward_begin).distance_to(run.odometry.pose_at(forward_end))
         is_by_node = has_turn and not has_mouse and length >= MIN_DRIVE_LENGTH
     else:
-        kind = MovementKind.TURN
+        kind_by_node = MovementKind.TURN
         fastest = np.abs(run.commands.angular[moves]).max()
         is_by_node = not has_mouse or fastest > MOUSE_FULL + MIN_MOVING_SPEED
-    if not is_by_node:
-        kind = MovementKind.BY_HAND
+    kind = kind_by_node if is_by_node else MovementKind.BY_HAND
     return Movement(kind, begin, forward_begin, forward_end, end)
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Returns True if a node had control at this time [s]. The first message counts as a change."""
+    """Returns True if a node had control at this time [s]. The first message on ctrl_relinq counts
+    as a change, so before this message the node had the opposite."""
     if not len(run.control):
         return False
     earlier_values = run.control.value[run.control.time <= time]
@@ -107,7 +108,7 @@ def has_control(run: RunData, time: float) -> bool:
 
 def with_derived_fields(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
-    computed, and added to `derived`. Without recorded goals, all drives have this `goal`."""
+    computed, and its name is added to `derived`. Goals that were not recorded are all `goal`."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ run.odometry.at(run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))

@@ -21,11 +21,12 @@ from tb3_labs.recording.run_data import Poses, RunData
 
 #: The log line of a reset, and the first pose in the new frame, are at most this time [s] apart.
 RESET_SEARCH_TIME = 0.3
-#: The weight of a jump is its size [m] - WEIGHT_LOSS_PER_SECOND * |time [s] to the log line|. If no
-#: pose jumps, the frame begins at the pose nearest to the log line.
+#: The jump with the largest weight begins a frame interval. The weight is the size of the jump [m],
+#: minus this number times the time [s] from the jump to the log line. If no pose jumps, the pose
+#: nearest to the log line has the largest weight.
 WEIGHT_LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message in the old frame and the first message in the
-#: new frame. The first message comes at most this time [s] after the frame begins.
+#: new frame, but at most this time [s] before the first message.
 MAX_FIRST_MESSAGE_DELAY = 0.05
 #: A goal that arrived at most this time [s] after a state belongs to the state.
 MAX_GOAL_DELAY = 0.1
@@ -58,31 +59,37 @@ def frame_intervals(run: RunData) -> List[FrameInterval]:
     begins = [-math.inf] + _interval_begins(run)
     ends = begins[1:] + [math.inf]
     # at the beginning of an interval, the first transform on tf has the exact pose of ``local``
-    first = np.searchsorted(frames.time, begins).clip(max=len(frames) - 1)
-    return [FrameInterval(begin, end, frames.pose(int(k)), _local_T_world(run, begin, end))
-            for k, begin, end in zip(first, begins, ends)]
+    first_indices = np.searchsorted(frames.time, begins).clip(max=len(frames) - 1)
+    return [FrameInterval(begin, end, frames.pose(int(index)), _local_T_world(run, begin, end))
+            for index, begin, end in zip(first_indices, begins, ends)]
 
 
 def _interval_begins(run: RunData) -> List[float]:
     """Returns the begin [s] of each frame interval after the first."""
     local = run.local_pose
-    moved_in_local = _displacements(local)
-    moved_in_odom = _displacements(run.odometry.at(local.time))
-    jump = moved_in_local.inverse() @ moved_in_odom
-    jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw)     # a radian weighs as much as a metre
+    jump_sizes = _jump_sizes(run)
     begins = _begins_of_frames(local)
-    reset_indices: Set[int] = set()
-    for time in run.resets.time:
-        window = time - RESET_SEARCH_TIME, time + RESET_SEARCH_TIME
-        first, last = np.searchsorted(local.time, window)
-        near_jumps = range(max(0, first - 1), min(last, len(jumps)))
+    chosen_jumps: Set[int] = set()
+    for reset_at in run.resets.time:
+        window = reset_at - RESET_SEARCH_TIME, reset_at + RESET_SEARCH_TIME
+        first_pose, end_pose = np.searchsorted(local.time, window)
+        # a jump leads from the pose with the same index to the next pose
+        near_jumps = range(max(0, first_pose - 1), min(end_pose, len(jump_sizes)))
         # two resets never begin the same interval
-        candidates = [k for k in near_jumps if k not in reset_indices]
-        if candidates and local.time[0] < time:
-            delays = np.abs(begins[candidates] - time)
-            weights = jumps[candidates] - WEIGHT_LOSS_PER_SECOND * delays
-            reset_indices.add(candidates[int(np.argmax(weights))])
-    return [float(begin) for begin in begins[sorted(reset_indices)]]
+        candidates = [jump for jump in near_jumps if jump not in chosen_jumps]
+        if candidates and local.time[0] < reset_at:
+            delays = np.abs(begins[candidates] - reset_at)
+            weights = jump_sizes[candidates] - WEIGHT_LOSS_PER_SECOND * delays
+            chosen_jumps.add(candidates[int(np.argmax(weights))])
+    return [float(begin) for begin in begins[sorted(chosen_jumps)]]
+
+
+def _jump_sizes(run: RunData) -> np.ndarray:
+    """Returns the size of the jump from each local_pose to the next. A radian counts as a metre."""
+    moved_in_local = _displacements(run.local_pose)
+    moved_in_odom = _displacements(run.odometry.at(run.local_pose.time))
+    jumps = moved_in_local.inverse() @ moved_in_odom
+    return np.hypot(jumps.x, jumps.y) + np.abs(jumps.yaw)
 
 
 def _displacements(poses: Poses) -> Poses:
@@ -97,14 +104,15 @@ def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
 
 
 def _frames(run: RunData) -> Poses:
-    """Returns the poses of ``local`` in ``odom``. Without tf, local_pose shows the frame."""
+    """Returns the recorded poses of ``local`` in ``odom``. If tf was not recorded, the poses are
+    computed from local_pose and the odometry."""
     if len(run.frames):
         return run.frames
     return run.odometry.at(run.local_pose.time) @ run.local_pose.inverse()
 
 
 def _begins_of_frames(frames: Poses) -> np.ndarray:
-    """Returns the time [s] at which each of the `frames` after the first comes into force."""
+    """Returns the time [s] at which each of the `frames` after the first becomes valid."""
     last, first = frames.time[:-1], frames.time[1:]
     return np.maximum((last + first) / 2.0, first - MAX_FIRST_MESSAGE_DELAY)
 
@@ -124,7 +132,7 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 def true_poses(run: RunData, interval: FrameInterval, parent_T_local: Pose2 = Pose2(),
                end: float = math.inf) -> Poses:
-    """Returns the ground truth in `parent` until `end` [s], or no poses if it is not known."""
+    """Returns the robot's true poses in `parent` until `end` [s], or no poses without them."""
     if interval.local_T_world is None:
         return Poses.none()
     truth = run.ground_truth.between(interval.begin, min(end, interval.end))

@@ -29,7 +29,7 @@ MAX_MISSED_TIME = 1.0
 MIN_TURN_ANGLE = math.radians(45.0)
 MIN_HALF_TURN = 0.75 * math.pi      # a smaller angle is nearer to a quarter turn
 MIN_PAUSE_BETWEEN_TURNS = 0.5       # [s]
-MAX_REQUEST_LEAD = 2.0              # [s] before the turn begins
+MAX_REQUEST_LEAD = 2.0              # a request comes at most this time [s] before its turn
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class TurnReport:
     """The report of a turn, from rest to rest."""
 
     begin: float
-    end: float                        # the robot is at rest again
+    end: float                        # when the robot is at rest again
     requested: float
-    turned: float                     # by the IMU
+    turned: float                     # the angle by the IMU
     error: float                      # positive if the robot turned too far
     true_error: float                 # the error by the ground truth
 
@@ -66,7 +66,7 @@ def turn_reports(run: RunData) -> List[TurnReport]:
 
 def _separate_turns(run: RunData, movement: Movement,
                     next_begin: float) -> List[Tuple[float, float, float]]:
-    """Returns (begin, end, next command's time) of each turn, with its quick corrections."""
+    """Returns (begin, end, next command's time) of each turn, which includes quick corrections."""
     commands = run.commands.between(movement.begin, movement.end)
     times = commands.time[np.abs(commands.angular) > MIN_MOVING_SPEED]
     first_after_pause = np.flatnonzero(np.diff(times) > MIN_PAUSE_BETWEEN_TURNS) + 1
@@ -78,24 +78,21 @@ def _separate_turns(run: RunData, movement: Movement,
 
 def _turn_report(run: RunData, begin: float, end: float, next_command: float,
                  previous_end: float) -> Optional[TurnReport]:
-    """Returns the report of the commands from `begin` to `end`; None if they make no turn."""
+    """Returns the report of the commands from `begin` to `end`, or None if they make no turn."""
     times_before = begin - np.arange(0.0, MAX_MISSED_TIME, RATE_MEAN_TIME / 3.0)
-    before = _first_rest(run.imu, times_before - RATE_MEAN_TIME, times_before)
+    interval_before = _first_rest(run.imu, times_before - RATE_MEAN_TIME, times_before)
     latest = min(end + MAX_STOPPING_TIME, next_command)
     times_after = run.imu.between(end, latest).time
-    after = _first_rest(run.imu, times_after, np.minimum(times_after + RATE_MEAN_TIME, latest))
-    if before is None or after is None:
+    ends_after = np.minimum(times_after + RATE_MEAN_TIME, latest)
+    interval_after = _first_rest(run.imu, times_after, ends_after)
+    if interval_before is None or interval_after is None:
         return None
-    rest_before = float(times_before[before])
-    rest_after = float(times_after[after])
+
+    _, rest_before = interval_before
+    rest_after, _ = interval_after
     last = min(rest_after + RATE_MEAN_TIME + HEADING_MEAN_TIME, next_command)
-    imu = run.imu.between(rest_before - RATE_MEAN_TIME, last)
-    yaw = np.unwrap(imu.yaw)
-    yaw -= yaw[imu.time <= rest_before].mean()
-    is_resting = imu.time >= rest_after + RATE_MEAN_TIME
-    if not is_resting.any():
-        is_resting = imu.time >= rest_after
-    turned = float(yaw[is_resting].mean())
+    turned = _turned_angle(run.imu.between(rest_before - RATE_MEAN_TIME, last),
+                           rest_before, rest_after)
     first_request = max(rest_before - MAX_REQUEST_LEAD, previous_end)
     requested = _requested_angle(run, first_request, end, turned)
     if not requested:
@@ -106,17 +103,28 @@ def _turn_report(run: RunData, begin: float, end: float, next_command: float,
                       true_error=sign * _true_angle(run, rest_before, last) - abs(requested))
 
 
-def _first_rest(imu: ImuSamples, begins: np.ndarray, ends: np.ndarray) -> Optional[int]:
-    """Returns the index of the first interval in which the robot rests, or None."""
-    for index, (begin, end) in enumerate(zip(begins, ends)):
+def _first_rest(imu: ImuSamples, begins: np.ndarray,
+                ends: np.ndarray) -> Optional[Tuple[float, float]]:
+    """Returns (begin, end) of the first interval in which the robot rests, or None."""
+    for begin, end in zip(begins, ends):
         rates = imu.between(begin, end).yaw_rate
         if len(rates) and abs(rates.mean()) < MAX_REST_TURN_RATE:
-            return index
+            return float(begin), float(end)
     return None
 
 
+def _turned_angle(imu: ImuSamples, rest_before: float, rest_after: float) -> float:
+    """Returns the mean heading at rest after a turn, minus the mean heading at rest before."""
+    yaw = np.unwrap(imu.yaw)
+    yaw -= yaw[imu.time <= rest_before].mean()
+    is_resting = imu.time >= rest_after + RATE_MEAN_TIME
+    if not is_resting.any():
+        is_resting = imu.time >= rest_after
+    return float(yaw[is_resting].mean())
+
+
 def _requested_angle(run: RunData, begin: float, end: float, turned: float) -> float:
-    """Returns the requested angle [rad]; 0 if the movement was not a turn."""
+    """Returns the requested angle [rad], or 0 if the movement was not a turn."""
     requests = run.turn_requests.between(begin, end)
     if len(requests):
         return float(requests.value.sum())

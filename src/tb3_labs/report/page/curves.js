@@ -1,10 +1,10 @@
-// A track is numbers over time. A curve is an SVG picture of numbers over time: its x is the time in
-// seconds, and its y is the negated number. To show another stretch of time, the timeline only
-// changes the view of the picture.
+// A track is numbers over time. A curve is an SVG picture of numbers over time. Its x is the time in
+// seconds. Its y is the negated number, because y points down in SVG. To show another stretch of
+// time, the timeline only changes the view of the picture.
 
 import {nice, radians} from './drawing.js';
 
-const GRID_LINES = 4;       // a curve has at most this number of intervals between grid lines
+const MAX_INTERVALS = 4;    // a curve has at most this number of intervals between grid lines
 const MAX_DRAWN = 1e300;    // the difference of larger numbers could be infinite
 const ANGLE_STEPS = [1, 2, 5, 10, 30, 45, 90, 180, 360, 720, 1440, 3600, 7200];     // [deg]
 
@@ -77,7 +77,7 @@ function path(points) {
 }
 
 /** Returns the points of a variable whose text changes at these times, with a null while there is no
- *  text. If less than half of the texts are numbers, a point has the index of its text in `levels`.
+ *  text. If at most half of the texts are numbers, a point has the index of its text in `levels`.
  *  In `levels`, False is before True, and a state is before all earlier states. */
 export function stepsOf(times, texts) {
   const isNumber = (text) => text !== '' && Math.abs(Number(text)) < MAX_DRAWN;
@@ -95,8 +95,8 @@ export function stepsOf(times, texts) {
   return {points, levels};
 }
 
-/** Returns a figure of `lines`, {CSS class: points}; null if there are no points. The scale has at
- *  least the range `minRange`, and shows the texts `levels` in place of 0, 1, 2, ... */
+/** Returns a figure of `lines`, which are {CSS class: points}, or null if there are no points. The
+ *  scale has at least the range `minRange`. It shows the texts `levels` in place of 0, 1, 2, ... */
 export function curve(name, caption, lines, duration, options) {
   const {minRange = 0, hasZero = false, isAngle = false, levels = null} = options;
   const kinds = Object.keys(lines);
@@ -105,11 +105,11 @@ export function curve(name, caption, lines, duration, options) {
   if (hasZero) values.push(0);
   const lowest = values.reduce((a, b) => Math.min(a, b));
   const highest = values.reduce((a, b) => Math.max(a, b));
-  const margin = Math.max(0.06 * (highest - lowest), (minRange - (highest - lowest)) / 2)
-    || 1;       // around a constant
+  const height = highest - lowest;
+  const margin = Math.max(0.06 * height, (minRange - height) / 2) || 1;     // 1 around a constant
   const low = lowest - margin, high = highest + margin, range = high - low;
-  let step = nice(range / GRID_LINES);
-  if (isAngle) step = ANGLE_STEPS.find((angle) => range <= GRID_LINES * angle) ?? step;
+  let step = nice(range / MAX_INTERVALS);
+  if (isAngle) step = ANGLE_STEPS.find((angle) => range <= MAX_INTERVALS * angle) ?? step;
   if (levels) step = 1;
   const numbers = [];
   let grid = '';

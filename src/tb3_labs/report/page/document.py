@@ -19,16 +19,16 @@ PAGE = '''<!DOCTYPE html>
 '''
 UNKNOWN_NUMBER = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
-#: Finds the places at which a spreadsheet would begin a formula. A semicolon may begin a new cell.
+#: Finds the places at which a spreadsheet would begin a formula. A new cell may begin after a ";".
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
 
 class Markup(str):
-    """A text in HTML, which is not escaped."""
+    """A text that is already HTML, so it is not escaped."""
 
 
 def number_text(value: float, form: str, unknown: str = UNKNOWN_NUMBER) -> str:
-    """Returns the value in the format `form`, without -0; `unknown` if it is not finite."""
+    """Returns the value in the format `form`, or `unknown` if it is not finite. -0 becomes 0."""
     if not math.isfinite(value):
         return unknown
     text = form.format(value)
@@ -36,7 +36,7 @@ def number_text(value: float, form: str, unknown: str = UNKNOWN_NUMBER) -> str:
 
 
 def degrees_text(angle: float, form: str) -> str:
-    """Returns the angle [rad] in degrees, in the format `form`; a dash if not finite."""
+    """Returns the angle [rad] in degrees, in the format `form`, or a dash if it is not finite."""
     return number_text(math.degrees(angle), form)
 
 
@@ -70,7 +70,7 @@ def _html(text: str) -> str:
 
 
 def hints_section(mistake: Optional[Mistake], sentence: str, has_timeline: bool = True) -> str:
-    """Returns the HTML of three hints; '' if `mistake` is None. The third hint is the `sentence`. A
+    """Returns the HTML of three hints, or '' without a mistake. The third hint is the `sentence`. A
     hint is hidden until the student opens the previous hint."""
     if mistake is None:
         return ''
@@ -86,8 +86,8 @@ def hints_section(mistake: Optional[Mistake], sentence: str, has_timeline: bool 
 
 
 def safe_cell(text: str) -> str:
-    """Returns the text for a cell of a spreadsheet. A "'" is added at each place where the
-    spreadsheet would begin a formula.
+    """Returns the text for a cell of a spreadsheet. A "'" is added wherever the spreadsheet would
+    begin a formula, because a formula from a stranger could do harm.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """

@@ -44,10 +44,10 @@ def _goal_of(drive: DriveReport) -> Pose2:
 class Column(NamedTuple):
     """A column of a table that has a row for each report."""
 
-    name: str                       # in a CSV file
-    title: str                      # on a page
-    value: Callable[[Any], Any]     # of a report
-    form: str                       # the value's format; '' for a text
+    name: str                       # the name in a CSV file
+    title: str                      # the title on a page
+    value: Callable[[Any], Any]     # returns the value for a report
+    form: str                       # the format of the value, or '' if the value is a text
 
     def text(self, report: Any) -> str:
         value = self.value(report)
@@ -134,15 +134,16 @@ def samples_csv(run: RunData) -> str:
     """Returns a CSV file with a row for each odometry message."""
     times = run.odometry.time
     commands = run.commands.in_force()
-    newest = index_at_or_before(commands.time, times)     # -1 is the NaN, before the first command
+    # before the first command the index is -1, which selects the appended NaN
+    newest_indices = index_at_or_before(commands.time, times)
     columns = {
         'time_s': times, 'odom_x_m': run.odometry.x, 'odom_y_m': run.odometry.y,
         'odom_yaw_deg': np.degrees(run.odometry.yaw),
         'imu_yaw_deg': np.degrees(wrap_all(run.imu.yaw_at(times))),
         'linear_m_s': run.odometry.linear,
-        'linear_commanded_m_s': np.append(commands.linear, np.nan)[newest],
+        'linear_commanded_m_s': np.append(commands.linear, np.nan)[newest_indices],
         'angular_rad_s': np.interp(times, run.imu.time, run.imu.yaw_rate),
-        'angular_commanded_rad_s': np.append(commands.angular, np.nan)[newest]}
+        'angular_commanded_rad_s': np.append(commands.angular, np.nan)[newest_indices]}
     text = StringIO()
     np.savetxt(text, np.column_stack([*columns.values()]), fmt='%.4f', delimiter=',',
                header=','.join(columns), comments='')

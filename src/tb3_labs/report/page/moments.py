@@ -1,7 +1,7 @@
-"""Finds the moments that the page of a run points to.
+"""Finds the moments of a run that its page links to.
 
-The events on the timeline are turns, drives, movements by hand, resets, starts, stops and gaps.
-Exceptions, open TODOs, and the first mistake are signs of a mistake in the node.
+The events on the timeline are turns, drives, movements by hand, resets, starts, stops and gaps. The
+page also links to exceptions, open TODOs and the first mistake, which show what is wrong in a node.
 """
 import re
 from html import escape
@@ -28,40 +28,41 @@ FAULT_LINE = '<p><b>{}</b> ({}) <a href="#t={:.1f}">Watch it</a></p>'
 
 def timeline_events(run: RunData, turns: Sequence[TurnReport],
                     drives: Sequence[DriveReport]) -> List[TimelineEvent]:
-    events = [_turn_event(k, turn) for k, turn in enumerate(turns, 1)]
-    events += [_drive_event(k, drive) for k, drive in enumerate(drives, 1)]
+    events = [_turn_event(number, turn) for number, turn in enumerate(turns, 1)]
+    events += [_drive_event(number, drive) for number, drive in enumerate(drives, 1)]
     turns_and_drives = list(events)
     for movement in movements(run):
         is_by_hand = not any(movement.begin < event['end'] and event['begin'] < movement.end
                              for event in turns_and_drives)
         if is_by_hand:
             events.append(_event_by_hand(run, movement.begin, movement.end))
-    events += [timeline_event('reset', interval.begin, f'reset {k} of local')
-               for k, interval in enumerate(frame_intervals(run)[1:], 1)]
+    events += [timeline_event('reset', interval.begin, f'reset {number} of local')
+               for number, interval in enumerate(frame_intervals(run)[1:], 1)]
     events += [timeline_event('stop', state.begin, state.name)
                for state in recorded_states(run) if ':' in state.name]
-    for k in np.flatnonzero(changed_rows(run.control.value[:, np.newaxis])):
-        kind, text = CONTROL_EVENTS[bool(run.control.value[k])]
-        events.append(timeline_event(kind, run.control.time[k], text))
+    control = run.control.take(changed_rows(run.control.value[:, np.newaxis]))
+    for time, value in zip(control.time, control.value):
+        kind, text = CONTROL_EVENTS[bool(value)]
+        events.append(timeline_event(kind, time, text))
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
-        for k in np.flatnonzero(np.diff(samples.time) > MIN_GAP):
-            begin, end = samples.time[k:k + 2]
+        is_gap = np.diff(samples.time) > MIN_GAP
+        for begin, end in zip(samples.time[:-1][is_gap], samples.time[1:][is_gap]):
             text = f'{name} silent for {end - begin:.1f} s'
             events.append(timeline_event('lost', begin, text, end))
     return events
 
 
-def _turn_event(k: int, turn: TurnReport) -> TimelineEvent:
+def _turn_event(number: int, turn: TurnReport) -> TimelineEvent:
     requested = degrees_text(turn.requested, '{:+.0f}')
     turned = degrees_text(turn.turned, '{:+.1f}')
-    text = f'turn {k}: asked {requested}, turned {turned} deg'
+    text = f'turn {number}: asked {requested}, turned {turned} deg'
     return timeline_event('turn', turn.begin, text, turn.end)
 
 
-def _drive_event(k: int, drive: DriveReport) -> TimelineEvent:
+def _drive_event(number: int, drive: DriveReport) -> TimelineEvent:
     distance = number_text(drive.error[0], '{:.3f}')
     angle = degrees_text(drive.error[1], '{:.1f}')
-    text = f'drive {k}: {drive.outcome}, {distance} m and {angle} deg off'
+    text = f'drive {number}: {drive.outcome}, {distance} m and {angle} deg off'
     return timeline_event('drive', drive.begin, text, drive.end)
 
 

@@ -30,7 +30,7 @@ from tb3_labs.report.motion.resets_and_goals import frame_intervals, local_in_od
 from tb3_labs.report.motion.turns import HEADING_MEAN_TIME, turn_reports
 
 DOTS_PER_INCH = 150
-WIDTH = 7.2     # [inch], of an A4 page between its margins
+WIDTH = 7.2     # [inch], the width of an A4 page between its margins
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
@@ -82,6 +82,7 @@ def turns_figure(run: RunData) -> Figure:
         commands = run.commands.between(begin, end)
         rate_axes.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
                        markersize=2.5, label=None if index else 'commanded')
+
     angle_axes.axhline(0.0, color=GREY, linewidth=0.8)
     angle_axes.set_ylabel('angle left [deg]')
     rate_axes.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
@@ -96,15 +97,15 @@ def turns_figure(run: RunData) -> Figure:
 def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
     """Returns a figure with two panels: the path in odom, and the path in local. Both panels show
     the axes of both frames, and the goals of the drives. The axes of a panel's own frame are black.
-    The path after a reset and the axes of the other frame have one colour."""
+    After each reset, the path and the axes of the other frame have a new colour."""
     figure = new_figure(4.0)
     odom_panel, local_panel = figure.subplots(1, 2)
     frames = frame_intervals(run)
     for index, interval in enumerate(frames):
         # after the last colour the first colour follows again, with another line style
-        repetition, k = divmod(index, len(STYLES))
-        colour, _ = STYLES[k]
-        _, style = STYLES[(k + repetition) % len(STYLES)]
+        repetition, colour_index = divmod(index, len(STYLES))
+        colour, _ = STYLES[colour_index]
+        _, style = STYLES[(colour_index + repetition) % len(STYLES)]
         name = f'path after reset {index}' if index else 'path'
         path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
         draw_path(odom_panel, run.odometry.between(interval.begin, interval.end), **path_style)
@@ -122,8 +123,10 @@ def paths_figure(run: RunData, drives: Sequence[DriveReport]) -> Figure:
     for drive in drives:
         if drive.goal:
             end = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
+            odom_T_local = local_in_odom(run, np.array([end])).pose(0)
             goals.append(drive.goal)
-            goals_in_odom.append(local_in_odom(run, np.array([end])).pose(0) @ drive.goal)
+            goals_in_odom.append(odom_T_local @ drive.goal)
+
     _draw_ends(odom_panel, run.odometry, goals_in_odom)
     _draw_ends(local_panel, run.local_pose, goals)
     for panel, title in ((odom_panel, 'global frame odom (black axes)'),

@@ -1,20 +1,20 @@
 // Draws the timeline of a recorded run: the map, the curves, the state and the log at one moment.
 //
-// Times are seconds since the recording's start. Poses are [x m, y m, yaw rad], tracks in degrees.
+// Times are seconds since the recording's start. Poses are [x m, y m, yaw rad]. Tracks have degrees.
 
 import {Track, curve, element, lastBefore, stepsOf} from './curves.js';
 import {degrees, digits, nice, radians, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
-const LEFT = 46;                                // [px] beside a curve, as in timeline.css
-const RIGHT = 8;
-const MIN_SHOWN_TIME = 0.5;                     // [s] for which the text of a mark is shown
-// the kinds of marks; each kind has its own row, in this order from the top
+const LEFT = 46;                                // [px] the margin left of a curve in timeline.css
+const RIGHT = 8;                                // [px] the margin right of a curve
+const MIN_SHOWN_TIME = 0.5;                     // [s] the text of a mark is shown at least so long
+// Each kind of marks has its own row. The rows are in this order from the top.
 const KINDS = ['drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'];
 const ROW_HEIGHT = 8;                           // [px] of the marks of one kind
 const MAX_FIGURES = 12;
 const MAX_LEVELS = 8;       // a variable with more different texts has no figure
-// [track, caption, options of the curve]; `command` is the column of the commanded speed
+// [track, caption, options of the curve]. `command` is the index of the speed in a row of commands.
 const CURVES = [
   ['heading', 'heading by the IMU [\u00b0]', {minRange: 10, isAngle: true}],
   ['distance', 'distance to the goal [m]', {minRange: 0.1, hasZero: true}],
@@ -114,7 +114,7 @@ class Timeline {
     });
   }
 
-  /** The map shows the whole path, so it does not move while the run plays. */
+  /** Fit the map to the whole path, so that the map does not move while the run plays. */
   _showAll() {
     const {now} = this;
     this.go(this.run.duration);

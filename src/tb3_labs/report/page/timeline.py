@@ -4,7 +4,7 @@ A *track* is a list of points over time, joined by straight lines. The track has
 the recording, and differs from each recorded value by at most the track's bound.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The tracks
-`local` and `goals` are in the frame ``local``, all other poses are in ``odom``. A variable is in
+`local` and `goals` are in the frame ``local``. All other poses are in ``odom``. A variable is in
 the unit that the node uses.
 """
 import json
@@ -23,7 +23,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.watch.variables import Series, variables_by_node
 
 TIMELINE_FILE = Path(__file__).with_name('timeline.html')
-# the bounds of tracks; the errors of rounding are added
+# the bounds of tracks; rounding adds a small error
 PLACE_BOUND = 0.002     # [m]
 ANGLE_BOUND = 0.2       # [deg]
 SPEED_BOUND = 0.005     # [m/s]
@@ -40,9 +40,9 @@ TimelineEvent = Dict[str, Any]
 
 def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
                  breaks: Sequence[int]) -> np.ndarray:
-    """Returns the indices of the samples that suffice to draw a curve. `values` has the shape
-    (n, k), and `bounds` has the shape (k,). The straight lines between the kept samples differ from
-    the `values` by at most `bounds`. At each index in `breaks`, a new stretch of the curve begins.
+    """Returns the indices of the samples that suffice to draw curves. Each column of `values` is a
+    curve with a bound in `bounds`. The straight lines between the kept samples differ from the
+    `values` by at most the bound. At each index in `breaks`, a new stretch of the curves begins.
 
     Source: Douglas and Peucker (1973), but distances are measured along the axis of the values.
     """
@@ -68,7 +68,7 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 def track_data(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence[float],
                breaks: Sequence[int] = ()) -> Dict[str, Any]:
     """Returns the track of `columns`, with a bound for each column. No line is drawn across a gap
-    of time, or to a sample whose index is in `breaks`. In the track, 'breaks' are point indices."""
+    of time, or to a sample whose index is in `breaks`. Its 'breaks' are indices of track points."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in bounds], 'breaks': []}
     values = np.column_stack(columns)
@@ -77,7 +77,7 @@ def track_data(time: np.ndarray, columns: Sequence[np.ndarray], bounds: Sequence
     # numbers with a bound of 0.002 get four digits
     digits = [1 - math.floor(math.log10(bound)) for bound in bounds]
     return {'time': np.round(time[kept], 3),
-            'columns': [np.round(column, k) for column, k in zip(values[kept].T, digits)],
+            'columns': [np.round(column, count) for column, count in zip(values[kept].T, digits)],
             'breaks': np.unique(np.searchsorted(kept, begins))}
 
 
@@ -120,7 +120,7 @@ def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _reset_indices(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
-    """Returns the index of the first sample after each reset, by the samples' `time` [s]."""
+    """Returns the index of the first sample after each reset. `time` has the samples' times [s]."""
     indices = np.searchsorted(time, [interval.begin for interval in frames[1:]])
     return [int(index) for index in indices if 0 < index < len(time)]
 
@@ -130,7 +130,8 @@ def _command_rows(commands: Commands) -> List[List[Optional[float]]]:
     the robot's timeout ends a command, both speeds become None."""
     sent = commands.in_force()
     rows = np.round(np.column_stack([sent.time, sent.linear, sent.angular]), 3)
-    changes = rows[changed_rows(rows[:, 1:])]
+    speeds = rows[:, 1:]
+    changes = rows[changed_rows(speeds)]
     numbers = changes.astype(object)
     numbers[np.isnan(changes)] = None
     return numbers.tolist()
@@ -157,30 +158,32 @@ def _log_rows(log: LogLines) -> List[List[Any]]:
 
 def variable_rows(run: RunData) -> List[List[Any]]:
     """Returns [name, times, texts] of each variable. Each text is valid until the next time. In a
-    gap of the readings the text is None. With several nodes, a name begins with its node."""
+    gap of the readings the text is None. A name begins with its node if there are several nodes."""
     rows: List[List[Any]] = []
     nodes = variables_by_node(run.variables)
     for node, series_of in nodes.items():
         prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
         rows += [[prefix + name, *_text_changes(series)] for name, series in series_of.items()]
-    order = {name: number for number, name in enumerate(HANDOUT_NAMES)}
-    return sorted(rows, key=lambda row: order.get(row[0], len(order)))[:MAX_SHOWN_VARIABLES]
+    rank_of = {name: rank for rank, name in enumerate(HANDOUT_NAMES)}
+    rows.sort(key=lambda row: rank_of.get(row[0], len(rank_of)))
+    return rows[:MAX_SHOWN_VARIABLES]
 
 
 def _text_changes(variable: Series) -> List[List[Any]]:
-    """Returns [times, texts]."""
+    """Returns [times, texts] of a variable. The text None begins each gap, and is last."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
     is_last = np.diff(variable.time, append=np.inf) > MIN_GAP       # a gap or the end follows
     is_after_gap = np.append(False, is_last[:-1])
     is_new = is_after_gap | changed_rows(values[:, np.newaxis])
     changes: List[Tuple[float, Optional[str]]] = []
-    for k in np.flatnonzero(is_new | is_last):
-        time = round(float(variable.time[k]), 3)
-        if is_new[k]:
-            changes.append((time, _shown_text(variable.text[k], variable.value[k])))
-        if is_last[k]:
+    for index in np.flatnonzero(is_new | is_last):
+        time = round(float(variable.time[index]), 3)
+        if is_new[index]:
+            changes.append((time, _shown_text(variable.text[index], variable.value[index])))
+        if is_last[index]:
             changes.append((time, None))
-    return [list(column) for column in zip(*changes)]
+    times, texts = zip(*changes)
+    return [list(times), list(texts)]
 
 
 def _shown_text(text: str, number: float) -> str:

@@ -31,7 +31,7 @@ MAX_OBJECTS = 20
 MAX_OBJECTS_OF_A_CLASS = 3
 MAX_VALUE_LENGTH = 200
 MAX_DEPTH_OF_PARTS = 3
-#: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
+#: The repr() of a value of SIMPLE_TYPES is shown. A value of HIDDEN_TYPES is not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
 
@@ -57,7 +57,7 @@ def leave_the_path():
 # -- the node's script and its objects
 
 def script_stack():
-    """Returns the stack frames of the node's script, outermost first; [] before the script runs."""
+    """Returns the stack frames of the node's script, outermost first, or [] before it runs."""
     stack = []
     frame = sys._current_frames().get(threading.main_thread().ident)
     while frame is not None:
@@ -101,7 +101,7 @@ class WatchedNode:
         return self._own_classes[cls]
 
     def is_own_object(self, value):
-        """Returns True if an object's class is own, and is no type, Enum, tuple or exception."""
+        """Returns True if the class is own, and the value is no type, Enum, tuple or exception."""
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
@@ -115,7 +115,7 @@ class WatchedNode:
         part_ids = {id(part) for parts in attributes_of.values() for part in parts.values()}
         shown = {}
         shown_ids = set()
-        # a part of another object comes later: the part is already shown as `name.part`
+        # objects that are no part of another object come first, because they also show their parts
         for thing in sorted(objects, key=lambda thing: id(thing) in part_ids):
             if id(thing) not in shown_ids:
                 shown_ids.add(id(thing))
@@ -145,7 +145,7 @@ class WatchedNode:
         self._next_search += (time.thread_time() - begin) / MAX_SEARCH_SHARE
 
     def _show(self, shown, variables, owner, shown_ids):
-        """Add variables to `shown`. A name that is already there is prefixed by `owner`."""
+        """Add variables to `shown`. If `shown` has a name already, `owner` is put before it."""
         for name, value in variables.items():
             if len(shown) >= MAX_SHOWN_VARIABLES:
                 return
@@ -181,7 +181,7 @@ class WatchedNode:
 
 
 def simple_text(value):
-    """Returns the text of a simple value; None for any other value."""
+    """Returns the text of a simple value, or None for any other value."""
     cls = type(value)
     if cls in SIMPLE_TYPES or (cls is int and value.bit_length() <= 3 * MAX_VALUE_LENGTH):
         return repr(value)
@@ -195,13 +195,13 @@ def simple_text(value):
 
 
 def module_of(cls):
-    """Returns the name of a class's module. The code of a metaclass does not run."""
+    """Returns the name of a class's module, and runs no code of a metaclass."""
     name = type.__dict__['__module__'].__get__(cls)
     return name if type(name) is str else ''
 
 
 def sendable(text):
-    """Returns the first characters of a text. A '?' replaces each character that is not valid."""
+    """Returns the first characters of a text. A '?' replaces what UTF-8 cannot encode."""
     text = text[:MAX_VALUE_LENGTH]
     return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
@@ -210,7 +210,7 @@ def attributes(thing):
     """Returns {name: value} of an object's attributes, and runs no code of the object's class."""
     try:
         return dict(object.__getattribute__(thing, '__dict__'))
-    except AttributeError:      # a class with __slots__
+    except AttributeError:      # an object of a class with __slots__ has no __dict__
         return {}
 
 
@@ -234,7 +234,7 @@ def publish_variables():
     status = DiagnosticStatus(name=rospy.get_name())
     message = DiagnosticArray(status=[status])
 
-    def publish_once():         # a function, so that the node's stack frames are not kept
+    def publish_once():         # when this function returns, it releases the node's stack frames
         nonlocal node
         stack = script_stack()
         if node is None and stack:
