@@ -2,20 +2,20 @@
 """Checks a node by the criteria of its lab. The rostest contains a test for each criterion, and a
 test for the total.
 
-The stimuli, the verdicts and the points are printed on the terminal. If `~strict` is false, the
-criteria beyond the handout cannot fail a test.
+The terminal shows the stimuli, the verdicts and the points. If `~strict` is false, the criteria
+beyond the handout cannot fail a test.
 
 Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad.
     ~pkg        The package of the node.
     ~type       The file of the node.
-    ~node       finished, or plain for the file plain_TYPE. Only for nodes of this package.
+    ~node       finished, or plain, which means the file plain_TYPE. Only for nodes of this package.
     ~points     A YAML file with the points of each criterion.
     ~parts      Parts of the lab, separated by commas; empty for all parts.
     ~record     The path of the trial's bag; empty if the bag is not kept.
     ~pad        NAME of launch/params/pad_NAME.yaml. Only for the lab gamepad.
     ~strict     May a criterion beyond the handout fail a test?
-    ~wrong_argument     A sentence on a wrong argument of rostest, or ''.
+    ~wrong_argument     A sentence about a wrong argument of rostest, or ''.
 """
 import os
 import re
@@ -36,7 +36,7 @@ from tb3_labs.marking.trial.ros_trial import record_trial
 from tb3_labs.ros.node import begin_shutdown, exit_process
 
 FINISHED = 'finished'
-XML_OPTION = '--gtest_output=xml:'      # before rostest's path of the results file
+XML_OPTION = '--gtest_output=xml:'    # rostest adds the path of the results file to this option
 #: {words in a message of rosrun: a remedy for the student}
 REMEDIES = {'not executable': 'Type: chmod +x FILE',
             'not found': 'Build its workspace, and type: source devel/setup.bash',
@@ -44,8 +44,8 @@ REMEDIES = {'not executable': 'Type: chmod +x FILE',
 
 
 def run_trial_and_judge():
-    """Test the node in a trial. Returns the node's Marks; None if mark.py started this check,
-    since mark.py judges the bag itself."""
+    """Test the node in a trial. Returns the node's Marks. Returns None if mark.py started this
+    check, since mark.py itself judges the bag of the trial."""
     parameters = rospy.get_param('~')
     lab_name, package, executable = parameters['lab'], parameters['pkg'], parameters['type']
     if parameters['wrong_argument']:
@@ -55,18 +55,20 @@ def run_trial_and_judge():
         executable = f'{node}_{executable}'
     lab = LABS[lab_name]
     parts = lab.read_parts(parameters['parts'])
-    # no node should read these
+    # no student's node may read these parameters
     for private_name in ('lab', 'points', 'parts', 'record', 'wrong_argument'):
         rospy.delete_param('~' + private_name)
     criterion_points = points_of(lab_name, read_points(parameters['points']))
     pad = pad_called(parameters.get('pad', HANDOUT_PAD))
     if lab_name == GAMEPAD:
         rospy.set_param('/' + GAMEPAD, pad)     # for the finished node of this package
+
     if package == OWN_PACKAGE:
         print_line('This is the node of this package. For yours: pkg:=PACKAGE type:=FILE')
     marked_program = NodeStart.from_environment().program
     print_line(f"{lab.title}, {', '.join(parts or lab.parts)}: {package}/{executable} is judged, "
                f'{marked_program or file_of(package, executable)}')
+
     with tempfile.TemporaryDirectory() as folder:
         bag_path = parameters['record'] or os.path.join(folder, 'trial.bag')
         record_trial(lab_name, package, executable, parts, bag_path, pad, print_line)
@@ -96,7 +98,7 @@ def file_of(package, executable):
 
 
 class Check(unittest.TestCase):
-    """A test whose result is known already. Its failure is a sentence without a stack trace."""
+    """A test whose result is known already. `failure` is a sentence; '' if the test passes."""
 
     def __init__(self, name, failure=''):
         super().__init__()
@@ -104,7 +106,7 @@ class Check(unittest.TestCase):
         self._failure = failure
 
     def runTest(self):
-        pass    # unittest requires this method, and never calls it
+        pass    # unittest requires this method, but run() below does not call it
 
     def id(self):
         return 'check_lab.Check.' + self._name
@@ -123,7 +125,7 @@ class Check(unittest.TestCase):
 
 
 def checks_of(marks, is_strict):
-    """Returns a Check for each criterion, and one for the total."""
+    """Returns a Check for each criterion that may fail a test or is met, and one for the total."""
     checks = []
     for verdict in marks.verdicts:
         is_met = verdict.outcome is Outcome.MET
@@ -136,13 +138,12 @@ def checks_of(marks, is_strict):
 
 
 def report(checks):
-    """Report the results to rostest. Returns the exit status."""
+    """Report the results of `checks` to rostest. Returns the exit status."""
     if '--text' in sys.argv:
         runner = unittest.TextTestRunner(verbosity=2)
     else:
         files = [word[len(XML_OPTION):] for word in sys.argv if word.startswith(XML_OPTION)]
-        file = next(iter(files), None)
-        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', file)
+        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', files[0] if files else None)
     result = runner.run(unittest.TestSuite(checks))
     return 0 if result.wasSuccessful() else 1
 

@@ -41,9 +41,9 @@ def test_a_blocked_log_delays_neither_a_drive_nor_a_stop(monkeypatch):
             carried.set()
 
     runner = core_runner.CoreRunner(lambda: waiting.pop(0), record.append, carry_out)
-    runner.decide_after(list)
-    runner.decide_now()
-    runner.decide_now()
+    runner.call_and_decide(list)
+    runner.decide()
+    runner.decide()
     assert record == ['a zero', DRIVE, outputs[0], True, STOP, outputs[1], False, outputs[2], False]
     assert logged == []
     go_on.set()

@@ -162,7 +162,7 @@ def test_two_files_alone_touch_the_private_parts_of_rospy():
 def test_a_node_reads_the_clock_while_it_holds_the_lock():
     """The second of two resets had the older stamp: its time was read before it waited for the lock."""
     calls = [call for path in SOURCES.rglob('*.py') for call in ast.walk(tree_of(path))
-             if isinstance(call, ast.Call) and getattr(call.func, 'attr', '') in ('decide_after', 'call_core')]
+             if isinstance(call, ast.Call) and getattr(call.func, 'attr', '') in ('call_and_decide', 'call_core')]
     assert len(calls) > 20
     assert [ast.dump(call) for call in calls for given in call.args if isinstance(given, ast.Call)
             and getattr(given.func, 'id', '').endswith('_time')] == []

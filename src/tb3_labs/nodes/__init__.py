@@ -6,8 +6,9 @@ The class :class:`tb3_labs.ros.core_runner.CoreRunner` calls the methods of ever
 caused is an events.IncomingMessage. A *steady* clock never stands still and never goes back.
 
 The core decides in ``tick(now)``, which returns one events.Output. CoreRunner calls `tick` after
-each message, and ten times a second. After an Output with `needs_fast_ticks`, CoreRunner calls
-`tick` more often, as messages may stop. The core needs no IMU sample for ``idle_time(now)`` s.
+most messages, and whenever no message has arrived for a short time. This time is even shorter after
+an Output with `needs_fast_ticks`, because the core must then notice soon that messages are missing.
+During the next ``idle_time(now)`` seconds the core needs no sample of the IMU.
 
 The methods ``status(now)`` and ``problem_text(now)``, and all properties, do not change the core.
 """

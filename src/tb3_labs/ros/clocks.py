@@ -1,11 +1,11 @@
 """The four clocks, and the purpose of each clock.
 
-    ros_time()         the age of sensors, all steps of a drive; ROS time may be simulated
-    steady_time()      input of people (a pad, a mouse, a renewed permission), the watchdog
-    time.monotonic()   deadlines of waits, pauses between warnings
-    time.time()        the wall clock, which is ROS time if there is no simulated clock
+    ros_time()         times samples of sensors and steps of drives, and may be simulated time
+    steady_time()      times the watchdog, and what people do (a pad, a mouse, a permission)
+    time.monotonic()   times the deadlines of waits, and the pauses between warnings
+    time.time()        is the wall clock, and without a simulated clock the ROS time
 
-Threads sleep by the wall clock, since ``rospy.sleep`` and ``rospy.Timer`` stop with simulated time.
+Threads sleep by the wall clock, since ``rospy.sleep`` waits without end if simulated time stops.
 """
 import time
 
@@ -15,7 +15,7 @@ from tb3_labs.ros.rospy_internals import is_wall_time
 
 
 def ros_time():
-    """Returns the same time as rospy.get_time(), in a tenth of the computing time."""
+    """Returns the same time as rospy.get_time(), but needs only a tenth of its computing time."""
     return time.time() if is_wall_time() else rospy.get_time()
 
 
@@ -26,8 +26,8 @@ def steady_time():
 
 
 def wait_until(condition, seconds, period=0.05):
-    """Wait at most `seconds` of wall time. Returns True as soon as ``condition()`` is true. The
-    condition is checked every `period` [s]."""
+    """Wait until ``condition()`` is true, at most for `seconds` of wall time. Returns False if the
+    time is over before. The condition is checked every `period` [s]."""
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

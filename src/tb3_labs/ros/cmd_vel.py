@@ -1,7 +1,7 @@
 """Sends the commands of a node to the robot, and one zero command at the end of a motion.
 
-A node that stops the robot publishes exactly one zero command and then is silent, so that another
-node can drive. It also stops the robot if it ends, or if ROS time stands still.
+A node that stops the robot publishes exactly one zero command. Then the node is silent, so that
+another node can drive. A node also stops the robot when the node ends, or if ROS time stands still.
 """
 import math
 
@@ -10,8 +10,8 @@ from geometry_msgs.msg import Twist, Vector3
 
 from tb3_labs.ros.rospy_internals import is_wall_time, make_writes_immediate
 
-#: A speed below this value [m/s or rad/s] is sent as 0. A lower speed does not turn a motor, and
-#: the firmware even reads 1e-40 as full speed.
+#: A speed below this value [m/s or rad/s] is sent as 0. A motor does not turn at a lower speed,
+#: and the firmware even reads 1e-40 as full speed.
 MIN_SPEED = 1e-4
 
 
@@ -31,8 +31,9 @@ class CmdVel:
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError(f'command ({linear}, {angular}) is not finite')
-        linear, angular = (speed if abs(speed) >= MIN_SPEED else 0.0 for speed in command)
-        if not self._clock_runs or (linear, angular) == (0.0, 0.0):
+        linear = linear if abs(linear) >= MIN_SPEED else 0.0
+        angular = angular if abs(angular) >= MIN_SPEED else 0.0
+        if linear == angular == 0.0 or not self._clock_runs:
             self.stop()
         elif not self._is_closed:
             self._is_driving = True

@@ -1,5 +1,4 @@
-"""Converts messages to the types of the cores, and back. A message with NaN, infinity or an invalid
-quaternion raises ``ValueError``."""
+"""Converts messages to the types of the cores, and back. Invalid messages raise ``ValueError``."""
 import math
 
 import rospy
@@ -13,8 +12,8 @@ from tb3_labs.robot.samples import (
     MAX_ODOMETRY_DISTANCE, MAX_ODOMETRY_SPEED, MAX_ODOMETRY_TURN_RATE, MAX_STAMP, OdometrySample,
     checked_number)
 
-#: This environment variable is the path of a pipe, to which a simulated robot writes true poses. A
-#: student's node could read a topic. A line of the pipe is x [m], y [m], yaw [rad].
+#: This environment variable is the path of a pipe. A simulated robot writes its true poses there,
+#: because a student's node could read a topic. Each line is x [m], y [m], yaw [rad].
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
@@ -30,7 +29,7 @@ def yaw_of(orientation):
 
 
 def to_quaternion(yaw, *tilt):
-    """Returns the geometry_msgs/Quaternion of a heading. `tilt` can be roll and pitch [rad]."""
+    """Returns the geometry_msgs/Quaternion of a heading [rad]. `tilt` can be roll and pitch."""
     w, x, y, z = quaternion_from_yaw(yaw, *tilt)
     return Quaternion(x=x, y=y, z=z, w=w)
 
@@ -57,10 +56,10 @@ def to_odometry_sample(message):
     twist = message.twist.twist
     pose = to_pose2(message.pose.pose)
     checked_number('place', max(abs(pose.x), abs(pose.y)), MAX_ODOMETRY_DISTANCE, 'm')
-    return OdometrySample(
-        checked_number('stamp', message.header.stamp.to_sec(), MAX_STAMP, 's'), pose,
-        checked_number('speed', twist.linear.x, MAX_ODOMETRY_SPEED, 'm/s'),
-        checked_number('rate of turn', twist.angular.z, MAX_ODOMETRY_TURN_RATE, 'rad/s'))
+    stamp = checked_number('stamp', message.header.stamp.to_sec(), MAX_STAMP, 's')
+    linear = checked_number('speed', twist.linear.x, MAX_ODOMETRY_SPEED, 'm/s')
+    angular = checked_number('rate of turn', twist.angular.z, MAX_ODOMETRY_TURN_RATE, 'rad/s')
+    return OdometrySample(stamp, pose, linear, angular)
 
 
 def to_pose_stamped(pose, frame_id, stamp):

@@ -2,8 +2,8 @@
 
 A thread that holds one of these locks may take only the locks below it in the list:
 
-    1  the locks of shutdown hooks, dynamic settings, diagnostics and actionlib, which call the
-       node; a node that calls one of these parts holds no lock
+    1  the locks of shutdown hooks, dynamic settings, diagnostics and actionlib. These parts call
+       the node while they hold their lock. So a node holds no lock when it calls one of them.
     2  the CoreRunner's lock, which guards the core and the commands
     3  the locks of rospy's topics and of rospy's log
 
@@ -29,13 +29,13 @@ DIAGNOSTICS_PERIOD = 1.0    # [s, wall clock]
 
 
 class CoreRunner:
-    """Guards a core (:mod:`tb3_labs.nodes`) by one lock. The lock is also held while a command is
-    sent, so a command from before a stop is never sent after the stop. A separate thread carries
-    out the rest of an Output without the lock. A blocked terminal or actionlib delays no stop."""
+    """Guards a core (:mod:`tb3_labs.nodes`) by one lock. The CoreRunner also holds the lock while
+    it sends a command. So no thread can send an older command after a stop. A blocked terminal or
+    actionlib must not delay a stop. So a separate thread carries out the rest of an Output."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
-        """``tick()`` returns the core's next Output. ``publish(output)`` is called with
-        the lock, after the command, and must not wait. ``carry_out(output)`` has no lock."""
+        """``tick()`` returns the core's next Output. ``publish(output)`` is called under the lock
+        and must not wait. ``carry_out(output)`` is called later without the lock and may wait."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting_outputs = queue.SimpleQueue()    # for carry_out
@@ -43,30 +43,30 @@ class CoreRunner:
                          daemon=True).start()
         self._cmd_vel = CmdVel()
         rospy.on_shutdown(self._close)
-        self._watchdog = Watchdog(self.decide_now, self._on_clock)
+        self._watchdog = Watchdog(self.decide, self._on_clock)
 
-    def decide_after(self, method, *arguments):
-        """Give a message to the core by ``method(*arguments)``, let it decide, and return the
-        Output. A `method` that passes the current time must itself read the clock: a time from
-        before the lock was taken could be older than the core's last decision."""
+    def call_and_decide(self, method, *arguments):
+        """Give a message to the core by ``method(*arguments)``, let the core decide, and return its
+        Output. `method` itself must read the clock. A time that was read before the lock was taken
+        could be older than the core's last decision."""
         with self._lock:
             method(*arguments)
-            output = self._decide()
+            output = self._tick_and_send()
         self._watchdog.on_message_handled()
         return output
 
-    def decide_now(self):
+    def decide(self):
         """Let the core decide now, without a message."""
         with self._lock:
-            self._decide()
+            self._tick_and_send()
 
     def call_core(self, method, *arguments):
-        """Returns ``method(*arguments)`` of the core, without a decision of the core."""
+        """Returns the result of the core's ``method(*arguments)``. The core does not decide."""
         with self._lock:
             return method(*arguments)
 
-    def _decide(self):
-        """Let the core decide. Send the command of the core. The caller holds the lock."""
+    def _tick_and_send(self):
+        """Let the core decide, and send the core's command. The caller holds the lock."""
         output = self._tick()
         if output.must_stop_first:
             self._cmd_vel.stop()
@@ -98,9 +98,9 @@ class CoreRunner:
 
 
 class Watchdog:
-    """Calls `on_quiet()` in a separate thread while no message arrives. A rospy.Timer would stop
-    with simulated time. If time is simulated, the thread also calls `on_clock(clock_runs)`. The
-    first call of :meth:`set_awake` starts the thread."""
+    """Calls `on_quiet()` in a separate thread while no message arrives. A rospy.Timer would not do
+    this while a simulated clock stands still. If time is simulated, the thread also calls
+    `on_clock(clock_runs)`. The first call of :meth:`set_awake` starts the thread."""
 
     def __init__(self, on_quiet, on_clock):
         self._on_quiet, self._on_clock = on_quiet, on_clock
@@ -111,7 +111,7 @@ class Watchdog:
         self._thread = threading.Thread(target=guarded(self._watch), name='watchdog', daemon=True)
 
     def set_awake(self, is_awake):
-        """If `is_awake`, call `on_quiet()` often, else seldom. The caller holds the lock."""
+        """Call `on_quiet()` often if `is_awake`, else seldom. The caller holds the lock."""
         if not self._thread.ident:
             self._thread.start()
         if is_awake:
@@ -134,12 +134,13 @@ class Watchdog:
                 time.sleep(max(CHECK_PERIOD, remaining_quiet_time))
 
     def _check_clock(self):
-        if not is_wall_time():
-            now = rospy.get_time()
-            if now != self._last_time:
-                self._last_time = now
-                self._clock.on_message(steady_time())
-            self._on_clock(self._clock.is_fresh(steady_time()))
+        if is_wall_time():
+            return
+        now = rospy.get_time()
+        if now != self._last_time:
+            self._last_time = now
+            self._clock.on_message(steady_time())
+        self._on_clock(self._clock.is_fresh(steady_time()))
 
 
 def publish_diagnostics(hardware, report):

@@ -9,8 +9,8 @@ tb3_labs)/launch/run.py dynparam`.
 Calls
     NODE/set_parameters    dynamic_reconfigure/Reconfigure
 """
-# The program `dynparam` of dynamic_reconfigure 1.7.3 shows a refusal as a traceback of 28 lines,
-# and waits forever for a node that does not exist.
+# This module replaces the program `dynparam` of dynamic_reconfigure 1.7.3, which shows a refusal as
+# a traceback of 28 lines, and waits forever for a node that does not exist.
 
 import re
 import sys
@@ -24,9 +24,9 @@ from tb3_labs.ros.topics import require_master
 from tb3_labs.safe_output import run_tool
 
 SERVICE_TIMEOUT = 2.0    # [s]
-#: Matches the text with which rospy reports a refusal. Group 2 of the match is the reason.
-REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
-                     r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
+#: Matches the text with which rospy reports that a node refuses a request.
+REFUSAL = re.compile(r'^.*responded with an error: b(?P<quote>[\'"])'
+                     r'(?:service cannot process request: )?(?P<reason>.*)(?P=quote)$', re.DOTALL)
 USAGE = 'usage: dynparam set NODE NAME VALUE'
 
 
@@ -35,12 +35,12 @@ def change(node, name, text):
     refuses, raises ``ValueError`` with the reason. Raises ``ROSException`` for an unknown node."""
     service = rospy.resolve_name(node) + '/set_parameters'
     rospy.wait_for_service(service, SERVICE_TIMEOUT)
-    is_bool = text.lower() in ('true', 'false')    # the node refuses a value of another type
+    is_bool = text.lower() in ('true', 'false')    # the node refuses a text in place of a bool
     value = text.lower() == 'true' if is_bool else number_or_text(text)
     try:
         settings = rospy.ServiceProxy(service, Reconfigure)(encode({name: value})).config
     except rospy.ServiceException as error:
-        raise ValueError(REFUSAL.sub(r'\2', str(error))) from None
+        raise ValueError(REFUSAL.sub(r'\g<reason>', str(error))) from None
     print(f'{name} is {decode(settings)[name]} now')
 
 

@@ -12,7 +12,7 @@ import sys
 if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:
-    import numpy, squaternion    # noqa: E401, F401 (the other files of this package need them)
+    import numpy, squaternion    # noqa: E401, F401 (other files of tb3_labs need them)
 except ImportError as error:    # rosdep was not run
     raise SystemExit(
         'tb3_labs: {} has no package {}. On Noetic, in the workspace: rosdep install --from-paths '

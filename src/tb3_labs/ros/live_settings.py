@@ -1,9 +1,10 @@
 """Lets a user change settings of a running node, by dynparam or in rqt_reconfigure.
 
 LiveSettings replaces the Python server of dynamic_reconfigure 1.7.3 (Debian 12). That server
-silently clips an invalid value to the nearest bound, before a callback can refuse it. It
-also writes each change to the parameter server, so a simulated fault is present after the next
-start. Its import calls rosdep, which may print a line. Test: test/ros/live_test.py.
+silently clips an invalid value to the nearest bound, so no callback can refuse the value. The
+server also writes each change to the parameter server, so a simulated fault would be present after
+the next start. The import of the server calls rosdep, which may print a line. Test:
+test/ros/live_test.py.
 """
 import threading
 from dataclasses import asdict, fields, replace
@@ -24,9 +25,9 @@ _GROUP = 'Default'    # the name of the group that contains all settings
 
 
 class LiveSettings:
-    """Offers the fields of `config`, except the fields whose names are in `fixed`. Each offered
-    field is a float or a bool. A thread of rospy calls `apply_config` with each new Config. If
-    `apply_config` raises ValueError, the change is refused."""
+    """Offers the fields of `config` to the user, except the fields whose names are in `fixed`. Each
+    offered field is a float or a bool. A thread of rospy calls `apply_config` with each new Config.
+    If `apply_config` raises ValueError, the user's change is refused."""
 
     def __init__(self, config, apply_config, fixed=()):
         self._current = config
@@ -61,6 +62,7 @@ class LiveSettings:
         except ValueError as error:
             rospy.logwarn('not changed: %s', error)
             raise rospy.ServiceException(str(error)) from None
+
         for name, value in asdict(changed).items():
             if value != getattr(self._current, name):
                 rospy.loginfo('%s is now %s', name, value)
@@ -73,12 +75,12 @@ class LiveSettings:
 
 def encode(values, groups=()):
     """Returns the dynamic_reconfigure/Config of {name: value}."""
-    def all_of(value_type, message):
-        return [message(name, value) for name, value in values.items()
+    def of_type(value_type, message_type):
+        return [message_type(name, value) for name, value in values.items()
                 if type(value) is value_type]
 
-    return Values(bools=all_of(bool, BoolParameter), ints=all_of(int, IntParameter),
-                  strs=all_of(str, StrParameter), doubles=all_of(float, DoubleParameter),
+    return Values(bools=of_type(bool, BoolParameter), ints=of_type(int, IntParameter),
+                  strs=of_type(str, StrParameter), doubles=of_type(float, DoubleParameter),
                   groups=list(groups))
 
 

@@ -1,13 +1,14 @@
-"""Starts a node of this package and ends it after a signal or a failure.
+"""Starts a node of this package, and ends the node after a signal or a failure.
 
 A ``ValueError`` at the start, such as for an invalid parameter, ends the node and its roslaunch.
 The node logs one fatal line, and its exit status is 1. An exception in a callback also ends the
-node, because with rospy alone the robot would continue with the last command.
+node. rospy alone would only log such an exception, and the robot would follow its last command.
 
-The signal handlers of rospy hang if the main thread holds a lock of rospy. In a node of this
-package, a signal raises an exception in the main thread. The exception first ends all calls, which
-releases their locks. Then it shuts down the node. :mod:`tb3_labs.ros.cmd_vel` stops the robot.
-Ctrl+Z also ends a node, since a suspended process could not stop the robot.
+The signal handlers of rospy hang if the main thread holds a lock of rospy. So in a node of this
+package, a signal raises the exception Interrupted in the main thread. This exception first ends all
+calls of the main thread, which releases their locks. Then :func:`run_node` shuts down the node, and
+:mod:`tb3_labs.ros.cmd_vel` stops the robot. Ctrl+Z also ends a node, since a suspended process
+could not stop the robot.
 """
 import os
 import signal
@@ -39,26 +40,22 @@ _shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until 
 
 
 def run_node(name, start_node, interface):
-    """Initialise the node `name`, call ``start_node()``, wait for the end, and exit. The option
-    --help only prints `interface`."""
+    """Initialise the node `name`, call ``start_node()``, wait until the node ends, and exit. With
+    the option --help, only print `interface` and exit."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if {'-h', '--help'} & set(rospy.myargv()[1:]):
         print(interface.strip())
         sys.exit(0)
     catch_signals()
     try:
-        if not rosgraph.is_master_online():    # rospy does not wait if a parameter was typed
-            print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
-                  'roscore too')
-            while not rosgraph.is_master_online():
-                interruptible_sleep(MAIN_THREAD_POLL_PERIOD)
+        _wait_for_master()
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_shutdown_has_begun.set)
         log_without_the_master()
         serve_connections_in_threads()
         join_publisher_lists()
         record_connections()
-        node = start_node()    # noqa: F841 (without a name Python would delete the node)
+        node = start_node()    # noqa: F841 (without this name Python would delete the node)
         rospy.on_shutdown(_log_failure)
         while not _shutdown_has_begun.is_set():
             interruptible_sleep(MAIN_THREAD_POLL_PERIOD)
@@ -73,13 +70,22 @@ def run_node(name, start_node, interface):
     exit_process()
 
 
+def _wait_for_master():    # rospy itself would not wait if a user typed a parameter
+    if rosgraph.is_master_online():
+        return
+    print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
+          'roscore too')
+    while not rosgraph.is_master_online():
+        interruptible_sleep(MAIN_THREAD_POLL_PERIOD)
+
+
 def exit_process(status=0):
     """Wait for the shutdown hooks, and exit with `status`, or with 1 after a failure."""
     deadline = time.monotonic() + END_TIMEOUT
     while not rospy.is_shutdown() and time.monotonic() < deadline:
         time.sleep(END_POLL_PERIOD)
     sys.stdout.flush()
-    os._exit(1 if _failures else status)    # with rospy alone, the end would take 0.6 s more
+    os._exit(1 if _failures else status)    # rospy would exit 0.6 s later
 
 
 def guarded(callback):
@@ -90,11 +96,11 @@ def guarded(callback):
         except rospy.ServiceException:
             raise    # rospy sends the reason to the client
         except Exception as error:    # after any exception the robot must not drive on
-            raised_in = traceback.extract_tb(error.__traceback__)[-1]
+            *_, raised_in = traceback.extract_tb(error.__traceback__)
+            place = f'{os.path.basename(raised_in.filename)} line {raised_in.lineno}'
             rospy.logdebug('%s', traceback.format_exc())
             # while the node ends, a publisher that is closed already may raise an exception
             if not (_shutdown_has_begun.is_set() or rospy.is_shutdown()):
-                place = f'{os.path.basename(raised_in.filename)} line {raised_in.lineno}'
                 begin_shutdown(f'{type(error).__name__}: {error} ({place})')
     return call
 
@@ -141,7 +147,7 @@ class Interrupted(BaseException):
 
 def catch_signals():
     """From now on the first signal of END_SIGNALS raises Interrupted in the main thread, even in a
-    background job. After nohup a node ignores SIGHUP."""
+    background job. A node that was started by nohup still ignores SIGHUP."""
     for end_signal in END_SIGNALS:
         if end_signal != signal.SIGHUP or signal.getsignal(end_signal) is not signal.SIG_IGN:
             signal.signal(end_signal, _interrupt)
@@ -160,8 +166,8 @@ def ignore_signals():
 
 
 def interruptible_sleep(seconds):
-    """Sleep in the main thread. Raises Interrupted if a signal arrives, or has arrived before. A
-    library may have caught the first exception."""
+    """Sleep in the main thread. Raises Interrupted if a signal arrives. If a signal arrived before,
+    raises Interrupted again, because a library may have caught the first exception."""
     if not _received_signals:
         time.sleep(seconds)
     if _received_signals:

@@ -13,21 +13,16 @@ from tb3_labs.robot.turtlebot3 import model_of_environment, robot_model
 def read_config(*config_types, other_node=None, typed_values=()):
     """Returns an instance of each of `config_types`. The values come from the node's ``~``
     parameters, and from `typed_values`. Raises ``ValueError`` for an unknown or invalid parameter.
-    If `other_node` is given, its parameters are read, and unknown parameters are ignored."""
+    If `other_node` is given, reads the parameters of that node and ignores unknown parameters."""
     node = other_node or rospy.get_name()
     values = rospy.get_param(node, {})
     if not isinstance(values, dict):
         raise ValueError(f'parameter {node} = {values!r} is not valid: the name of the node holds '
                          'its parameters')
     values.update(typed_values)
-    known_names = {item.name for item in chain(*map(fields, config_types))} | {'model'}
     if other_node is None:
-        for word in sys.argv[1:]:
-            name, separator, _ = word.partition(':=')
-            if name in known_names or not separator:    # rospy ignores `word` or renames a topic
-                shown_name = name if separator else 'NAME'
-                raise ValueError(f'{word} is not an argument; a parameter is given by '
-                                 f'_{shown_name}:=VALUE (--help tells more)')
+        known_names = {item.name for item in chain(*map(fields, config_types))} | {'model'}
+        _refuse_wrong_words(known_names)
         for name in sorted(set(values) - known_names):
             remedy = spelling_hint(name, known_names)
             raise ValueError(f'parameter {node}/{name} is unknown; {remedy}')
@@ -36,6 +31,16 @@ def read_config(*config_types, other_node=None, typed_values=()):
     except ValueError as error:
         raise ValueError(f'parameter {node}/{error}') from None
     return configs[0] if len(configs) == 1 else configs
+
+
+def _refuse_wrong_words(known_names):
+    """Refuse a typed parameter without the _ before its name, and a word without `:=`."""
+    for word in sys.argv[1:]:
+        name, separator, _ = word.partition(':=')
+        if name in known_names or not separator:
+            shown_name = name if separator else 'NAME'
+            raise ValueError(f'{word} is not an argument; a parameter is given by '
+                             f'_{shown_name}:=VALUE (--help tells more)')
 
 
 def read_model():

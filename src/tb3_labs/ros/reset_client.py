@@ -1,4 +1,5 @@
-"""Resets the pose of move_to_goal by `reset_pose`. The node of the handout has only `set_pose`."""
+"""Resets the pose of move_to_goal by the service `reset_pose`. If no node offers this service, the
+reset uses `set_pose`, since the handout's node offers only `set_pose`."""
 import math
 
 import rospy
@@ -9,8 +10,8 @@ from tb3_labs.srv import ResetPose, SetInitialPose
 
 
 def call_reset(x, y, yaw_deg):
-    """Declare that the robot is at `x` [m], `y` [m], `yaw_deg` in local. Returns the answer as
-    text. Raises ``ValueError`` with the reason if the node refuses the reset."""
+    """Declare that the robot is at `x` [m], `y` [m], `yaw_deg` in the frame local. Returns the
+    node's answer. Raises ``ValueError`` with the reason if the node refuses the reset."""
     try:
         response = rospy.ServiceProxy('reset_pose', ResetPose)(x, y, yaw_deg)
     except rospy.ServiceException:    # no node offers reset_pose, or the node was killed

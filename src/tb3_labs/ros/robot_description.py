@@ -2,9 +2,9 @@
 
     python3 launch/run.py robot_description MODEL [PREFIX]
 
-The URDF is a simple shape with the size of the robot. Links and joints have the same names as in
-turtlebot3_description. Body and nose lie on the floor, so that the goal, the path and the true pose
-stay visible. The name of each link begins with PREFIX, since all robots share one tree of links.
+The URDF describes a simple shape with the size of the robot. Links and joints have the same names
+as in turtlebot3_description. Body and nose lie on the floor, so that they do not hide the goal, the
+path and the true pose. The name of each link begins with PREFIX, since all robots share one tree.
 
 The frame ``base_footprint`` is on the floor in the middle between the wheels. The frame
 ``base_link`` is above ``base_footprint``, at the height of the axle. In both frames x points
@@ -62,7 +62,7 @@ _WHEEL = """
 
 
 def urdf(model: RobotModel, prefix: str) -> str:
-    """Returns the URDF of a simple shape with the size of `model`."""
+    """Returns the URDF of `model`. The name of each link begins with `prefix`."""
     wheels = [_WHEEL.format(prefix=prefix, side=side, y=y, radius=model.wheel_radius,
                             width=WHEEL_WIDTH)
               for side, y in (('left', model.half_track), ('right', -model.half_track))]

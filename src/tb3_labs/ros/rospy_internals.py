@@ -17,23 +17,23 @@ from rospy.msg import serialize_message
 
 
 def connection_of(message):
-    """Returns the header of a message's connection, a dict. `callerid` is the name of the sender.
-    `latching` is '1' if the sender repeats the last message to each new connection. `connected_at`
-    and `process` are from :func:`record_connections`."""
+    """Returns the header of the connection on which a message arrived, a dict. `callerid` is the
+    name of the sender. `latching` is '1' if the sender repeats the last message to each new
+    connection. :func:`record_connections` adds `connected_at` and `process`."""
     return message._connection_header
 
 
 def sender_of(message):
-    """Returns the name of a message's sender without unprintable letters; '' if it is unknown."""
+    """Returns the printable letters of the name of a message's sender; '' if it is unknown."""
     name = connection_of(message).get('callerid', '')
     return ''.join(filter(str.isprintable, name))[:100]
 
 
 def record_connections():
     """Add 'connected_at' [s, steady_time] and the sender's address 'process' to the header of each
-    later connection. Call this function before a node subscribes. Without the two fields a repeated
-    True would drive the robot after a restart of the node. Internals: `_validate_header` and
-    `endpoint_id` of TCPROSTransport; test: test/ros/start_order.test."""
+    later connection. Call this function before a node subscribes. Without these fields, a node
+    that starts again would obey a repeated True, and drive the robot. Internals: `_validate_header`
+    and `endpoint_id` of TCPROSTransport; test: test/ros/start_order.test."""
     validate = TCPROSTransport._validate_header
 
     def validate_and_record(self, header):
@@ -45,8 +45,8 @@ def record_connections():
 
 
 def log_without_the_master():
-    """Write log lines even if the master has ended. Without this function rospy would ask the
-    master before each line. Internals: the parameter cache; test: test/ros/network.test."""
+    """From now on write log lines even if the master has ended. Without this function rospy would
+    ask the master before each line. Internals: the parameter cache; test: test/ros/network.test."""
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
 
@@ -54,23 +54,17 @@ def serve_connections_in_threads(server=None):
     """Serve each connection in a separate thread. Otherwise a browser that connects to a node would
     block all clients. Internals: `_tcpros_server`, `inbound_handler`; test: test/unit/test_node.py.
 
-    Closed connections are not served. A subscriber that gets two lists of publishers within a
-    moment connects twice and closes its first connection. The thread of the closed connection may
-    be late. The publisher would then keep only the closed connection."""
+    Closed connections are not served. A subscriber that gets two lists of publishers at nearly the
+    same time connects twice, and closes its first connection. If this connection were served last,
+    rospy would keep only this one, and the subscriber would get no messages."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
     serving_lock = threading.Lock()    # one connection at a time is checked and served
 
     def serve_node(connection, address):
-        length_bytes = b''
-        hangup_poll = select.poll()
-        hangup_poll.register(connection, select.POLLRDHUP)
-        with suppress(OSError):
-            length_bytes = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
+        is_node = _begins_with_header(connection)    # waits for the first bytes
         with serving_lock:
-            # A node first sends the length of its header, a small number. HTTP begins with letters.
-            is_node = len(length_bytes) == 4 and int.from_bytes(length_bytes, 'little') < 2 ** 16
-            if is_node and not hangup_poll.poll(0):
+            if is_node and not _is_hung_up(connection):
                 serve(connection, address)
             else:
                 connection.close()
@@ -82,16 +76,31 @@ def serve_connections_in_threads(server=None):
     server.server_sock.listen(128)    # with rospy's own limit a seventh client waits for 1 s
 
 
+def _begins_with_header(connection):
+    """Returns True for the connection of a node. A node first sends the length of its header, which
+    is a small number. A browser first sends letters."""
+    length_bytes = b''
+    with suppress(OSError):
+        length_bytes = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
+    return len(length_bytes) == 4 and int.from_bytes(length_bytes, 'little') < 2 ** 16
+
+
+def _is_hung_up(connection):
+    hangup_poll = select.poll()
+    hangup_poll.register(connection, select.POLLRDHUP)
+    return bool(hangup_poll.poll(0))
+
+
 def is_wall_time():
     """Returns True if ROS time is the time of the computer, and not of a simulated /clock."""
     return rospy.rostime.is_wallclock()
 
 
 def join_publisher_lists(manager=None):
-    """Connect to publishers that register just after a subscriber. The master then sends two lists
-    of publishers, and rospy uses the list that arrives last, even if it is the older list. So this
-    function joins all waiting lists. A publisher that has ended refuses the connection. Internals:
-    `updates`, `publisher_update` of RegManager; test: test/unit/test_node.py."""
+    """From now on join all lists of publishers that wait. If a publisher registers just after a
+    subscriber, the master sends two lists. rospy itself would use only the list that arrives last,
+    even if the other list is newer. A publisher that has ended only refuses the connection.
+    Internals: `updates`, `publisher_update` of RegManager; test: test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
     update = manager.publisher_update
@@ -111,7 +120,7 @@ def subscribers_of(publisher):
 
 
 def make_writes_immediate(publisher, max_waiting=1):
-    """From now on ``publish()`` itself writes to each subscriber. Messages in rospy's queue
+    """From now on ``publish()`` itself writes to each subscriber. Messages in rospy's own queue
     would be lost when the process ends. If a subscriber's buffers are full, the last `max_waiting`
     messages wait. Internals: `impl`, its `add_connection`; test: test/unit/test_node.py."""
     topic = publisher.impl
@@ -132,19 +141,20 @@ class _Writer:
         self._connection = connection
         self._lock = threading.Lock()    # guards `_waiting` and `_is_full`
         self._waiting = deque(maxlen=max_waiting)
-        self._is_full = False            # the socket is full, so a thread writes
+        self._is_full = False            # the socket's buffer is full, and a thread writes
 
     def write(self, data):
         with self._lock:
             if self._is_full:
                 self._waiting.append(data)
                 return
-            sent = 0
+            sent_count = 0
             with suppress(BlockingIOError):
-                sent = self._connection.socket.send(data, socket.MSG_DONTWAIT)
-            self._is_full = sent < len(data)
+                sent_count = self._connection.socket.send(data, socket.MSG_DONTWAIT)
+            rest = data[sent_count:]
+            self._is_full = bool(rest)
             if self._is_full:
-                threading.Thread(target=self._write_rest, args=(data[sent:],), daemon=True).start()
+                threading.Thread(target=self._write_rest, args=(rest,), daemon=True).start()
 
     def _write_rest(self, data):
         while data:
@@ -165,7 +175,7 @@ def publish_together(publisher, messages):
     *first_messages, last = messages
     topic = publisher.impl
     topic.buff.seek(0)
-    topic.buff.truncate()    # removes data for a subscriber that has ended
+    topic.buff.truncate()    # remove data for a subscriber that has ended
     for message in first_messages:
         topic.seq += 1
         serialize_message(topic.buff, topic.seq, message)

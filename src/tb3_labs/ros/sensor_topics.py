@@ -1,7 +1,7 @@
 """Converts messages of the IMU and of the wheels to samples.
 
-A message raises ``ValueError`` for NaN, infinity, an invalid quaternion, a speed that the robot
-cannot have, or the covariance -1, by which an IMU says that it does not measure a field.
+A conversion raises ``ValueError`` for NaN, infinity, an invalid quaternion, or a speed that the
+robot cannot have. The covariance -1 is also refused, because the IMU does not measure this field.
 """
 import rospy
 from sensor_msgs.msg import JointState
@@ -12,8 +12,8 @@ from tb3_labs.robot.samples import (
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
-#: Time [s] between two readings of the wheels. A TurtleBot3 sends two messages in this time. Wheels
-#: and gyro can be compared if the period is below timeouts.MAX_WHEEL_GAP.
+#: After each message of the wheels, the topic is not read for this time [s], in which a TurtleBot3
+#: sends two messages. Wheels and gyro can be compared if this time is below timeouts.MAX_WHEEL_GAP.
 WHEEL_PERIOD = 0.06
 
 
@@ -45,8 +45,8 @@ def _stamp(message):
 
 
 def subscribe_wheels(callback):
-    """Call `callback` with each WheelSample on `joint_states`. Messages without wheels are ignored.
-    Returns a function, which returns True if any node publishes the topic."""
+    """Call `callback` with the WheelSamples on `joint_states`. Messages without wheels are ignored.
+    Returns a function ``is_published()``, which returns True if any node publishes the topic."""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

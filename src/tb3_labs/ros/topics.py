@@ -1,8 +1,8 @@
 """Subscribes a node to topics. A node needs only the latest sample of a sensor, but every event.
 
 Permissions, turns and goals are events, because a person sends each of them at one moment. A node
-uses each event once, in order, and only if the event is new (supervision/events.py). Delayed
-messages arrive together, so a subscriber with a queue of one message would lose events.
+uses each event once, in order, and only if the event is new (supervision/events.py). After a delay
+several events arrive together, and a queue of one message would lose all but the last event.
 """
 import threading
 import time
@@ -16,9 +16,9 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
 from tb3_labs.supervision.events import IncomingMessage, NoveltyFinder, SenderConnection
 
-#: With this header, a sender announces that it will renew its permission.
+#: A sender with this header in its connections announces that it will renew its permission.
 RENEWAL_HEADER = {'renewed': '1'}
-#: {topic: number of invalid messages, which are dropped}
+#: {topic: number of messages that were dropped because they were invalid}
 INVALID_COUNTS = Counter()
 WARNING_PERIOD = 1.0          # [s, wall clock]
 FIRST_REMINDER_DELAY = 2.0    # [s, wall clock]
@@ -45,7 +45,7 @@ def subscribe(topic, message_type, callback, read=None, queue_size=1, idle_time=
     message is dropped and counted in INVALID_COUNTS.
 
     If `idle_time` is given, the topic is not read for `idle_time(now)` seconds after each message.
-    That saves most of a node's computing time. If time is simulated, every message is read.
+    This pause saves most of a node's computing time. If time is simulated, there is no pause.
     """
     may_idle = idle_time is not None and is_wall_time()
     warnings = WarningThrottle()
@@ -73,7 +73,7 @@ def subscribe_events(topic, message_type, callback, read=lambda message: message
     def to_incoming_message(message):
         arrived_at = steady_time()
         connection = sender_connection(message)
-        # a stamp of a simulated clock is not used, since the clock may run faster
+        # a delay is unknown if time is simulated, since this clock may run faster than real time
         sent_at = _stamp_of(message) if is_wall_time() else 0.0
         return IncomingMessage(read(message), arrived_at, connection.sender, novelty_of(message),
                                has_renewals=connection.has_renewals, sent_at=sent_at)
@@ -114,8 +114,8 @@ def publishers_of(topic):
 
 
 def log_missing_topics(freshness_of_topics, remedy='is the robot running?'):
-    """Log reminders until a message has arrived on /clock and on each topic of
-    `freshness_of_topics`, a {topic: Freshness}. Each reminder ends with `remedy`."""
+    """Log reminders until a message has arrived on each topic of `freshness_of_topics`, a {topic:
+    Freshness}, and from a simulated clock on /clock. Each reminder ends with `remedy`."""
     def remind():
         time.sleep(FIRST_REMINDER_DELAY)
         while not rospy.is_shutdown():

@@ -1,10 +1,10 @@
 """Simulates the motors and the wheels, which move the robot.
 
-A motor follows its goal speed with a first-order lag. The robot drives along arcs, which are exact
-at constant speed. While the speed changes, the arcs are short, and each start or stop adds an error
-of some micrometres.
+A motor follows its goal speed with a first-order lag. The path of the robot is computed as a series
+of arcs. At constant speed one arc is the exact path. While the speed changes, the arcs are short,
+and each start or stop adds an error of some micrometres.
 
-Units: SI. Motor angles are in radians, positive forwards.
+Units: SI. Motor angles are in radians, and grow when the robot drives forwards.
 """
 import copy
 import math
@@ -16,9 +16,9 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
-MAX_ARC_TIME = 1.0 / 60.0       # [s], while the speed changes
-ROUNDING_SLACK = 1e-9           # [arcs]; a time just above MAX_ARC_TIME remains one arc
-MOTOR_SPEED_TOLERANCE = 1e-6    # [rad/s]; a motor with a smaller error has its goal speed
+MAX_ARC_TIME = 1.0 / 60.0       # longest time [s] of an arc while the speed changes
+ROUNDING_SLACK = 1e-9           # a time that exceeds MAX_ARC_TIME by rounding remains one arc
+MOTOR_SPEED_TOLERANCE = 1e-6    # [rad/s]; a motor with a smaller error gets its goal speed
 
 
 class Drivetrain:
@@ -113,8 +113,8 @@ class Body:
     def __init__(self, model: RobotModel, start: Pose2, imu_offset: float, seed: int) -> None:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
-        self._moved_until = 0.0    # [s]
-        # (start [s], drivetrain) of each motion that wheel_angles_at() has not passed
+        self._moved_until = 0.0    # time [s] of the latest pose
+        # (start [s], drivetrain at the start) of each motion that wheel_angles_at() still needs
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
@@ -130,13 +130,13 @@ class Body:
             self.imu.add_motion(stamp, self.drivetrain.turn_curve)
 
     def pose_at(self, now: float) -> Pose2:
-        """Returns the robot's pose at `now` [s]. advance_to() must not have passed `now`."""
+        """Returns the robot's pose at `now` [s], which must not be before the last advance_to()."""
         drivetrain = copy.copy(self.drivetrain)
         drivetrain.advance(now - self._moved_until)
         return drivetrain.pose
 
     def save_motion(self) -> None:
-        """Save the new motion after a change of goal speeds, physics or IMU settings."""
+        """Save the motion that begins with a change of goal speeds, physics or IMU settings."""
         self.imu.add_motion(self._moved_until, self.drivetrain.turn_curve)
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 
@@ -148,10 +148,10 @@ class Body:
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
         """Returns the angles (left, right) [rad] of the motors. `moment` [s] must not go back."""
         motions = self._unread_motions
-        while len(motions) > 1 and motions[1][0] <= moment:
+        while len(motions) > 1 and motions[1][0] <= moment:    # the next motion has begun
             motions.popleft()
-        begin, drivetrain = motions[0]
-        if moment > begin:
-            drivetrain.advance(moment - begin)
+        start, drivetrain = motions[0]
+        if moment > start:
+            drivetrain.advance(moment - start)
             motions[0] = moment, drivetrain
         return drivetrain.angles

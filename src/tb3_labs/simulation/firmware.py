@@ -1,21 +1,21 @@
 """Simulates the robot's board, which computes motor speeds and the odometry.
 
-The faults of the real firmware are copied, because the labs have to work with them.
+This module copies the faults of the real firmware, because students' nodes have to work with them.
 
-The board clips the linear and the angular speed of a command, then the speed of each wheel, so a
-fast curve becomes slower and wider. It rounds the speed of a motor towards zero to a whole number
-of speed steps, at most `motor_steps`. Its library rosserial reads infinity as 1, and NaN as 1.5.
-It obeys the newest command for half a second after reading it.
+The board clips the linear and the angular speed of a command, then the speed of each wheel. So a
+fast curve becomes slower and wider. The board rounds the speed of a motor towards zero to a whole
+number of speed steps, at most `motor_steps`. The board's library rosserial reads infinity as 1, and
+NaN as 1.5. The board obeys the newest command for half a second after reading it.
 
-The heading of the odometry is from the IMU. The turn ``theta - theta_last`` is *not* wrapped. When
-the IMU crosses +/-180 deg, the displacement of one sample points backwards. This sample's yaw is
-correct, but its rate of turn is wrong by a whole turn per sample, about 190 rad/s. If the servos do
-not answer, the odometry repeats the last displacement, while the wheels' angles stay constant.
+The heading of the odometry comes from the IMU, whose turn between two samples is *not* wrapped. So
+when the IMU crosses +/-180 deg, the displacement of one sample points backwards. The yaw of this
+sample is correct, but its rate of turn is wrong by a whole turn per sample, about 190 rad/s. If the
+servos do not answer, the odometry repeats its last displacement, but no wheel angle changes.
 
-On `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and commands
-and further resets wait in order. The mean rate of turn in this time becomes the gyro's bias. Then
-the board sets the odometry's pose to zero, but not the IMU's yaw, so these two yaws differ. The
-next sample of the odometry adds the turn that the IMU measured during the calibration.
+After a `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and
+commands and further resets wait in order. The mean rate of turn during the calibration becomes the
+gyro's bias. Then the board sets the odometry's pose to zero, but not the IMU's yaw. The next sample
+of the odometry adds the turn that the IMU measured during the calibration.
 
 Units: SI. Motor angles are in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with this firmware.
@@ -30,7 +30,7 @@ from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 from tb3_labs.simulation.network import Arrival
 
-TICK_ANGLE = 2.0 * math.pi / 4096.0    # [rad], of a wheel between two ticks of its encoder
+TICK_ANGLE = 2.0 * math.pi / 4096.0    # angle [rad] by which a wheel turns in one encoder tick
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0    # [rad/s]
 #: A NetworkLink sends a reset as this text, and a command as (forward speed, rate of turn).
 RESET_MESSAGE = 'reset'
@@ -45,7 +45,7 @@ def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[floa
 
 
 def _as_rosserial_reads(speed: float) -> float:
-    """Returns the speed that the board reads if a node sends `speed`."""
+    """Returns the speed that the board's rosserial reads if a node sends `speed`."""
     if math.isfinite(speed):
         return speed
     size = 1.5 if math.isnan(speed) else 1.0
@@ -71,7 +71,7 @@ class Odometer:
         self._last_imu_yaw = imu_yaw
         self._ticks: Tuple[int, int] = (0, 0)
         self._ticks_at_reset = (0, 0)
-        self._tick_change = (0, 0)    # ticks between the last two answers of the servos
+        self._tick_change = (0, 0)    # new ticks (left, right) in the servos' last answer
         self._stamp = 0.0
         self.wheel_speeds = (0.0, 0.0)    # mean speeds (left, right) [rad/s] in the last interval
 
@@ -88,34 +88,35 @@ class Odometer:
         (left, right), or None if the servos do not answer. `imu_yaw` [rad] is in (-pi, pi]."""
         interval = stamp - self._stamp
         if ticks is not None:
-            self._tick_change = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]
+            (left, right), (last_left, last_right) = ticks, self._ticks
+            self._tick_change = left - last_left, right - last_right
             self._ticks = ticks
         left_ticks, right_ticks = self._tick_change
-        left, right = TICK_ANGLE * left_ticks, TICK_ANGLE * right_ticks
-        distance = self._radius * (left + right) / 2.0
+        left_turn, right_turn = TICK_ANGLE * left_ticks, TICK_ANGLE * right_ticks
+        self.wheel_speeds = (left_turn / interval, right_turn / interval)
+        distance = self._radius * (left_turn + right_turn) / 2.0
         turn = imu_yaw - self._last_imu_yaw    # not wrapped, as in the real firmware
         self._x += distance * math.cos(self._yaw + turn / 2.0)
         self._y += distance * math.sin(self._yaw + turn / 2.0)
         self._yaw += turn
         self._stamp = stamp
         self._last_imu_yaw = imu_yaw
-        self.wheel_speeds = (left / interval, right / interval)
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
                               linear=distance / interval, angular=turn / interval)
 
     def reset(self, ticks: Optional[Tuple[int, int]]) -> None:
-        """Set the pose and the wheel angles to zero. For `ticks` see :meth:`update`."""
+        """Set the pose and the wheel angles to zero. `ticks` is the same as in :meth:`update`."""
         self._x, self._y, self._yaw = 0.0, 0.0, 0.0
         if ticks is not None:
             self._ticks, self._ticks_at_reset = ticks, ticks
 
 
 class Board:
-    """Reads messages and obeys commands, but reads nothing while it calibrates its gyro."""
+    """Reads messages and obeys commands. The board reads nothing while it calibrates its gyro."""
 
     def __init__(self) -> None:
         self._unread: Deque[Arrival] = deque()
-        self.calibration_end = math.inf           # [s]; infinity if the board does not calibrate
+        self.calibration_end = math.inf           # time [s], infinite if no calibration runs
         self._last_calibration_end = -math.inf    # [s]
         self._calibration_duration = 0.0          # [s]
         self._yaw_at_begin = 0.0                  # true yaw [rad] when the calibration began
@@ -124,7 +125,7 @@ class Board:
 
     @property
     def is_calibrating(self) -> bool:
-        """The board calibrates its gyro, so it neither reads messages nor sends samples."""
+        """Returns True while the board calibrates its gyro. The board then sends no samples."""
         return self.calibration_end < math.inf
 
     def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:

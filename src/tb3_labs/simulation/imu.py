@@ -1,9 +1,9 @@
 """Simulates the IMU, which measures yaw and rate of turn with noise, drift and bias.
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
-Its rate of turn is the sum of the true rate, the rate of the drift, the bias of the last
-calibration, and another white noise. The gyro has a dead zone. The yaw and the rate of turn of a
-sample were measured `sample_age` [s] before its stamp.
+The rate of turn of the IMU is the true rate plus the rate of the drift, the bias of the last
+calibration, and another white noise. In its dead zone, the gyro sends 0. The IMU measures the yaw
+and the rate of turn of a sample `sample_age` [s] before the stamp of the sample.
 
 Units: SI. The noise was measured on a real Burger at rest, whose yaw changes by a few thousandths
 of a degree from one sample to the next.
@@ -20,7 +20,7 @@ from tb3_labs.robot.samples import ImuSample
 UNCALIBRATED_BIAS = math.radians(0.71)    # [rad/s], measured on one robot
 #: The resolution of the gyro [rad/s]. 16 bits cover the range of +/-2000 deg/s.
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
-GYRO_DEAD_ZONE = 3.0 * GYRO_STEP    # for a lower rate [rad/s], the firmware sends 0
+GYRO_DEAD_ZONE = 3.0 * GYRO_STEP    # the firmware sends 0 if the rate [rad/s] is not larger
 
 
 class TurnCurve(NamedTuple):
@@ -29,7 +29,7 @@ class TurnCurve(NamedTuple):
 
     yaw: float                 # [rad], not wrapped
     steady_turn_rate: float    # [rad/s]
-    fading_turn_rate: float    # [rad/s]; 0 at constant speed
+    fading_turn_rate: float    # [rad/s]
     lag: float                 # [s]
 
 
@@ -38,12 +38,12 @@ class ImuModel:
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         """At the start the true yaw is `yaw` [rad], and the yaw of the IMU is `yaw` + `offset`."""
-        self.yaw_error = offset    # yaw [rad] of the IMU minus the true yaw, without noise
+        self.yaw_error = offset    # yaw [rad] of the IMU minus true yaw, before the noise
         self._noise = _pairs_of_normal_numbers(seed)
-        self.bias = 0.0    # [rad/s], of the gyro after the last calibration
+        self.bias = 0.0    # bias [rad/s] of the gyro after the last calibration
         self.configure(yaw_noise=0.0, turn_rate_noise=0.0, drift=0.0, sample_age=0.0)
-        self._error_until = 0.0    # time [s] up to which `yaw_error` includes drift and bias
-        #: (start [s], curve of the IMU) of each motion that is not wholly measured, oldest first.
+        self._error_until = 0.0    # until this time [s], `yaw_error` includes drift and bias
+        #: (start [s], curve of the IMU) of each motion that measure() still needs, oldest first.
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
         self.add_motion(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
@@ -60,7 +60,7 @@ class ImuModel:
         self._dead_zone = GYRO_DEAD_ZONE if has_dead_zone else -math.inf
 
     def add_motion(self, now: float, curve: TurnCurve) -> None:
-        """Add a motion with the turn `curve`, which begins at `now` [s] and ends the one before."""
+        """End the last motion at `now` [s], and add a new motion with the turn `curve`."""
         self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:
@@ -73,13 +73,13 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
         integral of the rate of turn."""
-        # This loop needs most of the simulation's time, so it uses local names and few calls.
+        # The simulation spends most of its time in this loop, so it uses local names and few calls.
         motions, sample_age, dead_zone = self._motions, self._sample_age, self._dead_zone
         yaw_noise, rate_noise = self._yaw_noise, self._turn_rate_noise
         remainder, exp = math.remainder, math.exp
         samples = []
         for stamp, (yaw_deviation, rate_deviation) in zip(stamps, self._noise):
-            moment = stamp - sample_age
+            moment = stamp - sample_age    # of the measurement
             while len(motions) > 1 and motions[1][0] <= moment:
                 motions.popleft()
             begin, (yaw, rate, fading_rate, lag) = motions[0]

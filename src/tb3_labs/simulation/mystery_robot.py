@@ -2,11 +2,11 @@
 
 Each number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12
 to 22, ...) each of the FAULT_KINDS occurs once, in a random order. Neighbouring numbers have
-different faults. Random numbers come only from ``random.Random(text).random()``: this call returns
-the same numbers in all versions of Python.
+different faults. All random numbers come from ``random.Random(text).random()``, because this call
+returns the same numbers in all versions of Python.
 
-Anyone can compute the answer with this file, but the exercise asks for a measurement as a proof.
-Times are in seconds since the start.
+A student can compute the hidden fault with this file. So the exercise asks for a measurement as a
+proof. Times are in seconds since the start.
 """
 import random
 from dataclasses import dataclass, field, replace
@@ -14,23 +14,23 @@ from typing import Any, List, Mapping, Tuple
 
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-LAST_NUMBER = 9999         # the first number is 1
-SEED_COUNT = 1e6           # a seed is a whole number below this one
-FAULT_PAUSE_TIME = 12.0    # [s], between two occurrences of an intermittent fault
+LAST_NUMBER = 9999         # number of the last robot; the first robot has the number 1
+SEED_COUNT = 1e6           # a seed is a whole number below this number
+FAULT_PAUSE_TIME = 12.0    # time [s] between two occurrences of an intermittent fault
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A kind of fault. It is constant if it has a `value_field`. Otherwise it is intermittent, and
-    its value is the duration [s] of each occurrence."""
+    """A kind of fault. A fault with a `value_field` is constant. A fault without a `value_field` is
+    intermittent, and its value is the duration [s] of each occurrence."""
 
     name: str
-    value_field: str                    # field of SimulatorConfig, set to the value times `scale`
+    value_field: str                    # this field of SimulatorConfig is the value times `scale`
     value_range: Tuple[float, float]    # least and largest absolute value
     digits: int                         # digits of the value after the decimal point
     unit: str                           # unit of the value
     tolerance: float                    # largest error of a right answer, in `unit`
-    quantity: str                       # what the value is
+    quantity: str                       # tells the student what to measure
     scale: float = 1.0
     is_signed: bool = False             # the value can be negative
     #: {field of SimulatorConfig: its content while the fault occurs}
@@ -77,7 +77,7 @@ FAULT_KINDS = (
 
 
 class HiddenFault:
-    """The fault of the mystery robot `number`, which has `settings` without the fault. Raises
+    """The fault of the mystery robot `number`. Without the fault, the robot has `settings`. Raises
     ``ValueError`` if the number is not valid."""
 
     def __init__(self, number: int, settings: SimulatorConfig) -> None:
@@ -89,10 +89,11 @@ class HiddenFault:
         self._healthy = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
-        """Returns the settings at `now` [s]. Equal settings are the same object."""
+        """Returns the settings at `now` [s]. While they do not change, they are the same object."""
         if self.fault.value_field:
             return self._faulty
-        is_pause = now % (FAULT_PAUSE_TIME + self.value) < FAULT_PAUSE_TIME
+        period = FAULT_PAUSE_TIME + self.value
+        is_pause = now % period < FAULT_PAUSE_TIME    # each period begins with the pause
         return self._healthy if is_pause else self._faulty
 
 
@@ -102,7 +103,7 @@ def fault_of(number: int) -> Tuple[Fault, float, int]:
         raise ValueError(
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
     block, place = divmod(number - 1, len(FAULT_KINDS))
-    fault = FAULT_KINDS[_fault_order(block)[place]]
+    fault = _faults_of_block(block)[place]
     generator = random.Random(f'mystery {number}')
     low, high = fault.value_range
     value = round(low + (high - low) * generator.random(), fault.digits)
@@ -111,15 +112,17 @@ def fault_of(number: int) -> Tuple[Fault, float, int]:
     return fault, value, int(SEED_COUNT * generator.random())
 
 
-def _fault_order(block: int) -> List[int]:
-    """Returns the indices of FAULT_KINDS, in the order in which the faults occur in a block. The
-    last fault of one block is not the first one of the next."""
-    order = _shuffled_order(block)
-    if block and order[0] == _shuffled_order(block - 1)[-1]:
-        order[0], order[1] = order[1], order[0]
-    return order
+def _faults_of_block(block: int) -> List[Fault]:
+    """Returns the FAULT_KINDS in the order in which they occur in a block. If the last fault of the
+    block before would be first, the first two faults change places."""
+    first, second, *others = _shuffled_faults(block)
+    if block:
+        *_, last_before = _shuffled_faults(block - 1)
+        if first is last_before:
+            first, second = second, first
+    return [first, second, *others]
 
 
-def _shuffled_order(block: int) -> List[int]:
+def _shuffled_faults(block: int) -> List[Fault]:
     generator = random.Random(f'order of block {block}')
-    return sorted(range(len(FAULT_KINDS)), key=lambda _: generator.random())
+    return sorted(FAULT_KINDS, key=lambda _: generator.random())

@@ -6,13 +6,13 @@ stall arrives when the stall ends. A cut is a stall that lasts until the setting
 switched off. Stalls begin at random (a Poisson process) and delay both links. Stalls and jitter
 have separate random generators, so stalls do not change the jitter.
 
-Units: seconds. Edge cases: A change of latency or jitter does not affect messages that were sent
-before it. A change of the settings of stalls ends a stall. A message also waits for the earlier
-ones, so if messages follow each other fast, the mean delay exceeds the latency plus the mean
-jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of 0.1 to 0.4 s. Some delays
-are much longer than the mean, because a sender in a WLAN waits for a random time before each
-packet and repeats a lost packet (Malone, Leith and Dangerfield, "Inferring queue state by
-measuring delay in a WiFi network").
+Times are in seconds. A change of latency or jitter affects only messages that are sent after the
+change. A change of the settings of stalls ends the current stall. A message also waits until the
+earlier messages have arrived. So if messages follow each other fast, the mean delay exceeds the
+latency plus the mean jitter. Source: recordings of real TurtleBot3s over a WLAN, with stalls of 0.1
+to 0.4 s. Some delays are much longer than the mean, because a sender in a WLAN waits for a random
+time before each packet and repeats a lost packet (Malone, Leith and Dangerfield, "Inferring queue
+state by measuring delay in a WiFi network").
 """
 import math
 import random
@@ -26,7 +26,7 @@ Arrival = Tuple[float, Any]    # (time of arrival [s], message)
 
 def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
              longest_stall: float = SimulatorConfig.longest_stall) -> Dict[str, float]:
-    # With this jitter, one of 55 messages needs at least twice the latency.
+    # With this jitter, the delay of one message in 55 is at least twice the latency.
     return dict(command_latency=delay, sensor_latency=delay, command_jitter=delay / 4.0,
                 sensor_jitter=delay / 4.0, stalls_per_min=stalls_per_min,
                 longest_stall=longest_stall)
@@ -42,7 +42,7 @@ NETWORKS: Dict[str, Dict[str, float]] = {
 
 
 class Stalls:
-    """The stalls of a network, as random intervals [start, end). The mean time [s] between two
+    """The stalls of a network, as random intervals [start, end). The mean pause [s] between two
     stalls is 60 / `per_min`. The length [s] of a stall is uniformly random up to `longest`."""
 
     def __init__(self, per_min: float, longest: float, since: float, seed: str) -> None:
@@ -84,11 +84,11 @@ class NetworkLink:
             self._stalls = None
             if per_min:    # both links have the same seed, so a stall delays both directions
                 self._stalls = Stalls(per_min, longest, since=now, seed=f'stalls {self._seed}')
-        # messages that waited for the end of a stall arrive now
+        # messages that waited for the end of the old stall arrive now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
-        """Send the first message at the first of the `moments` [s], and so on."""
+        """Send each of `messages` at the moment [s] that has the same place in `moments`."""
         settings = self._settings
         if self._direction == 'command':
             latency, jitter = settings.command_latency, settings.command_jitter

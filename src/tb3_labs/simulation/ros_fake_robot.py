@@ -1,7 +1,7 @@
 """Simulates a robot on the topics of a real robot, in real time or by its own /clock.
 
-The messages have the same values as messages of ROBOTIS OpenCR firmware 1.2.6. The covariances are
-from turtlebot3_sensor.cpp, and those of the odometry are zero.
+The messages have the same values as messages of ROBOTIS OpenCR firmware 1.2.6. The covariances of
+the IMU are from its file turtlebot3_sensor.cpp. The covariances of the odometry are zero.
 """
 import itertools
 import math
@@ -29,12 +29,13 @@ from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0  # [s]
 STEPS_PER_TRUTH = 4            # number of steps between two messages of the ground truth
-MAX_CATCH_UP_TIME = 0.5        # [s]; after a longer pause of the computer, the robot drops the time
-#: [s], of a robot that publishes /clock. If /clock jumped farther, the sensors would seem silent.
+#: If a pause of the computer is longer than this time [s], the robot does not catch up.
+MAX_CATCH_UP_TIME = 0.5
+#: The same with a /clock, because after a larger jump of /clock the sensors would seem silent.
 MAX_CATCH_UP_TIME_ON_CLOCK = 0.02
 GRAVITY = 9.80665            # [m/s^2]
-ROLL = math.radians(0.7)     # [rad], of a recorded robot's board
-PITCH = math.radians(0.4)    # [rad]
+ROLL = math.radians(0.7)     # roll and pitch [rad] of the board in a recorded robot
+PITCH = math.radians(0.4)
 
 
 def _diagonal(variance):
@@ -53,8 +54,8 @@ ACCELERATION_AT_REST = (
 class FakeRobot:
     """Connects a Simulator to its topics. If `hidden_fault` is a mystery_robot.HiddenFault, its
     settings replace `settings`. Then neither /tf_static nor the ground truth is published, because
-    both would show the fault. If the environment variable TRUTH_PIPE is set, the true poses are
-    written to this pipe, and not to a topic."""
+    both would show the fault. If the environment variable TRUTH_PIPE is set, the robot writes its
+    true poses to this pipe, and not to a topic."""
 
     def __init__(self, settings, hidden_fault=None):
         self._lock = threading.Lock()    # guards the simulator
@@ -74,13 +75,13 @@ class FakeRobot:
         rospy.Subscriber('reset', Empty, guarded(self._on_reset), **options)
 
     def configure(self, settings):
-        """From now on use all `settings` except FIXED_FIELDS."""
+        """From now on use all fields of `settings` except the FIXED_FIELDS."""
         with self._lock:
             self._simulator.configure(settings)
 
     def tick(self, step, time_zero):
         """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
-        of the tick. `time_zero` is the ROS time [s] at which the simulator's time is 0."""
+        of this step. `time_zero` is the ROS time [s] at which the simulator's time is 0."""
         is_truth_due = step % STEPS_PER_TRUTH == 0 and self._has_truth_readers()
         with self._lock:
             if self._hidden_fault:
@@ -117,8 +118,8 @@ class FakeRobot:
 
 
 def start_stepping(robot, speed):
-    """Step a FakeRobot in a thread. If use_sim_time is set, publish /clock, which runs `speed`
-    times as fast as real time. Without use_sim_time, `speed` has no effect."""
+    """Step a FakeRobot in a thread. If use_sim_time is set, publish a /clock that is `speed` times
+    as fast as real time. Without use_sim_time, `speed` has no effect."""
     clock = make_publisher('/clock', Clock) if rospy.get_param('/use_sim_time', False) else None
     pace = speed if clock else 1.0
     threading.Thread(target=guarded(step_forever), args=(robot, clock, pace),
@@ -138,14 +139,14 @@ def step_forever(robot, clock, pace):
         lateness = time.monotonic() - due
         if lateness < 0.0:
             time.sleep(-lateness)
-        elif lateness > max_catch_up_time:
+        elif lateness > max_catch_up_time:    # drop the missed time
             due += lateness
             if not clock:
                 time_zero += lateness
 
 
 class TruthPipe:
-    """Writes true poses into a named pipe. The program that reads the pipe has made it."""
+    """Writes true poses into a named pipe, which the program that reads the poses has made."""
 
     def __init__(self, path):
         self._path = path
@@ -159,7 +160,7 @@ class TruthPipe:
         return self._pipe >= 0
 
     def write(self, pose):
-        """Write a pose. A full pipe drops it, because the robot must not wait."""
+        """Write a pose. If the pipe is full, drop the pose, because the robot must not wait."""
         with suppress(OSError):
             os.write(self._pipe, f'{pose.x:.9g} {pose.y:.9g} {pose.yaw:.9g}\n'.encode())
 
@@ -174,8 +175,8 @@ class SensorTopics:
         self._tf = make_publisher('/tf', TFMessage)
 
     def send(self, burst, time_zero, wheel_readings):
-        """Publish the samples of a `burst`, which arrive together, by one write for each topic.
-        Remove the `wheel_readings` before these samples. For `time_zero` see FakeRobot.tick."""
+        """Publish the samples of a `burst` by one write for each topic, so that they arrive
+        together. Remove older `wheel_readings`. For `time_zero` see :meth:`FakeRobot.tick`."""
         imu, tf, odometry, joints = [], [], [], []
         for sample in burst[-MAX_SAMPLES:]:
             stamp = time_zero + sample.stamp
@@ -185,7 +186,7 @@ class SensorTopics:
             odometry.append(odometry_message(sample, stamp))
             tf.append(TFMessage([to_transform(
                 sample.pose, frame_name('odom'), frame_name('base_footprint'), stamp)]))
-            reading = _pop_earlier(wheel_readings, sample.stamp)
+            reading = _reading_at(wheel_readings, sample.stamp)
             joints.append(joint_message(reading, stamp))
         for publisher, messages in ((self._imu, imu), (self._tf, tf), (self._odom, odometry),
                                     (self._joints, joints)):
@@ -193,7 +194,7 @@ class SensorTopics:
                 publish_together(publisher, messages)
 
 
-def _pop_earlier(wheel_readings, stamp):
+def _reading_at(wheel_readings, stamp):
     """Remove the readings before `stamp` [s]. Returns the first of the remaining readings."""
     while wheel_readings[0].stamp < stamp and len(wheel_readings) > 1:
         wheel_readings.popleft()
@@ -201,7 +202,7 @@ def _pop_earlier(wheel_readings, stamp):
 
 
 def make_publisher(topic, message_type, **options):
-    """Returns a publisher that sends each message immediately."""
+    """Returns a publisher that sends each message immediately, and not from a queue."""
     publisher = rospy.Publisher(topic, message_type, queue_size=50, tcp_nodelay=True, **options)
     make_writes_immediate(publisher, max_waiting=50)
     return publisher

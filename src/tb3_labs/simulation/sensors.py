@@ -1,6 +1,6 @@
 """Makes the samples of IMU and odometry, with the board's stamps and the faults of sensors.
 
-Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s, in which sensors were
+Times are in seconds, rates in 1/s. Source: recordings of real TurtleBot3s, in which sensors were
 silent for 0.3 to 4.3 s, and one sensor repeated a sample with new stamps for half a minute.
 """
 import random
@@ -16,13 +16,13 @@ from tb3_labs.simulation.firmware import Odometer, encoder_ticks
 from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: A sensor sends at most this many samples after a stall: the longest stall at 200 samples/s.
+#: The IMU makes this number of samples in the longest stall, which takes 10 s.
 MAX_SAMPLES = 2000
-SYNC_PERIOD = 5.0    # [s]; the serial node sets the board's clock once in each period
+SYNC_PERIOD = 5.0    # the serial node sets the board's clock once in this time [s]
 
 
 class WheelReading(NamedTuple):
-    """The wheels (left, right) at one sample of the odometry."""
+    """The angles and speeds (left, right) of the wheels at one sample of the odometry."""
 
     stamp: float
     angles: Tuple[float, float]    # [rad]
@@ -30,14 +30,14 @@ class WheelReading(NamedTuple):
 
 
 class Schedule:
-    """The moments 1/`rate`, 2/`rate`, ... [s]. Each moment is returned once."""
+    """The moments 1/`rate`, 2/`rate`, ... [s] of a periodic event."""
 
     def __init__(self, rate: float) -> None:
         self._rate = 0.0
         self.set_rate(rate, now=0.0)
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Use `rate` [1/s] from `now` [s] on. An equal rate does not change the moments."""
+        """Use `rate` [1/s] from `now` [s] on. An equal rate changes nothing."""
         if rate != self._rate:
             self._rate = rate
             self._start = now
@@ -60,7 +60,7 @@ class Schedule:
 
 
 class BoardClock:
-    """The board's clock. After each synchronisation the error is random, up to `max_error` [s]."""
+    """The board's clock. After each synchronisation its error is random, up to `max_error` [s]."""
 
     def __init__(self, max_error: float, seed: int) -> None:
         self._max_error, self._seed = max_error, seed
@@ -96,9 +96,9 @@ class Sensors:
         self._samples: List[Sample] = []    # oldest first
         self._is_reset_due = False
         self.world_T_odom = Pose2()    # a reset of the odometry changes this pose
-        #: The readings for each odometry sample, even for a sample that was not sent.
+        #: A reading for each sample of the odometry, even for a sample that was not sent.
         self.wheel_readings: Deque[WheelReading] = deque(maxlen=MAX_SAMPLES)
-        # {'imu' or 'odom': sample that the frozen sensor repeats}
+        # {'imu' or 'odom': the sample that this sensor repeats while it is frozen}
         self._frozen: Dict[str, Sample] = {}
 
     def configure(self, config: SimulatorConfig, now: float) -> None:
@@ -133,7 +133,8 @@ class Sensors:
 
     def _send(self, sensor: str, samples: Sequence[Sample], is_silent: bool,
               is_frozen: bool) -> None:
-        """Send `samples`: none of a silent sensor, one with new stamps of a frozen sensor."""
+        """Send `samples`. A silent sensor sends nothing. A frozen sensor sends the same sample
+        again and again, with the stamps of `samples`."""
         if is_silent:
             return
         if not is_frozen:

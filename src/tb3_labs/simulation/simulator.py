@@ -3,11 +3,11 @@
     robot = Simulator(SimulatorConfig(start_x=1.0, start_yaw_deg=90.0))
     robot.command(0.1, 0.5)
     for sample in robot.step(0.02):
-        ...                            # ImuSample and OdometrySample, by time of arrival
+        ...                            # ImuSample or OdometrySample, in order of arrival
 
 With the same seed the samples are the same, even if the steps have another length. The pose `truth`
-is in the frame `world`. At the start it is equal to the odometry's pose, and the IMU's yaw differs
-from the true yaw by `imu_offset_deg`. Stamps are in seconds since the start.
+is in the frame `world`. At the start the odometry's pose is equal to `truth`, and the IMU's yaw
+differs from the true yaw by `imu_offset_deg`. Stamps are in seconds since the start.
 """
 import math
 from itertools import chain, groupby
@@ -25,8 +25,8 @@ from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Schedule, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: A step also includes the events in this time [s] after its end, because the sum of many small
-#: steps is not exactly one large step.
+#: A step also includes the events in this time [s] after its end. Without this tolerance, many
+#: small steps could include fewer events than one large step, because their sum is rounded.
 TIME_TOLERANCE = 1e-9
 
 
@@ -83,37 +83,39 @@ class Simulator:
         self._read_messages(self.now)
 
     def step(self, dt: float) -> List[Sample]:
-        """Let `dt` seconds pass; `dt` >= 0. Returns the arriving samples in order."""
+        """Let `dt` seconds pass; `dt` >= 0. Returns the samples that arrive, in order."""
         return list(chain.from_iterable(self.step_in_bursts(dt)))
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """Let `dt` seconds pass; `dt` >= 0. Returns one list of samples for each moment at which
-        samples arrive. After a stall several samples arrive together."""
+        samples arrive. After a stall of the network several samples arrive together."""
         self._advance(dt)
         sent = self.sensors.pop_samples()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
-        arrived = self.sensors.clock.restamp(self._sensor_link.pop(self.now + TIME_TOLERANCE))
-        bursts = groupby(arrived, key=itemgetter(0))    # by the time of arrival
+        arrivals = self.sensors.clock.restamp(self._sensor_link.pop(self.now + TIME_TOLERANCE))
+        bursts = groupby(arrivals, key=itemgetter(0))    # by the time of arrival
         return [[sample for _, sample in burst] for _, burst in bursts]
 
     def _advance(self, dt: float) -> None:
+        """Let `dt` seconds pass, and handle all events in this time, in order."""
         self.now += dt
         horizon = self.now + TIME_TOLERANCE
         board, sensors = self._board, self.sensors
-        motor_rhythm, odom_schedule = self._motor_schedule, sensors.odom_schedule
+        motor_schedule, odom_schedule = self._motor_schedule, sensors.odom_schedule
         while True:
-            # Events at the same moment are handled in the order board, motors, odometry, IMU.
-            event_time = min(motor_rhythm.due, odom_schedule.due, board.calibration_end)
-            stamps = sensors.imu_schedule.pop_until(min(event_time, horizon))
+            event_time = min(motor_schedule.due, odom_schedule.due, board.calibration_end)
+            imu_stamps = sensors.imu_schedule.pop_until(min(event_time, horizon))
             if not board.is_calibrating:
-                sensors.measure_imu(stamps)
+                sensors.measure_imu(imu_stamps)
             if event_time > horizon:
                 return
+
+            # events at the same moment are handled in the order board, motors, odometry, IMU
             if board.calibration_end == event_time:
                 self._body.advance_to(event_time)
                 self._body.set_gyro_bias(board.end_calibration(self._body.yaw))
-            elif motor_rhythm.due == event_time:
-                self._set_motors(motor_rhythm.pop())
+            elif motor_schedule.due == event_time:
+                self._set_motors(motor_schedule.pop())
             else:
                 odom_schedule.pop()
                 if not board.is_calibrating:

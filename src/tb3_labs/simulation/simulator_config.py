@@ -1,6 +1,6 @@
 """The settings of the simulated robot, with unit, bounds and default (:mod:`tb3_labs.config`).
 
-Launch files, parameters and dynamic_reconfigure use the names of the fields.
+Launch files, parameters and dynamic_reconfigure use the same names as the fields below.
 """
 from dataclasses import dataclass
 from typing import Dict
@@ -11,7 +11,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 @dataclass(frozen=True)
 class SimulatorConfig(Config):
-    """The settings of the simulated robot. Only a new start can change the FIXED_FIELDS."""
+    """The settings of the simulated robot. The FIXED_FIELDS cannot change while the robot runs."""
 
     model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))
     start_x: float = setting(0.0, 'x at the start, true and by odometry', 'm', -1000.0, 1000.0)
@@ -83,7 +83,7 @@ class SimulatorConfig(Config):
 FIXED_FIELDS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
 
 #: {computer that is connected to the robot's board: {field: value}}. The values were measured with
-#: the firmware on a fast computer, and on a computer as slow as a Raspberry Pi.
+#: the real firmware, first on a fast computer, then on a computer as slow as a Raspberry Pi.
 HOSTS: Dict[str, Dict[str, float]] = {
     'default': {},
     'laptop': dict(imu_rate=171.0, odom_rate=29.9, stamp_step=0.008),

@@ -1,8 +1,8 @@
-"""Computes the command of a turn or of the mouse. turns.NEXT_DRIVER decides which of them drives.
+"""Computes the command of a turn or of the mouse. turns.NEXT_DRIVER says which of the two drives.
 
 The time `now` [s] is on the receiver's clock. The time `steady_now` [s], and the `arrived_at` of an
-IncomingMessage, are on a steady clock (:mod:`tb3_labs.nodes`). Turns are requested in degrees; all
-other angles are in radians. Speeds are in m/s.
+IncomingMessage, are on a steady clock (:mod:`tb3_labs.nodes`). Requests for turns are in degrees.
+All other angles are in radians. Speeds are in m/s.
 """
 import math
 from typing import Optional
@@ -22,7 +22,7 @@ from tb3_labs.supervision.motion_monitors import (
 from tb3_labs.supervision.timeouts import MAX_REPEAT_GAP, RESUME_TIME, SleepMonitor
 
 REFUSAL_LOG_PERIOD = 1.0    # [s]
-MAX_ANGLE_SLACK = 1e-9      # [rad], for rounding
+MAX_ANGLE_SLACK = 1e-9      # [rad], by which rounding may exceed the largest angle
 
 
 class ControllerCore:
@@ -39,7 +39,7 @@ class ControllerCore:
         self._sensors = SensorMonitor(self.imu)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._sleep = SleepMonitor()
-        self._turn: Optional[ActiveTurn] = None  # None after the result was logged
+        self._turn: Optional[ActiveTurn] = None    # None after its result was logged
         self._log = LogQueue()
         self.mice = Mice(self._log)
         self._turn_requests = SenderRequests(self._sleep)
@@ -77,7 +77,7 @@ class ControllerCore:
             self._change_driver(event, 'the mouse took over')
 
     def on_turn(self, request: 'IncomingMessage[float]', now: float) -> None:
-        """Turn by the angle [deg] that another node requests, if accept_turn() returns True."""
+        """Turn by the angle [deg] that another node requests, unless accept_turn() refuses it."""
         self._update_sleep_and_mice(request.arrived_at)
         if accept_turn(self._turn_requests, request, self._sleep.is_waking):
             self._request_or_log(request, now)
@@ -86,7 +86,7 @@ class ControllerCore:
                               f'{MAX_REPEAT_GAP:.0f} s, then ask again', request.arrived_at)
 
     def on_typed(self, request: 'IncomingMessage[float]', now: float) -> None:
-        """Turn by an angle [deg] that a person typed. A repetition is never refused."""
+        """Turn by an angle [deg] that a person typed. A person may type the same turn again."""
         self._update_sleep_and_mice(request.arrived_at)
         self._refusal_logged_at = -math.inf
         self._request_or_log(request, now)
@@ -103,8 +103,8 @@ class ControllerCore:
             self._log.warn(text)
 
     def request_turn(self, degrees: float, now: float) -> None:
-        """Turn by `degrees`, left positive. A request during a turn moves the goal of this turn by
-        `degrees`. If the request is refused, raises ``ValueError`` with the reason."""
+        """Turn by `degrees`, left positive. A request during a turn adds `degrees` to the goal of
+        this turn. If the request is refused, raises ``ValueError`` with the reason."""
         angle = math.radians(degrees)
         turn = self._turn
         if turn is not None and self.driver is Driver.TURN:
@@ -130,7 +130,7 @@ class ControllerCore:
             self._release_mouse(stop_reason)
 
     def set_law(self, law: PreciseTurn) -> None:
-        """From now on use another control law. A turn that has begun keeps its goal."""
+        """From now on use another control law. An active turn keeps its goal."""
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
@@ -141,14 +141,18 @@ class ControllerCore:
 
     def tick(self, now: float, steady_now: float) -> Output:
         self._update_sleep_and_mice(steady_now)
-        step_is_due = self._pace.is_due(now) or not self._sensors.are_fresh(now)
-        turn_is_due = self.driver is Driver.TURN and step_is_due
-        command_is_due = self._mouse_command_is_due or turn_is_due
-        command = self._next_command(now) if command_is_due else None
+        command = self._next_command(now) if self._is_command_due(now) else None
         is_new_driver = self.driver is not self._driver_at_last_tick
         self._driver_at_last_tick = self.driver
         return Output(command, must_stop_first=is_new_driver, log_lines=self._log.pop_all(),
                       needs_fast_ticks=self.driver is not Driver.NOBODY or self.mice.is_active)
+
+    def _is_command_due(self, now: float) -> bool:
+        if self._mouse_command_is_due:
+            return True
+        if self.driver is not Driver.TURN:
+            return False
+        return self._pace.is_due(now) or not self._sensors.are_fresh(now)
 
     def problem_text(self, now: float) -> str:
         return self._sensors.problem_text(now) or self._gyro.problem_text()
@@ -243,7 +247,8 @@ class ControllerCore:
         self._change_driver(DriverEvent.MOUSE_RELEASED, reason)
 
     def _change_driver(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver. A turn that ends with a `reason` is logged as given up."""
+        """Change the driver after `event`, if NEXT_DRIVER says so. An event with a `reason` ends
+        an active turn as given up, and the repetitions of all requests."""
         if reason:
             self._turn_requests.end_repetitions()
         previous_driver = self.driver

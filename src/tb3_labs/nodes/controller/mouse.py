@@ -1,7 +1,7 @@
 """Finds the velocity that a mouse asks for, and whether the mouse is active or lost.
 
-Positions of the mouse are from -1 to 1, x to the right, y up. Speeds are in m/s and rad/s, left
-positive. The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Source: the mouse lab.
+Positions of the mouse are from -1 to 1. x is positive to the right, y upwards. Speeds are in m/s
+and rad/s. The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Source: the mouse lab.
 """
 import math
 from collections import defaultdict
@@ -31,13 +31,13 @@ def to_mouse(message) -> MouseState:
 
 
 class Mouse:
-    """Finds whether one mouse is active or lost."""
+    """Finds whether one mouse is active or lost. An active mouse repeats its messages."""
 
     def __init__(self) -> None:
         self.freshness = Freshness('mouse', INPUT_TIMEOUT)
-        self.is_reported_active = False    # an active mouse repeats its messages
+        self.is_reported_active = False       # by the last message
         self.is_lost = True
-        self._silence_ended_at = -math.inf    # end [s] of the last silence
+        self._silence_ended_at = -math.inf    # end [s] of the last silence or delay
         self._lateness = Lateness()
 
     @property
@@ -45,24 +45,28 @@ class Mouse:
         return self.is_reported_active and not self.is_lost
 
     def on_message(self, message: 'IncomingMessage[MouseState]', asks_for_stop: bool) -> None:
-        is_active = message.content.is_active
+        """`asks_for_stop` is True for an inactive mouse, or in the middle of the screen."""
         now = message.arrived_at
-        was_active = self.is_reported_active
-        if self.freshness.count == 0:
-            was_active = is_active    # the state before the first message is unknown
-        elif not was_active and self._is_steady(now):
+        is_active = message.content.is_active
+        is_first = self.freshness.count == 0    # then the state before this message is unknown
+        was_active = is_active if is_first else self.is_reported_active
+        if not is_first and not was_active and self._is_steady(now):
             self.is_lost = False
-        if self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT:
-            self._silence_ended_at = now
-            if is_active:
-                self.is_lost = True
-        elif was_active and not self.freshness.is_fresh(now):    # an inactive mouse may be silent
-            self._silence_ended_at = now
+        self._find_silence(message, was_active)
         if message.novelty is not Novelty.SAME_STAMP:
             self.freshness.on_message(now)
         self.is_reported_active = is_active
         if asks_for_stop and self._is_steady(now):
             self.is_lost = False
+
+    def _find_silence(self, message: 'IncomingMessage[MouseState]', was_active: bool) -> None:
+        now = message.arrived_at
+        is_late = self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT
+        was_silent = was_active and not self.freshness.is_fresh(now)    # inactive mice are silent
+        if is_late or was_silent:
+            self._silence_ended_at = now
+        if is_late and message.content.is_active:
+            self.is_lost = True
 
     def _is_steady(self, now: float) -> bool:
         return now - self._silence_ended_at >= MAX_TRANSIT_TIME
@@ -73,14 +77,15 @@ class Mouse:
 
 
 class Mice:
-    """Finds whether a mouse is active, and the velocity that it asks for.
+    """Finds whether a mouse is active, and which velocity this mouse asks for.
 
-    A mouse is treated as lost at the start, after a sleep of this process, and if it is active but
-    silent. A lost mouse stays inactive until it is deactivated, or moved to the middle of the
-    screen. A message that is delayed, or follows a silence, does not activate a mouse.
+    A mouse is treated as lost at the start, and after a sleep of this process. An active mouse that
+    is silent is also lost. A lost mouse stays inactive until the user deactivates this mouse, or
+    moves it to the middle of the screen. A message that is delayed, or that follows a silence, does
+    not activate a mouse.
 
     Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
-    lost or deactivated, the others are lost, since a user may have forgotten an active mouse.
+    lost or deactivated, all others are lost, too, since a user may have forgotten an active mouse.
     """
 
     def __init__(self, log: LogQueue) -> None:
@@ -93,7 +98,7 @@ class Mice:
 
     @property
     def is_active(self) -> bool:
-        """At least one mouse is active and not lost."""
+        """Returns True if at least one mouse is active and not lost."""
         return any(mouse.is_active for mouse in self._mice.values())
 
     def on_message(self, message: 'IncomingMessage[MouseState]') -> str:
@@ -110,6 +115,7 @@ class Mice:
             self._loss_is_logged = False
             must_stop = was_active or is_deactivated
             return 'the mouse was deactivated' if must_stop else ''
+        # the message reports an active mouse, but the mouse is treated as lost
         if was_active:
             self._loss_is_logged = True
             return 'messages of the mouse are late: ' + REMEDY_OF_LOST_MOUSE
@@ -121,23 +127,22 @@ class Mice:
     def _update(self, message: 'IncomingMessage[MouseState]') -> bool:
         """Update the mouse that sent the message. Returns True if the message deactivates it."""
         is_active, x, y = message.content
-        mouse = self._mice[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
-        asks_for_stop = not is_active or twist == Twist2()
+        mouse = self._mice[message.sender]
         was_active = mouse.is_active
         is_deactivated = mouse.is_reported_active and not is_active
         self.freshness.on_message(message.arrived_at)
-        mouse.on_message(message, asks_for_stop)
-        was_lost = was_active and not mouse.is_active
-        if is_deactivated or was_lost:
-            self.lose(message.arrived_at, current_mouse=mouse)
+        mouse.on_message(message, asks_for_stop=not is_active or twist == Twist2())
         if mouse.is_active:
             self.twist = twist
+        is_newly_lost = was_active and not mouse.is_active
+        if is_deactivated or is_newly_lost:
+            self.lose(message.arrived_at, current_mouse=mouse)
         return is_deactivated
 
     def lose_if_silent(self, now: float, has_slept: bool = False) -> str:
-        """Treat all mice as lost if an active mouse is silent, or if this process `has_slept`.
-        Returns a text about the silence of an active mouse; '' if no active mouse is silent."""
+        """Treat all mice as lost if an active mouse is silent, or if this process has just slept.
+        Returns a text about the silent active mouse; '' if no active mouse is silent."""
         silent_mice = [mouse for mouse in self._mice.values()
                        if mouse.is_active and not mouse.freshness.is_fresh(now)]
         if has_slept or silent_mice:

@@ -37,33 +37,42 @@ class ControllerNode:
         gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
         core = ControllerCore(self._make_law(config), gyro)
         self._robot_deadline = time.monotonic() + ROBOT_WAIT_TIMEOUT
-        self._runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
         self._core = core
+        self._runner = CoreRunner(self._tick)
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
-        self._sends_wheels = subscribe_wheels(
-            lambda sample: self._runner.call_core(core.on_wheels, sample))
+        self._wheels_are_published = subscribe_wheels(self._on_wheels)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_time=core.idle_time)
-        subscribe_events('mouse_info', MouseController,
-                         lambda mouse: self._runner.decide_after(core.on_mouse, mouse), to_mouse)
+        subscribe_events('mouse_info', MouseController, self._on_mouse, to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         read_keyboard(self._on_line, self._on_keyboard_end)
         publish_diagnostics(self._model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'imu': core.imu})
-        LiveSettings(config,
-                     lambda new: self._runner.decide_after(core.set_law, self._make_law(new)))
-        self._runner.decide_now()
+        LiveSettings(config, self._use_config)
+        self._runner.decide()
 
     def _make_law(self, config):
         return make_turn_law(config, self._model, self._response)
 
+    def _use_config(self, config):
+        self._runner.call_and_decide(self._core.set_law, self._make_law(config))
+
+    def _tick(self):
+        return self._core.tick(ros_time(), steady_time())
+
+    def _on_wheels(self, sample):
+        self._runner.call_core(self._core.on_wheels, sample)
+
     def _on_imu(self, sample):
-        self._runner.decide_after(
-            lambda: self._core.on_imu(sample, ros_time(), self._sends_wheels()))
+        self._runner.call_and_decide(
+            lambda: self._core.on_imu(sample, ros_time(), self._wheels_are_published()))
+
+    def _on_mouse(self, mouse):
+        self._runner.call_and_decide(self._core.on_mouse, mouse)
 
     def _on_turn(self, turn):
-        self._runner.decide_after(lambda: self._core.on_turn(turn, ros_time()))
+        self._runner.call_and_decide(lambda: self._core.on_turn(turn, ros_time()))
 
     def _on_line(self, line):
         if line.lower() == 'q':
@@ -78,7 +87,7 @@ class ControllerNode:
         wait_until(lambda: self._core.imu.is_fresh(ros_time()),
                    self._robot_deadline - time.monotonic())
         turn = IncomingMessage(degrees, steady_time())
-        self._runner.decide_after(lambda: self._core.on_typed(turn, ros_time()))
+        self._runner.call_and_decide(lambda: self._core.on_typed(turn, ros_time()))
 
     @staticmethod
     def _on_keyboard_end():
@@ -98,12 +107,12 @@ def read_keyboard(on_line, on_end):
     """Call `on_line(text)` for each line of the standard input, and `on_end()` at the end.
 
     The standard input may be a terminal, a pipe, or the terminal of roslaunch. If there is no
-    input, or the node is a background job, `on_end()` is called immediately.
+    standard input, or if the node is a background job, `on_end()` is called immediately.
     """
     handle_line, handle_end = guarded(on_line), guarded(on_end)
 
     def read_lines():
-        if sys.stdin is not None:      # if there is no input, descriptor 0 may be another file
+        if sys.stdin is not None:    # without a standard input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
                 # A thread that reads sys.stdin holds a lock, and Python waits for this lock when
                 # the node ends. Reading descriptor 0 without a buffer needs no lock.

@@ -1,8 +1,8 @@
-"""NEXT_DRIVER decides whether a turn or the mouse drives. A turn has settings, a goal and a result.
-The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
+"""A turn with its settings, its goal and its result. The table NEXT_DRIVER says whether a turn or
+the mouse drives. The control law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`.
 
-Units: radians, counter-clockwise positive. A turn is requested as an angle, so 180 and -180 are
-different turns, and 360 is a full turn. In the handout a turn is requested as a heading.
+Angles are in radians, counter-clockwise positive. A request for a turn contains an angle, so 180
+and -180 are different turns, and 360 is a full turn. In the handout a request contains a heading.
 """
 import math
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import IncomingMessage, SenderRequests
 from tb3_labs.supervision.motion_monitors import StallMonitor
 
-#: Between two samples the yaw of a robot at rest drifts by at most this angle [rad].
+#: The yaw of a robot at rest drifts by at most this angle [rad] from one sample to the next.
 RESTING_YAW_DRIFT = math.radians(0.02)
 #: {key of the keyboard: requested turn [deg]}
 TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
 def parse_turn(text: str) -> float:
-    """Returns the turn [deg] for a key or a number. Raises ``ValueError`` for another text."""
+    """Returns the angle [deg] for a key or a number. Raises ``ValueError`` for another text."""
     if text in TURN_KEYS:
         return TURN_KEYS[text]
     try:
@@ -51,7 +51,7 @@ class TurnConfig(Config):
 
 def make_turn_law(config: TurnConfig, model: RobotModel,
                   response: Optional[MotorResponse] = None) -> PreciseTurn:
-    """Returns the control law of a turn. `response` contains this robot's delay and lag."""
+    """Returns the control law of a turn. `response` contains the motors' delay and lag."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or MotorResponse())
 
@@ -60,10 +60,10 @@ class Heading:
     """The heading of a robot, measured only by the IMU. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
-        self.yaw = math.nan    # [rad], does not jump at +/-pi; NaN before the first sample
+        self.yaw = math.nan    # yaw [rad] without jumps at +/-pi; NaN before the first sample
         self.yaw_rate = 0.0    # [rad/s]
         self.noise = YawNoise()
-        self.resting_yaw = FilteredNumber()    # of a robot at rest; less noise than one sample
+        self.resting_yaw = FilteredNumber()    # filtered yaw [rad] of a robot at rest
 
     def on_imu(self, timed: TimedSample) -> None:
         sample = timed.sample
@@ -80,13 +80,13 @@ class Heading:
 
 
 class ActiveTurn:
-    """A turn, from its request until its result is logged. Angles do not jump at +/-pi."""
+    """A turn, from its request until its result is logged. Its angles do not jump at +/-pi."""
 
     def __init__(self, requested: float, yaw: float, now: float) -> None:
         self.requested = requested
         self.goal = yaw + requested
         self.stall = StallMonitor()
-        self.remaining_at_end = 0.0    # [rad], by the law's filter; the core copies it here
+        self.remaining_at_end = 0.0    # angle [rad] that the law has measured with its filter
         self._begun_at = now
 
     def move_goal(self, angle: float) -> None:
@@ -124,8 +124,8 @@ class DriverEvent(Enum):
     MOUSE_RELEASED = 'mouse released'     # the mouse was deactivated or lost
 
 
-#: {(driver, event): another driver after the event}. All other pairs do not change the driver. A
-#: turn is refused while the mouse drives. Source: the mouse lab.
+#: {(driver, event): next driver}. An event that is not listed for a driver does not change the
+#: driver. For example, a turn is refused while the mouse drives. Source: the mouse lab.
 NEXT_DRIVER = {
     (Driver.NOBODY, DriverEvent.TURN_REQUESTED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
@@ -138,12 +138,12 @@ NEXT_DRIVER = {
 
 
 def accept_turn(requests: SenderRequests, turn: IncomingMessage, is_waking: bool = False) -> bool:
-    """Store the request for a turn in `requests`. Returns True if the turn is new and repeats no
-    turn that may be old or has ended. `is_waking` is True if this process has just slept."""
+    """Store the request for a turn in `requests`. Returns False if the turn may be old, or repeats
+    a turn that may be old or has ended. `is_waking` is True if this process has just slept."""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.novelty.is_doubtful:
         request.is_ended = True
     is_accepted = not request.is_ended
-    if is_waking:    # the core refuses this turn; this function refuses its repetitions
+    if is_waking:    # the core refuses this turn, and its repetitions are refused here
         request.is_ended = True
     return is_accepted

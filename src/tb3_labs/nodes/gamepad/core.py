@@ -2,8 +2,8 @@
 
 No press of a button is lost, even if several messages arrive together. Button B always sends False,
 even if the pad drives already. Old presses of A and Y are refused. A silent pad is treated as lost
-if a stick is pushed, or if move_to_goal drives by the pad's permission. Without the autorepeat_rate
-of joy_node, a motionless stick looks like a lost pad.
+if a stick is pushed, or if move_to_goal drives by the pad's permission. If joy_node has no
+autorepeat_rate, the pad is silent while a pushed stick does not move, and looks lost.
 
 The time `now` [s] is on a steady clock (:mod:`tb3_labs.nodes`). Speeds are in m/s and rad/s.
 """
@@ -30,7 +30,7 @@ class PadOutput(Output):
     holder: ControlHolder = ControlHolder.NOBODY
     control_messages: Sequence[bool] = ()    # to publish on `ctrl_relinq`, in order
     renewal_is_due: bool = False             # publish a True that renews the permission
-    is_reset_requested: bool = False         # the reset button was pressed
+    is_reset_requested: bool = False         # the reset button was pressed, so call the reset
 
 
 class GamepadCore:
@@ -46,8 +46,8 @@ class GamepadCore:
         self._zero_until = 0.0    # the pad's command is zero until this time [s]
         self._command_is_due = False
         self._is_reset_requested = False    # Y was pressed after the last tick
-        # Time [s] at which a warning about a pushed stick is due; None if no stick is pushed, and
-        # infinite if the warning was logged.
+        # Time [s] at which a warning about a pushed stick is due. The time is None if no stick is
+        # pushed, and infinite if the warning was logged already.
         self._stick_warning_at: Optional[float] = None
         self._log = LogQueue()
 
@@ -59,25 +59,31 @@ class GamepadCore:
         self._update_sleep(now)
         joy_node_hangs = joy.novelty is Novelty.SAME_STAMP
         self.pad.on_message(state, now, joy.sent_at, joy_node_hangs=joy_node_hangs)
-        presses = self.pad.presses
-        sent_at = now - self.pad.lateness
         self._command_is_due = True
+        self._obey_control_buttons(state, now)
+        self._obey_sticks(state, now)
+        if self.pad.presses.reset and self._accept_press('Y', MAX_RESET_AGE, now):
+            self._is_reset_requested = True
+
+    def _obey_control_buttons(self, state: PadState, now: float) -> None:
+        presses = self.pad.presses
         if presses.regain:
-            self.messages.stop(sent_at)
+            self.messages.stop(now - self.pad.lateness)
             self._change_holder(ControlEvent.REGAIN, now)
         elif presses.relinquish and not state.regain:
             if self._accept_press('A', RESUME_TIME, now) and not self.messages.must_renew:
                 self.messages.grant(now, self.pad.lateness)
                 self._change_holder(ControlEvent.RELINQUISH, now)
-        is_ready = presses.hold if self._config.has_hold else state.is_at_rest
+
+    def _obey_sticks(self, state: PadState, now: float) -> None:
+        """Let a ready pad drive. Stop a pad that was silent, or was pushed before another stop."""
+        is_ready = self.pad.presses.hold if self._config.has_hold else state.is_at_rest
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._change_holder(ControlEvent.LOST, now)    # before this message, the pad was silent
-        elif self._is_driving and sent_at < self.messages.stopped_at:
+        elif self._is_driving and now - self.pad.lateness < self.messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
-        if presses.reset and self._accept_press('Y', MAX_RESET_AGE, now):
-            self._is_reset_requested = True
 
     def on_has_control(self, has_control: 'IncomingMessage[bool]') -> None:
         """move_to_goal reports whether it has control."""
@@ -89,12 +95,12 @@ class GamepadCore:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'IncomingMessage[bool]') -> None:
-        """Another node gives or takes control. A False stops a robot that this pad drives."""
+        """Another node gives or takes control. A False also stops a robot that this pad drives."""
         if not message.content:
             self._on_control_taken(message.arrived_at)
 
     def on_leave(self, now: float) -> None:
-        """Take back the control that this pad gave."""
+        """Take back the control that the pad gave to move_to_goal, since this node ends."""
         if self.messages.must_renew:
             self._on_control_taken(now)
 
@@ -164,7 +170,8 @@ class GamepadCore:
         return self._is_driving or self.messages.must_renew
 
     def _update_sleep(self, now: float) -> None:
-        """After a sleep the pad must become ready again. A long sleep also ends its permission."""
+        """After a sleep of this process, the pad must become ready before it drives. A long sleep
+        also ends the permission that the pad gave to move_to_goal."""
         self._sleep.update(now)
         if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
             self._log.warn(f'{self._sleep.as_text()}: press A to let move_to_goal drive again')

@@ -1,7 +1,7 @@
 """The settings and the messages of one pad. The default settings fit the pad of the course's lab.
 
-The values of axes are from -1 to 1, forward and left positive, as in joy_node. The time `now` [s]
-is on a steady clock (:mod:`tb3_labs.nodes`), and `stamp` [s] on the sender's clock.
+The values of axes are from -1 to 1. As in joy_node, forward and left are positive. The time `now`
+[s] is on a steady clock (:mod:`tb3_labs.nodes`). The time `stamp` [s] is on the sender's clock.
 """
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_ANGULAR_SPEED)
 from tb3_labs.supervision.timeouts import INPUT_TIMEOUT, MAX_TRANSIT_TIME, Freshness, Lateness
 
-MAX_INDEX = 31    # of an axis or a button
+MAX_INDEX = 31    # the largest index of an axis or a button
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ class PadConfig(Config):
 
     @property
     def has_hold(self) -> bool:
-        """The pad drives only while the hold button is pressed."""
+        """The pad has a hold button, and drives only while this button is pressed."""
         return self.hold_button >= 0
 
 
 class PadState(NamedTuple):
-    """The sticks and buttons of a pad at one moment. The value of a stick in its dead zone is 0."""
+    """The sticks and buttons of a pad at one moment. A stick in its dead zone has the value 0."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -46,7 +46,7 @@ class PadState(NamedTuple):
     regain: bool = False
     reset: bool = False
     hold: bool = False
-    axes: Sequence[float] = ()    # of the message
+    axes: Sequence[float] = ()    # the numbers in the message
     buttons: Sequence[int] = ()
 
     @property
@@ -62,8 +62,8 @@ class PadState(NamedTuple):
 
 
 class PadListener:
-    """Finds whether the last message of a pad is current. A pad that has never repeated a state may
-    be silent, since its joy_node sends only changes."""
+    """Finds whether the last message of a pad is current. A joy_node that repeats no message sends
+    only changes of the pad's state. So a pad that has never repeated a state may be silent."""
 
     def __init__(self) -> None:
         self.freshness = Freshness('joy', INPUT_TIMEOUT)
@@ -72,30 +72,22 @@ class PadListener:
         self.has_repeated_state = False
         self.joy_node_hangs = False     # joy_node repeats one message
         self._lateness = Lateness()
-        self._learning_since = math.inf    # time [s] from which the usual delay is learned
+        self._learning_since = math.inf    # since this time [s] the usual delay is learned
         self._last_state: Optional[PadState] = None
         self._newest_stamp = -math.inf
-        self.presses = PadState()       # the buttons that the last message shows as just pressed
+        self.presses = PadState()       # the buttons that the last message presses
         self.lateness = 0.0             # delay [s] of the last message
         self.came_after_loss = False    # the last message came after a loss of the pad
 
     def on_message(self, state: PadState, now: float, stamp: float,
                    joy_node_hangs: bool = False) -> None:
-        """Use a message that was sent at `stamp`, or at an unknown time if `stamp` is 0. The first
-        message can press only the stop button."""
+        """Use a message that was sent at `stamp`, or at an unknown time if `stamp` is 0. In the
+        first message, and in a message after a loss of the pad, only the stop button counts."""
         if state == self._last_state:
             self.has_repeated_state = True
         self._last_state = state
-        self.lateness = self._lateness.on_message(stamp, now)
-        self.joy_node_hangs = joy_node_hangs
-        # a joy_node that hangs may repeat the same few messages again and again
-        is_old = stamp <= self._newest_stamp and self.lateness > INPUT_TIMEOUT
-        self._newest_stamp = max(stamp, self._newest_stamp)
-        is_new = not joy_node_hangs and not is_old
-        was_silent = self.has_repeated_state and not self.freshness.is_fresh(now)
-        self.came_after_loss = is_new and was_silent
-        if is_new:
-            self.freshness.on_message(now)
+        self._update_freshness(now, stamp, joy_node_hangs)
+
         is_first = math.isinf(self._learning_since)
         if is_first or (self.came_after_loss and stamp <= 0.0):
             self._learning_since = now
@@ -104,6 +96,17 @@ class PadListener:
             previous = state._replace(regain=False)
         self.presses = state.presses_since(previous)
         self.state = state
+
+    def _update_freshness(self, now: float, stamp: float, joy_node_hangs: bool) -> None:
+        self.joy_node_hangs = joy_node_hangs
+        self.lateness = self._lateness.on_message(stamp, now)
+        # a joy_node that hangs may also repeat the same few messages again and again
+        is_old = stamp <= self._newest_stamp and self.lateness > INPUT_TIMEOUT
+        self._newest_stamp = max(stamp, self._newest_stamp)
+        self.came_after_loss = False
+        if not joy_node_hangs and not is_old:
+            self.came_after_loss = self.has_repeated_state and not self.freshness.is_fresh(now)
+            self.freshness.on_message(now)
 
     def knows_lateness(self, now: float) -> bool:
         """Returns True if the usual delay of messages is known, so that `lateness` is right."""
@@ -116,7 +119,7 @@ class PadListener:
 
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:
-    """Returns the PadState for axes and buttons. Raises ``ValueError`` for another kind of pad."""
+    """Returns the PadState for axes and buttons. Raises ``ValueError`` if an index is too large."""
     needed_axes = 1 + max(config.linear_axis, config.angular_axis)
     needed_buttons = 1 + max(config.relinquish_button, config.regain_button, config.reset_button,
                              config.hold_button)

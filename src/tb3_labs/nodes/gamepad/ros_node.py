@@ -28,33 +28,41 @@ class GamepadNode:
         self._published_holder = None
         self._holder_publisher = rospy.Publisher(
             'control_holder', String, queue_size=20, latch=True)
-        self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output)
+        self._runner = CoreRunner(self._tick, self._publish_output)
         rospy.on_shutdown(self._on_leave)
-        self._runner.decide_now()
-        subscribe_events('joy', Joy, lambda joy: self._runner.decide_after(self._core.on_joy, joy),
+        self._runner.decide()
+        subscribe_events('joy', Joy, self._on_joy,
                          lambda joy: read_pad(joy.axes, joy.buttons, config))
         subscribe_events('ctrl_relinq', Bool, self._on_ctrl_relinq)
-        subscribe_events('has_control', Bool,
-                         lambda event: self._runner.decide_after(self._core.on_has_control, event))
+        subscribe_events('has_control', Bool, self._on_has_control)
         publish_diagnostics(model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'joy': self._core.pad.freshness}, 'is joy_node running (Debian has '
                            'none)? The page of web:=true is a pad, too')
 
+    def _tick(self):
+        return self._core.tick(steady_time())
+
     def _on_leave(self):
-        self._runner.decide_after(lambda: self._core.on_leave(steady_time()))
+        self._runner.call_and_decide(lambda: self._core.on_leave(steady_time()))
+
+    def _on_joy(self, joy):
+        self._runner.call_and_decide(self._core.on_joy, joy)
 
     def _on_ctrl_relinq(self, event):
         if event.sender != rospy.get_name():    # this node also receives its own messages
-            self._runner.decide_after(self._core.on_ctrl_relinq, event)
+            self._runner.call_and_decide(self._core.on_ctrl_relinq, event)
+
+    def _on_has_control(self, event):
+        self._runner.call_and_decide(self._core.on_has_control, event)
 
     def _publish_output(self, output):
         for granted in output.control_messages:
             self._control_publisher.publish(granted)
-            if not granted:    # a node may treat the first message of a connection as old
+            if not granted:    # again, since a node may treat the first message as an old one
                 self._control_publisher.publish(granted)
         if output.renewal_is_due:
             self._control_publisher.publish(True)
-        if output.is_reset_requested:    # in a thread, since move_to_goal may answer late
+        if output.is_reset_requested:    # a thread calls move_to_goal, whose answer may be late
             threading.Thread(target=guarded(_reset), daemon=True).start()
         if output.holder is not self._published_holder:
             self._published_holder = output.holder

@@ -1,7 +1,7 @@
 """Decides whether `move_to_goal` may drive, and with which command.
 
 The robot moves only while the node has control, IMU and odometry are fresh, gyro and wheels agree,
-and the pose is known. A long silence of the sensors voids a new grant and ends a drive.
+and the pose is known. A long silence of the sensors ends a drive, and makes a new grant invalid.
 
 The time `now` [s] is on the receiver's clock, and `steady_now` [s] on a steady clock
 (:mod:`tb3_labs.nodes`). Poses are in the local frame, in metres and radians.
@@ -36,7 +36,7 @@ class MoveToGoalCore:
     def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[MotorResponse] = None,
                  gyro: Optional[GyroMonitor] = None) -> None:
-        """`law` measures the delays of this robot and stores them in `response`."""
+        """`law` measures the delays of this robot's motors and stores them in `response`."""
         self._response = response or MotorResponse()
         self._timing = SampleTiming()
         self.sensors = DriveSensors()
@@ -49,7 +49,7 @@ class MoveToGoalCore:
         self._pace = Pace(law.period)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
-        #: {another node that commands motions: time [s] of its first command}
+        #: {another node that drives the robot: time [s] of its first command}
         self._rivals_began_at: Dict[str, float] = {}
         self._status_logger = StatusLogger(self._log)
 
@@ -74,19 +74,22 @@ class MoveToGoalCore:
         self._encoders.on_wheels(sample)
 
     def on_command(self, command: Twist2, now: float, rival: str = '') -> None:
-        """A command that is not zero was sent at `now`, perhaps by another node, the `rival`. If
-        both nodes drive for RIVAL_WARNING_TIME, log a warning."""
+        """This node, or the node with the name `rival`, sent `command` at `now`. If both nodes
+        drive for RIVAL_WARNING_TIME, log a warning."""
         if command == Twist2():
             return
         self._localizer.on_command(now)
         if self.sensors.last_command == Twist2():
             self._rivals_began_at.clear()
         elif rival:
-            began_at = self._rivals_began_at.setdefault(rival, now)
-            if now - began_at > RIVAL_WARNING_TIME:
-                self._rivals_began_at[rival] = math.inf    # no second line
-                self._log.warn(f'{rival} drives the robot, too: stop one of the two (False on '
-                               'ctrl_relinq stops this one)')
+            self._warn_of_rival(rival, now)
+
+    def _warn_of_rival(self, rival: str, now: float) -> None:
+        began_at = self._rivals_began_at.setdefault(rival, now)
+        if now - began_at > RIVAL_WARNING_TIME:
+            self._rivals_began_at[rival] = math.inf    # warn only once
+            self._log.warn(f'{rival} drives the robot, too: stop one of the two (False on '
+                           'ctrl_relinq stops this one)')
 
     def set_law(self, law: DriveLaw) -> None:
         """From now on use another control law. If a drive is active, begin this drive again."""
@@ -115,22 +118,22 @@ class MoveToGoalCore:
         requests.accept(request)
 
     def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
-        """Store that a goal arrived. A goal whose GoalID is known needs nothing else."""
-        self._update_control(steady_now)    # finds a sleep, in which the goal may have waited
+        """Store that a goal arrived, without a drive to this goal."""
+        self._update_control(steady_now)    # the goal may have waited during a sleep
         self._answer_ended_goal()
         return self._requests.on_goal(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel the goals for which GoalRequest.is_canceled_by() is true."""
-        # without the update, a sleep of this process would look like a pause of the sender
+        # without this update, a sleep of this process would look like a pause of the goals' sender
         self._update_control(steady_now)
         if self._requests.cancel(name, stamp):
             self._machine.cancel()
             self._forget_motion()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested_pose` now. After the reset was carried out
-        or refused, `reset.is_over` is True."""
+        """Declare that the robot is at `reset.requested_pose` now. `reset.is_over` becomes True
+        when the reset is carried out or refused."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.reason_to_refuse
         problem = self.sensors.problem_text(now, with_age=True)
@@ -145,20 +148,22 @@ class MoveToGoalCore:
         self._permission.on_message(message)
 
     def _update_control(self, steady_now: float) -> None:
-        machine = self._machine
         self._permission.update(steady_now)
         was_allowed = self.may_drive
         self.may_drive = self._permission.has_valid_grant
         has_new_grant = self._permission.pop_new_grant()
-        if has_new_grant and (machine.failure or not was_allowed):
-            # another node may have moved the robot before this grant
-            if machine.failure or machine.is_active:
-                machine.begin_drive()
-            self._request_motion()
+        if has_new_grant and (self._machine.failure or not was_allowed):
+            self._begin_drive_by_grant()
         elif self.may_drive and not was_allowed:
-            machine.restart_law()
+            self._machine.restart_law()
         elif was_allowed and not self.may_drive:
             self._forget_motion()
+
+    def _begin_drive_by_grant(self) -> None:
+        """Begin a new drive, since another node may have moved the robot before the grant."""
+        if self._machine.failure or self._machine.is_active:
+            self._machine.begin_drive()
+        self._request_motion()
 
     # -- outputs
 
@@ -167,10 +172,8 @@ class MoveToGoalCore:
         command_is_due = self._pace.is_due(now) or not self.sensors.are_fresh(now)
         command = self._next_command(now) if command_is_due else None
         self._answer_ended_goal()
-        if command_is_due:
-            must_stop = command is None
-        else:
-            must_stop = not self._is_driving
+        # a drive continues by its last command until the next command is due
+        must_stop = command is None if command_is_due else not self._is_driving
         status = self._log_new_status(now)
         return DriveOutput(
             command, must_stop_first=must_stop, status=status, log_lines=self._log.pop_all(),
@@ -194,7 +197,7 @@ class MoveToGoalCore:
         return None
 
     def _step(self, motion: Motion, now: float) -> Optional[Twist2]:
-        """Returns the next command; None if the drive was given up."""
+        """Returns the next command of the drive; None if the drive was given up."""
         dt = self._pace.step(now)
         self._give_up_if_frozen(now)
         command = self._machine.step(motion, dt)
@@ -204,7 +207,7 @@ class MoveToGoalCore:
         return command
 
     def _answer_ended_goal(self) -> None:
-        """If the drive has ended, answer the goal's client once."""
+        """If the drive has ended, tell the client of the goal once how the drive ended."""
         machine = self._machine
         if machine.goal is None or machine.is_active:
             return
@@ -234,7 +237,7 @@ class MoveToGoalCore:
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
-        """The pose of ``local`` in ``odom``; None before the first StampedPose."""
+        """The pose of the frame ``local`` in ``odom``; None before the first StampedPose."""
         return self._localizer.odom_T_local
 
     def status(self, now: float) -> DriveStatus:
@@ -270,7 +273,7 @@ class MoveToGoalCore:
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
     def _give_up_if_frozen(self, now: float) -> None:
-        """Give up if a sensor repeats a reading that the last command should have changed."""
+        """Give up the drive if a sensor repeats the same reading, though the robot should move."""
         odometry = self._timing.odometry
         assert odometry is not None
         previous = odometry.previous_sample
@@ -281,7 +284,7 @@ class MoveToGoalCore:
             self._machine.give_up(frozen_text)
 
     def _forget_motion(self) -> None:
-        """Let the next command begin a new motion, since the robot rests or another node drives."""
+        """The robot rests, or another node drives it. Let the next command begin a new motion."""
         self._pace.restart()
         self.sensors.forget_motion()
 
@@ -290,7 +293,7 @@ class MoveToGoalCore:
         self.sensors.request_motion()
 
     def _obey_jumps_and_resets(self) -> None:
-        """Give up the drive after a jump of a reading. Begin the drive again after a reset."""
+        """Give up the drive if yaw or odometry jumped. Begin the drive again after a reset."""
         for jump in self._localizer.jumps.pop_all():
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]
@@ -300,9 +303,10 @@ class MoveToGoalCore:
             elif self._has_granted_goal and self._machine.has_begun:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_ended_resets():
-            if reset.is_done:
-                self._machine.begin_drive()
-                self._request_motion()
-                if not self._machine.is_active:
-                    reset.note = '; no goal: send one'
-                self._log.add(reset.answer)
+            if not reset.is_done:
+                continue
+            self._machine.begin_drive()
+            self._request_motion()
+            if not self._machine.is_active:
+                reset.note = '; no goal: send one'
+            self._log.add(reset.answer)

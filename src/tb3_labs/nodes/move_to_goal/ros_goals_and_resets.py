@@ -1,8 +1,8 @@
 """Receives goals and resets for move_to_goal. A reset declares the current pose of the robot.
 
-Goals arrive by the action `move2goal`. A goal on `move_base_simple/goal` becomes a goal of this
-action, as in move_base. Resets arrive by the services `reset_pose` and `set_pose`, and by the topic
-`initialpose`. In RViz, the tool 2D Pose Estimate publishes `initialpose`.
+Goals arrive by the action `move2goal`. As in move_base, a goal on the topic `move_base_simple/goal`
+becomes a goal of this action. Resets arrive by the services `reset_pose` and `set_pose`, and by the
+topic `initialpose`. In RViz, the tool 2D Pose Estimate publishes `initialpose`.
 """
 import math
 
@@ -26,8 +26,8 @@ from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, Request
 
 RESET_TIMEOUT = 0.85         # [s]
 RESET_POLL_PERIOD = 0.005    # [s]
-STATUS_PERIOD = 0.5          # [s], between two messages of the action's status
-#: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
+STATUS_PERIOD = 0.5          # time [s] between two messages of the action's status
+#: In a goal or a reset, these names of frames mean ``local``. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
 #: {outcome of a goal: the method of actionlib that reports the outcome to the client}
@@ -43,17 +43,17 @@ class GoalServer(ActionServer):
     This class holds actionlib's lock while it hands a goal or a cancel to the core. So actionlib
     and the core receive goals and cancels in the same order.
 
-    This class reads each message before actionlib (1.14.0) does. actionlib itself would accept a
-    goal with a known GoalID again after 5 s, and a repeated latched goal even sooner. It would
-    also ignore a cancel of an ended goal, to which the robot may drive again after a reset.
-    Test: test/ros/stops.test.
+    This class reads each message before actionlib (1.14.0) does, for two reasons. actionlib itself
+    would accept a goal with a known GoalID again after 5 s, and a repeated latched goal even
+    sooner. actionlib also ignores the cancel of a goal that has ended. But after a reset the robot
+    may drive to this goal again, so the cancel must be obeyed. Test: test/ros/stops.test.
     """
 
     def __init__(self, runner, core):
         super().__init__('move2goal', MoveBaseAction, ServerGoalHandle.set_rejected,
                          auto_start=False)    # internal_goal_callback takes the goals
         self._runner, self._core = runner, core
-        self._current_handle = None    # of actionlib, for the current goal
+        self._current_handle = None    # actionlib's handle of the current goal
         self._warnings = WarningThrottle()
         self._goal_callback = guarded(without_old('move2goal/goal', self._on_goal))
 
@@ -86,7 +86,7 @@ class GoalServer(ActionServer):
                 stamped.local_T_base, frame_name('local'), stamped.stamp)))
 
     def initialize(self):
-        """Replace actionlib's status timer, which would end if the clock jumps back."""
+        """Replace actionlib's status timer, because it would end if ROS time jumps back."""
         super().initialize()
         self.status_timer.shutdown()
         self.status_timer = rospy.Timer(rospy.Duration(STATUS_PERIOD), self.publish_status_async,
@@ -108,12 +108,8 @@ class GoalServer(ActionServer):
 
     def _on_request(self, action_goal, message):
         target = action_goal.goal.target_pose
-        new_handles = []
         with self.lock:
-            self.register_goal_callback(new_handles.append)
-            super().internal_goal_callback(action_goal)
-            # actionlib makes no handle for a goal that it knows, or that was canceled before
-            handle = new_handles[0] if new_handles else None
+            handle = self._new_handle(action_goal)
             # actionlib makes an id for a goal that has none
             goal_id = handle.get_goal_id() if handle else action_goal.goal_id
             request = GoalRequest(goal=None, sender=sender_of(message),
@@ -125,19 +121,27 @@ class GoalServer(ActionServer):
                     self.send_answers([(request, GoalOutcome.REJECTED, str(error))])
                 return
             method = self._core.on_goal if handle else self._core.register_goal
-            self._runner.decide_after(lambda: method(request, steady_time()))
+            self._runner.call_and_decide(lambda: method(request, steady_time()))
+
+    def _new_handle(self, action_goal):
+        """Give a goal to actionlib. Returns actionlib's handle for this goal. Returns None for a
+        goal that actionlib knows already, or that was canceled before it arrived."""
+        handles = []
+        self.register_goal_callback(handles.append)
+        super().internal_goal_callback(action_goal)
+        return handles[0] if handles else None
 
     def _on_cancel(self, goal_id):
         stamp = goal_id.stamp.to_nsec()
         with self.lock:
-            self._runner.decide_after(
+            self._runner.call_and_decide(
                 lambda: self._core.on_cancel(steady_time(), goal_id.id, stamp))
             super().internal_cancel_callback(goal_id)
 
 
 class ResetServer:
-    """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset when
-    IMU and odometry have sent a sample after the request."""
+    """Receives resets by `reset_pose`, `set_pose` and `initialpose`. The core carries out a reset
+    when both IMU and odometry have sent a sample after the request."""
 
     def __init__(self, runner, core):
         self._runner, self._core = runner, core
@@ -166,7 +170,7 @@ class ResetServer:
         return SetInitialPoseResponse()
 
     def _on_initialpose(self, stamped):
-        """Returns the reason of a refusal, or None."""
+        """Carry out a reset. Returns None, or the reason if the reset is refused."""
         try:
             self._reset(to_requested_pose(stamped.header, stamped.pose.pose))
         except ValueError as error:
@@ -181,7 +185,7 @@ class ResetServer:
         """Reset to a RequestedPose. Returns the localizer.Reset. Raises ``ValueError`` if the reset
         is refused, or not carried out within RESET_TIMEOUT."""
         reset = Reset(requested)
-        self._runner.decide_after(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
+        self._runner.call_and_decide(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
         is_over = wait_until(lambda: self._runner.call_core(lambda: reset.is_over),
                              RESET_TIMEOUT, RESET_POLL_PERIOD)
         if not is_over:
@@ -197,8 +201,7 @@ def _in_degrees(pose):
 
 
 def without_old(topic, callback):
-    """Returns a function that passes each message of `topic` to `callback`, unless the message is
-    latched and may be old."""
+    """Returns a function that gives each message to `callback`, but no old latched message."""
     novelty_of = novelty_reader(topic)
 
     def on_message(message):
@@ -214,7 +217,7 @@ def without_old(topic, callback):
 
 def to_requested_pose(header, pose):
     """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The name of the
-    frame may begin with this node's namespace. Other frames raise ``ValueError``."""
+    frame may begin with this node's namespace. Raises ``ValueError`` for an unknown frame."""
     name = header.frame_id.lstrip('/')
     is_odom = name in (ODOM_FRAME, frame_name(ODOM_FRAME))
     is_local = name in LOCAL_FRAMES or name == frame_name('local')

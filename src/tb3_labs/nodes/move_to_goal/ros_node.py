@@ -34,8 +34,8 @@ from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 #: The path gets a new point after this distance [m], or after a turn by this angle [rad].
 PATH_POINT_DISTANCE = 0.02
 PATH_POINT_ANGLE = math.radians(10.0)
-MAX_PATH_POINTS = 1000    # the oldest points are removed
-TRANSFORM_PERIOD = 0.1    # [s], if the frame does not change
+MAX_PATH_POINTS = 1000    # for a longer path, the oldest points are removed
+TRANSFORM_PERIOD = 0.1    # time [s] between two equal transforms
 PATH_PERIOD = 0.2         # [s]
 MARKER_PERIOD = 1.0       # [s]
 
@@ -45,8 +45,8 @@ WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
 def pop_permission():
-    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). Returns
-    the value, or False. rospy would set a parameter, by which a later node would also drive."""
+    """Remove `_has_control:=VALUE` from the arguments of this process. Returns the value, or False.
+    init_node() would set a parameter from this argument, by which a later node would also drive."""
     typed_control = False
     values = {'true': True, 'false': False}
     for word in list(sys.argv):
@@ -60,7 +60,7 @@ def pop_permission():
 def _has_control_at_start(typed_control):
     """Returns False if roslaunch has restarted this node, else the value `typed_control`."""
     launch = parent_roslaunch()
-    giver_parameter = rospy.get_name() + '_given_by'    # has the last launch that gave control
+    giver_parameter = rospy.get_name() + '_given_by'    # contains the roslaunch that gave control
     if launch and typed_control is True:
         if rospy.get_param(giver_parameter, 0) == launch:
             rospy.logwarn('This launch gave control before: False, then True, gives it again')
@@ -82,31 +82,39 @@ class MoveToGoalNode:
         core = MoveToGoalCore(
             self._make_law(drive_config), start_config.has_control, self._response, gyro)
         core.set_goal(start_config.goal)
+        self._core = core
         self._display = Display()
         self._published_control = None
         self._control_publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
-        self._runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
-                                  self._publish_output, self._carry_out)
-        self._core = core
+        self._runner = CoreRunner(self._tick, self._publish_output, self._carry_out)
         self._goals = GoalServer(self._runner, core)
         self._goals.offer()
         ResetServer(self._runner, core)
         subscribe('cmd_vel', Twist, self._on_command)
-        LiveSettings(drive_config,
-                     lambda new: self._runner.decide_after(core.set_law, self._make_law(new)))
-        subscribe_events('ctrl_relinq', Bool,
-                         lambda event: self._runner.decide_after(core.on_ctrl_relinq, event))
-        self._sends_wheels = subscribe_wheels(
-            lambda sample: self._runner.call_core(core.on_wheels, sample))
+        LiveSettings(drive_config, self._use_config)
+        subscribe_events('ctrl_relinq', Bool, self._on_ctrl_relinq)
+        self._wheels_are_published = subscribe_wheels(self._on_wheels)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_time=core.idle_time)
         # every message is read, since the firmware may reverse the displacement of one message
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample, queue_size=None)
-        self._runner.decide_now()    # look for sleeps from now on; a slow start is not one
+        self._runner.decide()    # without this decision a slow start would look like a sleep
         publish_diagnostics(self._model.name, lambda: self._runner.call_core(self._diagnose))
         log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
     def _make_law(self, config):
         return DriveLaw(config, self._model, self._response)
+
+    def _use_config(self, config):
+        self._runner.call_and_decide(self._core.set_law, self._make_law(config))
+
+    def _tick(self):
+        return self._core.tick(ros_time(), steady_time())
+
+    def _on_ctrl_relinq(self, event):
+        self._runner.call_and_decide(self._core.on_ctrl_relinq, event)
+
+    def _on_wheels(self, sample):
+        self._runner.call_core(self._core.on_wheels, sample)
 
     def _on_command(self, message):
         sender = sender_of(message) or 'another program'
@@ -115,14 +123,14 @@ class MoveToGoalNode:
             self._runner.call_core(lambda: self._core.on_command(command, ros_time(), sender))
 
     def _on_imu(self, sample):
-        output = self._runner.decide_after(
-            lambda: self._core.on_imu(sample, ros_time(), self._sends_wheels()))
+        output = self._runner.call_and_decide(
+            lambda: self._core.on_imu(sample, ros_time(), self._wheels_are_published()))
         if output.stamped_pose is not None:
             self._display.show_pose(output.stamped_pose, output.odom_T_local)
             self._goals.send_feedback(output.stamped_pose)
 
     def _on_odometry(self, sample):
-        # the core decides at the next sample of the IMU, which will be newer
+        # the core decides at the next sample of the IMU, because that sample will be newer
         self._runner.call_core(lambda: self._core.on_odometry(sample, ros_time()))
 
     def _publish_output(self, output):
@@ -153,8 +161,8 @@ class LocalPath:
         self._frame_id = frame_id
         self._frame_number = 0
         self._latest_pose = None
-        self._points = deque(maxlen=MAX_PATH_POINTS)    # messages
-        self._sent_at = -math.inf                       # stamp
+        self._points = deque(maxlen=MAX_PATH_POINTS)    # each point is a PoseStamped
+        self._sent_at = -math.inf                       # stamp [s] of the latest published pose
         self._has_unsent_points = False
 
     def add_pose(self, stamped):
@@ -183,8 +191,8 @@ class Display:
     """Publishes each StampedPose and each new DriveStatus for people to see.
 
     The thread of the IMU calls `show_pose`, and the thread of the CoreRunner calls `show_status`. A
-    message costs more computing time than a step of a control law. So poses and transforms are
-    made only for subscribers, and transforms, path and markers less often than poses.
+    message costs more computing time than a step of a control law. So poses and transforms are made
+    only for subscribers. Transforms, path and markers are sent less often than poses.
     """
 
     def __init__(self):
@@ -198,13 +206,13 @@ class Display:
         self._marker_publisher = rospy.Publisher(
             'goal_marker', MarkerArray, queue_size=1, latch=True)
         self._markers = MarkerArray()
-        self._transform_sent_at = -math.inf      # stamp
-        self._markers_sent_at = -math.inf        # stamp
+        self._transform_sent_at = -math.inf      # stamp [s] of the pose
+        self._markers_sent_at = -math.inf        # stamp [s] of the pose
         self._sent_odom_T_local = None
         self._local_path = LocalPath(self._local_frame)
 
     def show_pose(self, stamped, odom_T_local):
-        """Publish a localizer.StampedPose as a pose, a transform and a point of the path."""
+        """Publish a localizer.StampedPose. Publish transform, path and markers if they are due."""
         if self._pose_publisher.get_num_connections():
             self._pose_publisher.publish(
                 to_pose_stamped(stamped.local_T_base, self._local_frame, stamped.stamp))
@@ -217,7 +225,7 @@ class Display:
             self._tf.sendTransform(
                 to_transform(odom_T_local, self._odom_frame, self._local_frame, stamped.stamp))
         if abs(stamped.stamp - self._markers_sent_at) >= MARKER_PERIOD:
-            # markers are repeated, since RViz drops a marker whose frame is not known yet
+            # the markers are repeated, since RViz drops a marker while its frame is unknown
             self._markers_sent_at = stamped.stamp
             self._marker_publisher.publish(self._markers)
         self._local_path.add_pose(stamped)

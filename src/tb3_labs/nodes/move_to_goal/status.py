@@ -39,11 +39,11 @@ class DriveStatus(NamedTuple):
     state: GoalState
     goal: Optional[Pose2]         # in local
     distance_tolerance: float     # [m]
-    attempt: int                  # count of drives so far; a goal or a restart begins a drive
+    attempt: int                  # number of drives that have begun so far, for any goal
     has_begun: bool               # a motion was commanded in this drive
     is_active: bool               # the goal is neither reached nor given up
     failure: str                  # the reason why the drive was given up, or ''
-    reason_to_stand: str          # the reason why the robot must stand during the drive, or ''
+    reason_to_stand: str          # the reason why the robot must stand now, or ''
     may_drive: bool               # the node may drive
     sensor_problem: str           # a text about lost sensors, or readings that disagree, or ''
 
@@ -71,11 +71,11 @@ class DriveStatus(NamedTuple):
 class DriveOutput(Output):
     """The decision of a MoveToGoalCore."""
 
-    #: Was control given, and not taken back? A short silence of the sender does not end control.
+    #: Control was given and not taken back. A short silence of the sender does not end control.
     has_control: bool = False
-    answers: Sequence[GoalAnswer] = ()            # in order
-    status: Optional[DriveStatus] = None          # None if it is not new
-    stamped_pose: Optional[StampedPose] = None    # None if there is no new one
+    answers: Sequence[GoalAnswer] = ()            # to send to the goals' clients, in order
+    status: Optional[DriveStatus] = None          # None if the status has not changed
+    stamped_pose: Optional[StampedPose] = None    # None if there is no new pose
     odom_T_local: Optional[Pose2] = None          # None before the first StampedPose
 
     @property
@@ -88,13 +88,14 @@ class StatusLogger:
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
-        self._logged_key: Tuple = ()    # attempt, goal and text
+        self._logged_key: Tuple = ()    # attempt, goal and text of the last status that was logged
         self._begun_attempt = 0         # number of the latest drive that began
-        self._begun_at = 0.0            # [s]
+        self._begun_at = 0.0            # time [s] at which this drive began
 
     def log_if_new(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                    now: float) -> bool:
-        """Log `status` and return True, if `status` is new. `motion()` returns a Motion."""
+        """Returns False if `status` is not new. Otherwise, logs `status` and returns True.
+        `motion()` returns the current Motion."""
         status_key = (status.attempt, status.goal, status.text)
         if not status.text or status_key == self._logged_key:
             return False
@@ -103,6 +104,11 @@ class StatusLogger:
         if has_just_begun:
             self._begun_attempt = status.attempt
             self._begun_at = now
+        self._log_status(status, motion, has_just_begun, now)
+        return True
+
+    def _log_status(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
+                    has_just_begun: bool, now: float) -> None:
         if status.failure:
             self._log.warn(f'Goal ({status.goal}) given up: {status.failure}')
         elif not status.is_active:
@@ -120,4 +126,3 @@ class StatusLogger:
         else:
             remedy = ' (True on ctrl_relinq)' if status.text == WAITING_FOR_CONTROL else ''
             self._log.add(f'Goal ({status.goal}): {status.text}{remedy}')
-        return True
