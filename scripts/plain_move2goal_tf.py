@@ -19,7 +19,7 @@ class MoveToGoal:
     def __init__(self):
         self.goal_x = -0.61
         self.goal_y = 0.61
-        self.goal_yaw = 0.0
+        self.goal_yaw = 0.0     # radians
         self.local_x = 0.0
         self.local_y = 0.0
         self.local_yaw = 0.0

@@ -50,7 +50,7 @@ def test_the_line_of_a_heading_and_the_heading_at_the_goal():
     for path in 'scripts/imu_sub.py', 'doc/skeletons/imu/src/imu_sub.py':
         assert handout.PRINTED_HEADING.format('%f') in (ROOT / path).read_text(encoding='utf-8')
     for path in 'scripts/plain_move2goal_tf.py', 'doc/skeletons/move2goal/src/move2goal_tf.py':
-        assert 'self.goal_yaw = 0.0\n' in (ROOT / path).read_text(encoding='utf-8') and handout.GOAL_YAW_DEG == 0.0
+        assert 'self.goal_yaw = 0.0 ' in (ROOT / path).read_text(encoding='utf-8') and handout.GOAL_YAW_DEG == 0.0
 
 
 def test_the_labs_topics_are_those_of_the_handout():

@@ -31,7 +31,7 @@ class MoveToGoal:
     def __init__(self):
         self.goal_x = -0.61
         self.goal_y = 0.61
-        self.goal_yaw = 0.0
+        self.goal_yaw = 0.0     # radians
         # TODO 5: delete these lines, too, as soon as control_loop does not use them.
         self.x = 0.0
         self.y = 0.0
