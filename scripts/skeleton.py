@@ -35,11 +35,13 @@ def package_files(templates, package):
 
 def write_package(files, target):
     """Write a package into the new folder `target`. Programs become executable. Raises ``OSError``
-    if `target` exists or cannot be written, and ``ValueError`` if catkin would not find the
-    package."""
+    if `target` cannot be written. Raises ``ValueError`` if `target` exists, or if catkin would not
+    find the package."""
     if (target.parent / 'src').is_dir():
         raise ValueError(f'{target.parent} has a folder src, in which catkin looks for packages: '
                          f'give {target.parent}/src')
+    if target.exists():
+        raise ValueError(f'{target} exists already: rename it, and type the command again')
     target.mkdir()
     for name, text in files.items():
         path = target / name

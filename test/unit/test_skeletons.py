@@ -151,5 +151,6 @@ def test_the_command_prints_the_next_steps_and_overwrites_nothing(tmp_path, caps
     assert re.fullmatch(r'{0}/lab2 is written\..* cd {1}; catkin_make; .* roslaunch lab2 turn\.launch '
                         r'sim:=true\n'.format(place, place.parent), capsys.readouterr().out)
     assert main(['turn', str(place)]) == 2
-    assert capsys.readouterr().err == f'skeleton.py: {place}/lab2: File exists\n'
+    assert capsys.readouterr().err == (
+        f'skeleton.py: {place}/lab2 exists already: rename it, and type the command again\n')
     assert (target / 'src' / 'turtlebot_controller.py').read_text() == 'my work'

@@ -22,7 +22,7 @@ RENEWAL_HEADER = {'renewed': '1'}
 INVALID_COUNTS = Counter()
 WARNING_PERIOD = 1.0          # [s, wall clock]
 FIRST_REMINDER_DELAY = 2.0    # [s, wall clock]
-REMINDER_PERIOD = 10.0        # [s, wall clock]
+FIRST_REMINDER_PAUSE = 10.0   # [s, wall clock]
 
 
 class WarningThrottle:
@@ -115,9 +115,11 @@ def publishers_of(topic):
 
 def log_missing_topics(freshness_of_topics, remedy='is the robot running?'):
     """Log reminders until a message has arrived on each topic of `freshness_of_topics`, a {topic:
-    Freshness}, and from a simulated clock on /clock. Each reminder ends with `remedy`."""
+    Freshness}, and from a simulated clock on /clock. Each reminder ends with `remedy`. The pause
+    between two reminders doubles, because reminders must not hide other lines."""
     def remind():
         time.sleep(FIRST_REMINDER_DELAY)
+        pause = FIRST_REMINDER_PAUSE
         while not rospy.is_shutdown():
             missing = [rospy.resolve_name(topic) for topic, freshness in freshness_of_topics.items()
                        if freshness.count == 0]
@@ -128,6 +130,7 @@ def log_missing_topics(freshness_of_topics, remedy='is the robot running?'):
                 rospy.loginfo('Waiting for %s: %s', ' and '.join(missing), remedy)
             else:
                 return
-            time.sleep(REMINDER_PERIOD)
+            time.sleep(pause)
+            pause *= 2.0
 
     threading.Thread(target=guarded(remind), name='reminder', daemon=True).start()
