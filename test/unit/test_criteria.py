@@ -264,7 +264,8 @@ CHANGES = [
     ('gamepad', {'Y': called(0, name='')}, 'resets once'),
     ('gamepad', {'Y': called(2)}, 'once'),
     ('gamepad', {'Y': [called(unit=False), called(name='reset_pose'), called(name='set_local_pose')]}, 'resets'),
-    ('gamepad', {'Y': called(printed='Done', origin=False)}, 'resets says_success'),
+    ('gamepad', {'Y': [called(printed='Done', origin=False), called(
+        printed='Done', origin=False, **{'not zero': [[], ['orientation.z is 1']]})]}, 'resets says_success'),
     ('gamepad', {'Y without a service': [scene((0.71, 0.2, 0.0), printed='no'),
      scene((0.1, 0.0, 0.0), printed='no')]}, 'not_blocked'),
     ('gamepad', {'Y without a service': [scene((0.1, 0.2, 0.0), printed=' \n'),

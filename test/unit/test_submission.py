@@ -24,7 +24,7 @@ from tb3_labs.marking.intake.packages import is_old_or_copy, module_folders, nod
 from tb3_labs.marking.intake.sandbox import Protection
 from tb3_labs.marking.intake.submissions import Submission, read_in_this_process, read_submission
 from tb3_labs.marking.intake.workspace import COPY_FOLDER, prepare_workspace
-from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
+from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit, nonzero_fields
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking.student_nodes import LAB_NODES
 from tb3_labs.marking.trial.observation import NodeProcess
@@ -546,6 +546,8 @@ def test_a_pose_is_filled_into_a_request_that_has_a_place_for_it():
 def test_a_request_that_declares_the_origin():
     assert all(map(is_origin, (message(x=0.0, y=0.0, yaw=0.0), message(), request_of(0.0, 1.0))))
     assert not any(map(is_origin, (message(x=0.0, y=0.1, yaw=0.0), request_of(1.0, 0.0))))
+    assert nonzero_fields(message(x=0.0, y=0.1, yaw=math.nan)) == ['y is 0.1', 'yaw is nan']
+    assert nonzero_fields(request_of(1.0, 0.0)) == ['pose.pose.pose.orientation.z is 1']
 
 
 def test_a_quaternion_is_a_rotation_if_its_length_is_1():

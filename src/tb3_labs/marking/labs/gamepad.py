@@ -113,7 +113,9 @@ def _judge_reset_call(observation: Observation) -> Reason:
         return (f'after Y it called {facts[stimuli.SERVICE_NAME]}, not /{SET_POSE_SERVICE}, which '
                 'move2goal_tf.py offers')
     if not facts[stimuli.IS_ORIGIN]:
-        return 'after Y the reset was called with another pose than (0, 0, 0)'
+        reason = 'after Y the reset was called with another pose than (0, 0, 0)'
+        wrong_calls = list(filter(None, facts.get(stimuli.NONZERO_FIELDS, ())))
+        return f"{reason}: {', '.join(wrong_calls[0])}" if wrong_calls else reason
     if facts[stimuli.IS_UNIT]:
         return ''
     return ('after Y the orientation of the call was not a rotation: its quaternion is not of '

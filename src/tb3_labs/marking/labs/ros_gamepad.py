@@ -103,6 +103,7 @@ def _try_reset_button(trial, pad, services):
             stimuli.CALL_COUNT: len(calls),
             stimuli.SERVICE_NAME: called_names[0] if called_names else '',
             stimuli.IS_ORIGIN: all(map(is_origin, requests)),
+            stimuli.NONZERO_FIELDS: [nonzero_fields(request) for request in requests],
             stimuli.IS_UNIT: all(map(is_unit, requests))})
     return requests
 
@@ -161,10 +162,17 @@ PARTS = {stimuli.STICKS: try_sticks, stimuli.BUTTONS: try_buttons,
 
 # -- a reset service of any type
 
+def nonzero_fields(request):
+    """Returns texts such as 'pose.position.x is 1' on the numbers in a request that must be 0 for
+    the pose (0, 0, 0)."""
+    return [f'{name} is {value:.3g}' for name, type_name, value in fields_of(request)
+            if type_name in ('float32', 'float64') and name.split('.')[-1] != 'w'
+            and not abs(value) <= MAX_ROUNDING]     # `not`, so that a NaN counts, too
+
+
 def is_origin(request):
     """Returns True if the pose in a request is (0, 0, 0), or if the request has no pose."""
-    return all(abs(value) <= MAX_ROUNDING for name, type_name, value in fields_of(request)
-               if type_name in ('float32', 'float64') and name != 'w')
+    return not nonzero_fields(request)
 
 
 def is_unit(request):
@@ -177,7 +185,7 @@ def is_unit(request):
 
 def has_covariance(request):
     """Returns True if each covariance in a request has a number that is not zero."""
-    return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
+    return all(any(value) for name, _, value in fields_of(request) if name.endswith('covariance'))
 
 
 class _AnySum(str):

@@ -35,15 +35,15 @@ RESET_NAMES = ('reset_pose', 'reset', SET_POSE_SERVICE, 'reset_local_pose', 'set
 RESET_WORDS = ('reset', 'pose')
 
 
-def fields_of(message):
+def fields_of(message, prefix=''):
     """Yields (name, type, value) for each field of a message, except headers. After a field that is
-    a message, yields the fields of this message."""
+    a message, yields the fields of this message, with names such as pose.position.x."""
     for name, type_name in zip(message.__slots__, message._slot_types):
         value = getattr(message, name)
         if type_name != 'std_msgs/Header':
-            yield name, type_name, value
+            yield prefix + name, type_name, value
             if hasattr(value, '_slot_types'):
-                yield from fields_of(value)
+                yield from fields_of(value, f'{prefix}{name}.')
 
 
 def fill_pose(message, pose):

@@ -143,6 +143,7 @@ IS_LATCHED = 'heard late'       # a new subscriber got the value that was sent b
 CALL_COUNT = 'calls'
 SERVICE_NAME = 'name'           # the name of the called service
 IS_ORIGIN = 'origin'            # each call declared (0, 0, 0)
+NONZERO_FIELDS = 'not zero'     # texts on the fields that are not 0; older bags lack this fact
 IS_UNIT = 'unit'                # each quaternion had the length 1
 STICK_HOLD_TIME = 0.8           # [s]
 PUBLISH_TIME = 1.0              # After A or B, the node must publish within this time [s].
