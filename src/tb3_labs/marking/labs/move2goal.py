@@ -163,7 +163,7 @@ def _judge_wait(observation: Observation) -> Reason:
     if not has_moved:
         return ''
     return ('it moved the robot without having control: does control_loop look at has_control, '
-            'which True on ctrl_relinq sets and False clears?')
+            'which is False at the start, and which True on ctrl_relinq sets and False clears?')
 
 
 def _judge_stop_without_control(observation: Observation) -> Reason:
