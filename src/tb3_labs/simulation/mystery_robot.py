@@ -47,7 +47,7 @@ def _intermittent_fault(name: str, field_name: str, quantity: str) -> Fault:
                  extra_settings={field_name: True})
 
 
-#: All kinds of faults. A new row would change the fault of each number.
+#: All kinds of faults. A new row changes which fault belongs to which number of a mystery robot.
 FAULT_KINDS = (
     Fault('imu offset', 'imu_offset_deg', (20.0, 160.0), digits=0, unit='deg', tolerance=3.0,
           quantity="the IMU's heading minus the odometry's, from -180 to 180", is_signed=True),

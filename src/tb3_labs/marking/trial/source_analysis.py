@@ -139,10 +139,11 @@ def _slopes_of_variables(nodes: List[Any]) -> Slopes:
     slopes: Slopes = {}
     for assignment in assignments * 2:      # a value may be assigned in a line after its first use
         for name, slope in _assigned_slopes(assignment, slopes):
-            # the program may set a variable back to a constant, which does not change its slope
+            if name == '':
+                continue        # the target is an item of a list, such as buttons[0] = 1
             has_slope = slopes.get(name, 0.0) != 0.0    # True also for NaN
-            is_known_by_name = name != ''       # not so for an item of a list, buttons[0] = 1
-            if is_known_by_name and not (has_slope and slope == 0.0):
+            is_set_back = has_slope and slope == 0.0    # to a constant, which has no slope
+            if not is_set_back:
                 slopes[name] = slope
     return slopes
 
@@ -169,7 +170,7 @@ def _assigned_slopes(node: Any, slopes: Slopes) -> Iterator[Tuple[str, float]]:
 
 
 def _slope(node: Any, slopes: Slopes) -> float:
-    """Returns the slope of an expression; Slopes explains the values."""
+    """Returns the slope of an expression, with the meaning that the comment on Slopes gives."""
     name = _dotted_name(node)
     if name in slopes:
         return slopes[name]
