@@ -74,7 +74,7 @@ class PluggedPad:
         if command is not None:
             self.sent.append((self.now, command if command != Twist2() else None))
 
-    def control_messages(self):
+    def queued_messages(self):
         """Returns the messages on ctrl_relinq since the last call."""
         return self.controller.take('control_messages')
 
@@ -137,16 +137,16 @@ def test_a_full_stick_commands_the_robots_limit_or_the_scale(config, sticks, spe
 
 def test_button_a_gives_control_and_button_b_takes_control(pad):
     pad.controller.on_has_control(IncomingMessage(False, pad.now))      # it had no control
-    assert pad.holder is GAMEPAD and not pad.controller.messages.must_renew and pad.control_messages() == []
+    assert pad.holder is GAMEPAD and not pad.controller.control_messages.must_renew and pad.queued_messages() == []
     assert not pad.controller.take('is_reset_requested')
     assert [line.text for line in pad.controller.take('log_lines')] == [
         'The gamepad drives: press A to let move_to_goal drive']
     pad.press(A)
-    assert pad.holder is GOAL and pad.controller.messages.must_renew and pad.control_messages() == [True]
+    assert pad.holder is GOAL and pad.controller.control_messages.must_renew and pad.queued_messages() == [True]
     assert set(pad.run(1.0, sticks=(1.0, 1.0))) == {None}
     pad.sticks = REST
     pad.press(B)
-    assert pad.holder is GAMEPAD and pad.control_messages() == [False]
+    assert pad.holder is GAMEPAD and pad.queued_messages() == [False]
     taken = pad.now
     assert BURGER_FULL.linear > pad.run(0.5, sticks=(1.0, 1.0))[-1].linear > 0.0
     first = [time for time, command in pad.sent if command is not None][0]
@@ -177,7 +177,7 @@ def test_after_a_silence_the_sticks_of_a_pad_must_rest_again(pad, silence, drive
 def test_no_press_is_lost_if_messages_arrive_together(pad):
     """A person taps B between two messages that arrive together."""
     pad.press(A)
-    pad.control_messages()
+    pad.queued_messages()
     for pressed in (), (B,), (B, Y), (Y,), (), (A,), (), (B,), ():
         receive(pad.controller, pad.now, 0.0, *pressed)
     assert pad.controller.take('control_messages') == [False, True, False]
@@ -281,16 +281,16 @@ def test_has_control_false_may_cross_with_a_press_of_a(pad, after, is_believed):
     pad.press(A)
     pad.run(after - 0.04)
     pad.controller.on_has_control(IncomingMessage(False, pad.now))
-    assert pad.controller.messages.must_renew is not is_believed
+    assert pad.controller.control_messages.must_renew is not is_believed
     pad.controller.on_has_control(IncomingMessage(True, pad.now))
     pad.controller.on_has_control(IncomingMessage(False, pad.now))       # it had control, and lost it
-    assert not pad.controller.messages.must_renew
+    assert not pad.controller.control_messages.must_renew
 
 
 def test_a_grant_of_another_node_ends_a_drive_by_the_stick(pad):
     assert any(pad.run(0.3, sticks=PUSHED)) and pad.controller.tick(pad.now).command is None
     pad.controller.on_has_control(IncomingMessage(True, pad.now))
-    assert pad.holder is GOAL and not pad.controller.messages.must_renew
+    assert pad.holder is GOAL and not pad.controller.control_messages.must_renew
     assert pad.controller.tick(pad.now).command == Twist2()    # without waiting for the pad
     assert set(pad.run(1.0)) == {None}
     pad.controller.on_has_control(IncomingMessage(False, pad.now))

@@ -153,7 +153,7 @@ class SleepingGamepad(SleepingCore):
 
     @property
     def is_driven(self):
-        return self.core.messages.must_renew
+        return self.core.control_messages.must_renew
 
 
 class SleepingPage(SleepingCore):

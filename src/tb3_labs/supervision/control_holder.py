@@ -52,7 +52,8 @@ class ControlMessages:
     def __init__(self) -> None:
         self.must_renew = False    # this pad has given a permission, and must renew it
         self.waiting: Queue[bool] = Queue()    # messages to publish
-        self.granted_at = -math.inf    # time [s] of a True that move_to_goal has not obeyed yet
+        #: Time [s] of a True that move_to_goal has not obeyed yet; -inf if there is none.
+        self.unconfirmed_since = -math.inf
         self._sent_at = -math.inf      # time [s] of the latest message or renewal
         self.stopped_at = -math.inf    # time [s] of the latest stop by this pad or another node
 
@@ -67,14 +68,14 @@ class ControlMessages:
         """Queue a True for a button press that was delayed by `lateness` [s]. Also queue a renewal
         for each `RENEWAL_PERIOD` of this delay, because move_to_goal finds the delay from them."""
         self.must_renew = True
-        self.granted_at = now
+        self.unconfirmed_since = now
         self._sent_at = now
         missed_renewals = int(lateness / RENEWAL_PERIOD)
         self.waiting.extend([True] * (1 + missed_renewals))
 
     def confirm_grant(self) -> None:
         """Store that move_to_goal has obeyed the latest True."""
-        self.granted_at = -math.inf
+        self.unconfirmed_since = -math.inf
 
     def stop(self, caused_at: float) -> None:
         """Queue a False, because control was taken or the pad was lost at `caused_at` [s]."""

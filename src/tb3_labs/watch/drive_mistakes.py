@@ -62,8 +62,9 @@ def find_inverted_control(node_run: NodeRun) -> Iterator[Mistake]:
     intervals = [(begin, moving.between(begin + MAX_PROBE_DELAY, end), value)
                  for begin, end, value in control_intervals(node_run)
                  if node_run.runs_at(begin) and end - begin > MAX_REACTION_TIME]
-    values = {value for _, _, value in intervals}
-    if len(values) < 2 or any(value and len(sent) for _, sent, value in intervals):
+    has_both_values = len({value for _, _, value in intervals}) == 2
+    drives_after_true = any(len(sent) for _, sent, value in intervals if value)
+    if drives_after_true or not has_both_values:
         return
     for begin, sent, _ in intervals:
         if len(sent) >= MIN_LATE_COMMANDS:

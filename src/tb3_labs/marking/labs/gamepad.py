@@ -114,8 +114,10 @@ def _judge_reset_call(observation: Observation) -> Reason:
                 'move2goal_tf.py offers')
     if not facts[stimuli.IS_ORIGIN]:
         reason = 'after Y the reset was called with another pose than (0, 0, 0)'
-        wrong_calls = list(filter(None, facts.get(stimuli.NONZERO_FIELDS, ())))
-        return f"{reason}: {', '.join(wrong_calls[0])}" if wrong_calls else reason
+        for fields in facts.get(stimuli.NONZERO_FIELDS, ()):
+            if fields:
+                return f"{reason}: {', '.join(fields)}"
+        return reason
     if facts[stimuli.IS_UNIT]:
         return ''
     return ('after Y the orientation of the call was not a rotation: its quaternion is not of '

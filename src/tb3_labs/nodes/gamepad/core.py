@@ -41,7 +41,7 @@ class GamepadCore:
         self._config = config
         self._model = model
         self.pad = PadListener()
-        self.messages = ControlMessages()
+        self.control_messages = ControlMessages()
         self._sleep = SleepMonitor()
         self._zero_until = 0.0    # the pad's command is zero until this time [s]
         self._command_is_due = False
@@ -68,11 +68,11 @@ class GamepadCore:
     def _obey_control_buttons(self, state: PadState, now: float) -> None:
         presses = self.pad.presses
         if presses.regain:
-            self.messages.stop(now - self.pad.lateness)
+            self.control_messages.stop(now - self.pad.lateness)
             self._change_holder(ControlEvent.REGAIN, now)
         elif presses.relinquish and not state.regain:
-            if self._accept_press('A', RESUME_TIME, now) and not self.messages.must_renew:
-                self.messages.grant(now, self.pad.lateness)
+            if self._accept_press('A', RESUME_TIME, now) and not self.control_messages.must_renew:
+                self.control_messages.grant(now, self.pad.lateness)
                 self._change_holder(ControlEvent.RELINQUISH, now)
 
     def _obey_sticks(self, state: PadState, now: float) -> None:
@@ -82,16 +82,16 @@ class GamepadCore:
             self._change_holder(ControlEvent.READY, now)
         elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._change_holder(ControlEvent.LOST, now)    # before this message, the pad was silent
-        elif self._is_driving and now - self.pad.lateness < self.messages.stopped_at:
+        elif self._is_driving and now - self.pad.lateness < self.control_messages.stopped_at:
             self._change_holder(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
 
     def on_has_control(self, has_control: 'IncomingMessage[bool]') -> None:
         """move_to_goal reports whether it has control."""
         now = has_control.arrived_at
         if has_control.content:
-            self.messages.confirm_grant()
+            self.control_messages.confirm_grant()
             self._change_holder(ControlEvent.GRANTED, now)
-        elif now - self.messages.granted_at >= MAX_TRANSIT_TIME:
+        elif now - self.control_messages.unconfirmed_since >= MAX_TRANSIT_TIME:
             self._change_holder(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'IncomingMessage[bool]') -> None:
@@ -101,12 +101,12 @@ class GamepadCore:
 
     def on_leave(self, now: float) -> None:
         """Take back the control that the pad gave to move_to_goal, since this node ends."""
-        if self.messages.must_renew:
+        if self.control_messages.must_renew:
             self._on_control_taken(now)
 
     def _on_control_taken(self, now: float) -> None:
-        self.messages.stopped_at = now
-        if self.messages.must_renew:
+        self.control_messages.stopped_at = now
+        if self.control_messages.must_renew:
             self._change_holder(ControlEvent.TAKEN, now)
         elif self._is_driving:
             self._change_holder(ControlEvent.STOPPED, now)
@@ -123,8 +123,8 @@ class GamepadCore:
             command, log_lines=self._log.pop_all(),
             needs_fast_ticks=waits_for_ready or self._needs_pad,
             holder=self.holder, is_reset_requested=self._is_reset_requested,
-            control_messages=self.messages.waiting.pop_all(),
-            renewal_is_due=self.messages.pop_renewal(now))
+            control_messages=self.control_messages.waiting.pop_all(),
+            renewal_is_due=self.control_messages.pop_renewal(now))
         self._is_reset_requested = False
         return output
 
@@ -167,13 +167,13 @@ class GamepadCore:
 
     @property
     def _needs_pad(self) -> bool:
-        return self._is_driving or self.messages.must_renew
+        return self._is_driving or self.control_messages.must_renew
 
     def _update_sleep(self, now: float) -> None:
         """After a sleep of this process, the pad must become ready before it drives. A long sleep
         also ends the permission that the pad gave to move_to_goal."""
         self._sleep.update(now)
-        if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
+        if self.control_messages.must_renew and self._sleep.slept_for > RESUME_TIME:
             self._log.warn(f'{self._sleep.as_text()}: press A to let move_to_goal drive again')
             self._on_control_taken(now)
         elif self._sleep.slept_for and self.holder is ControlHolder.GAMEPAD:
@@ -189,7 +189,7 @@ class GamepadCore:
             reason = self._sleep.reason_to_refuse
         elif not self.pad.knows_lateness(now):
             reason = 'it was pressed the moment the pad was first heard'
-        elif lateness > max_lateness or now - lateness < self.messages.stopped_at:
+        elif lateness > max_lateness or now - lateness < self.control_messages.stopped_at:
             reason = f'it was pressed {lateness:.1f} s ago, or before something took control'
         else:
             return True
@@ -206,8 +206,8 @@ class GamepadCore:
         self._command_is_due = True
         if previous_holder is ControlHolder.MOVE_TO_GOAL:
             self._zero_until = now + HAND_BACK_TIME
-            if self.messages.must_renew:    # another node took control
-                self.messages.stop(now)
+            if self.control_messages.must_renew:    # another node took control
+                self.control_messages.stop(now)
         if event is ControlEvent.TAKEN:
             self._log.add('Control was taken from move_to_goal: press A to give it again')
         elif event is ControlEvent.STOPPED:
@@ -236,5 +236,5 @@ class GamepadCore:
         self._log.warn(f'{silence}: robot stopped; {self._remedy}{advice}')
         self.pad.state = None      # the last state is not valid any more
         self._command_is_due = True
-        self.messages.stop(now)
+        self.control_messages.stop(now)
         self._change_holder(ControlEvent.LOST, now)
