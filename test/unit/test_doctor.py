@@ -11,8 +11,12 @@ from tb3_labs.doctor.computer import Computer, judge_address, outgoing_address, 
 from tb3_labs.doctor.master_and_nodes import (
     PROBLEM_TEXTS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot)
+from tb3_labs.doctor.motion import judge_motion
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
+from tb3_labs.robot.turtlebot3 import Twist2
 
 OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
 
@@ -161,6 +165,52 @@ def test_the_drift_of_a_standing_robot_is_the_slope_of_its_yaw(start):
     # 0.1 deg of noise in 500 samples of 5 s: 0.1 / (sqrt(500) x 5 s / sqrt(12)), three times
     assert abs(drift_of(noisy, still) - 6.0) < 0.6
     assert abs(drift_of(noisy[:20], still)) < 1.0    # 0.2 s are too short
+
+
+def motion(linear=0.0, angular=0.0, frozen='', standing=False, silence=(9.0, 9.0), told=(0.0, 9.0), jitter=0.0):
+    """Returns the line on a Burger that drives 5 s by this command, without noise. The samples of `frozen` repeat
+    themselves. A robot that is `standing` does not obey. Its wheels jump by `jitter` [rad] to and fro."""
+    samples = []
+    for tick in range(100):    # 20 samples of each sensor in a second
+        now = 0.05 * tick
+        driven = 0.0 if standing else now
+        yaw, path = angular * driven, linear * driven
+        wheels = [(path + side * 0.08 * yaw) / 0.033 + jitter * (tick % 2) for side in (-1.0, 1.0)]
+        speeds = (0.0, 0.0) if standing else (linear, angular)
+        made = dict(imu=ImuSample(now, 0.0 if frozen == 'imu' else yaw, speeds[1]),
+                    odom=OdometrySample(now, Pose2() if frozen == 'odom' else Pose2(path, 0.0, yaw), *speeds),
+                    wheels=WheelSample(now, *([0.0, 0.0] if frozen == 'wheels' else wheels)))
+        if not silence[0] < now < silence[1]:
+            samples += [(now, sample) for sample in made.values()]
+        if told[0] <= now <= told[1]:
+            samples.append((now, Twist2(linear, angular)))
+    return judge_motion(samples)
+
+
+HANGS, STANDS = 'repeats one reading though the robot is told to move', 'does not move although it is told to'
+
+
+@pytest.mark.parametrize('facts, words', [
+    (dict(angular=0.5, frozen='imu'), ['imu ' + HANGS, 'bringup', 'board off and on']),
+    (dict(linear=0.1, angular=-0.2, frozen='imu'), ['imu ' + HANGS]),
+    (dict(linear=0.1, frozen='odom'), ['odom ' + HANGS]), (dict(angular=0.5, frozen='odom'), ['odom ' + HANGS]),
+    (dict(linear=-0.1, standing=True), [STANDS, 'battery']), (dict(angular=0.5, standing=True), [STANDS]),
+    (dict(angular=0.5, standing=True, jitter=0.0015), [STANDS]),    # one step of the encoder
+    (dict(linear=0.1, frozen='wheels'), [STANDS]),    # the servos are silent, and the odometry runs on
+    (dict(linear=0.1, standing=True, silence=(1.0, 3.0)), [STANDS])])
+def test_a_robot_that_does_not_obey_and_a_hanging_driver_are_named(facts, words):
+    check(motion(**facts), FAULT, *words)
+
+
+@pytest.mark.parametrize('facts', [
+    {}, dict(standing=True, frozen='imu'), dict(linear=0.1), dict(linear=0.1, angular=0.5), dict(angular=-0.11),
+    dict(linear=0.021), dict(linear=0.02, standing=True), dict(angular=0.1, standing=True),    # too slow to be seen
+    dict(linear=0.1, frozen='imu'),                                      # straight ahead without noise
+    dict(linear=0.1, standing=True, told=(9.0, 9.0)),                    # no node drives
+    dict(linear=0.1, standing=True, told=(1.0, 1.75)),                   # and 0.5 s later the board stops
+    dict(linear=0.1, standing=True, silence=(1.0, 4.0)), dict(angular=0.5, frozen='imu', silence=(0.3, 4.7))])
+def test_a_robot_that_rests_obeys_or_is_not_heard_is_not_accused(facts):
+    assert motion(**facts) is None
 
 
 HEARD = 'cmd_vel', 'joy', 'turn', 'mouse_info', 'ctrl_relinq', 'heading'
