@@ -5,6 +5,7 @@ import socket
 
 import pytest
 
+from real_recordings import arrays_of
 from tb3_labs.doctor import fault, finding_text, ok, summary_text, warning
 from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.computer import Computer, judge_address, outgoing_address, own_addresses
@@ -211,6 +212,22 @@ def test_a_robot_that_does_not_obey_and_a_hanging_driver_are_named(facts, words)
     dict(linear=0.1, standing=True, silence=(1.0, 4.0)), dict(angular=0.5, frozen='imu', silence=(0.3, 4.7))])
 def test_a_robot_that_rests_obeys_or_is_not_heard_is_not_accused(facts):
     assert motion(**facts) is None
+
+
+def to_odometry(stamp, x, y, yaw, *speeds):
+    return OdometrySample(stamp, Pose2(x, y, yaw), *speeds)
+
+
+@pytest.mark.parametrize('name, command, is_accused', [
+    ('burger_drive', (), False), ('burger_static', (), False), ('burger_static', (0.1, 0.0), True)])
+def test_a_real_burger_is_accused_only_if_it_stands_though_it_is_told_to_move(name, command, is_accused):
+    """The recordings have no commands. The speeds that the odometry shows take their place."""
+    tables = arrays_of(name, ('imu', 'odometry', 'wheels'))
+    samples = [(arrived_at, make(*numbers)) for make, rows in zip((ImuSample, to_odometry, WheelSample), tables)
+               for arrived_at, *numbers in rows.tolist()]
+    samples += [(arrived_at, Twist2(*(command or (sample.linear, sample.angular))))
+                for arrived_at, sample in samples if isinstance(sample, OdometrySample)]
+    assert (judge_motion(sorted(samples, key=lambda each: each[0])) is not None) == is_accused
 
 
 HEARD = 'cmd_vel', 'joy', 'turn', 'mouse_info', 'ctrl_relinq', 'heading'
