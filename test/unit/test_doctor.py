@@ -1,7 +1,11 @@
 """The doctor prints the right line about made-up measurements."""
 import math
+import os
 import random
+import signal
 import socket
+import subprocess
+import sys
 
 import pytest
 
@@ -13,6 +17,7 @@ from tb3_labs.doctor.master_and_nodes import (
     PROBLEM_TEXTS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot)
 from tb3_labs.doctor.motion import judge_motion
+from tb3_labs.doctor.programs import judge_programs
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.geometry.se2 import Pose2
@@ -319,6 +324,24 @@ def test_the_nodes_around_a_robot():
          ['/rosout', ['/robot3/panel']]], [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
     assert (graph.other_robots, graph.cmd_vel_listeners, graph.cmd_vel_publishers) == (['/robot9/'], [CORE], ['/pad'])
     assert graph.robot_nodes == [CORE]
+
+
+@pytest.mark.parametrize('is_stopped, uri, is_named', [
+    (True, 'http://localhost:1', True), (False, 'http://localhost:1', False), (True, 'http://localhost:2', False)])
+def test_a_program_that_ctrl_z_stopped_is_named(tmp_path, is_stopped, uri, is_named):
+    (tmp_path / 'roslaunch').write_text('import sys\nprint(flush=True)\nsys.stdin.read()\n')
+    with subprocess.Popen([sys.executable, str(tmp_path / 'roslaunch'), 'ice6', 'imu.launch'], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, env=dict(os.environ, ROS_MASTER_URI='http://localhost:1')) as program:
+        program.stdout.readline()
+        if is_stopped:
+            program.send_signal(signal.SIGSTOP)    # as Ctrl+Z does in a terminal
+            os.waitid(os.P_PID, program.pid, os.WSTOPPED)
+        lines = list(judge_programs(uri))
+        program.kill()
+    if is_named:
+        check(*lines, WARNING, 'roslaunch ice6 imu.launch (process {}) is'.format(program.pid), 'type fg, then Ctrl+C')
+    else:
+        assert lines == []
 
 
 # ----- examinations; doctor.test examines robots
