@@ -48,7 +48,7 @@ trap 'exit 130' INT TERM HUP
 address=${ROS_MASTER_URI#*://} address=${address%%/*}
 exec 9>>"/tmp/tb3_labs_demo.$UID.${address##*:}.lock"
 if ! flock -n 9 || timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}" 2>/dev/null; then
-  echo "tb3_labs: a ROS master is running at $ROS_MASTER_URI already; end it first, or set ROS_MASTER_URI=http://localhost:11312" >&2
+  echo "tb3_labs: a ROS master is running at $ROS_MASTER_URI already; end it first (Ctrl+C in its terminal; after a Ctrl+Z type fg there before), or type: export ROS_MASTER_URI=http://localhost:11312" >&2
   exit 1
 fi
 

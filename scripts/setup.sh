@@ -38,7 +38,6 @@ _tb3_labs_shell() {
   unset PYTHONPATH PYTHONHOME CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION CATKIN_SETUP_UTIL_ARGS
   # shellcheck disable=SC1091
   source "$ws/devel/setup.bash" || { echo "tb3_labs: $ws/devel/setup.bash failed" >&2; return 1; }
-  [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || return 1    # scripts/setup/terminal.bash has said why
 
   for prefix in "${prefixes[@]}"; do if _tb3_labs_keeps "$prefix"; then kept=("$prefix" "${kept[@]}"); fi; done
   if [ ${#kept[@]} != 0 ]; then
@@ -48,11 +47,14 @@ _tb3_labs_shell() {
     IFS=: read -ra prefixes <<<"$CMAKE_PREFIX_PATH"
     # shellcheck disable=SC1090
     for prefix in "${prefixes[@]}"; do if [ -r "$prefix/$hook" ]; then source "$prefix/$hook"; fi; done
-    # shellcheck source=scripts/setup/terminal.bash
-    CATKIN_ENV_HOOK_WORKSPACE=$ws/devel; source "$repo/scripts/setup/terminal.bash"; unset CATKIN_ENV_HOOK_WORKSPACE
+    if [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ]; then
+      # shellcheck source=scripts/setup/terminal.bash
+      CATKIN_ENV_HOOK_WORKSPACE=$ws/devel; source "$repo/scripts/setup/terminal.bash"; unset CATKIN_ENV_HOOK_WORKSPACE
+    fi
   fi
   # Without this, a workspace that was built without tb3_labs, and is sourced later, would remove this one.
   export CATKIN_SETUP_UTIL_ARGS=--extend
+  [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || return 1    # scripts/setup/terminal.bash has said why
   if [[ $- == *i* ]] && [ -t 1 ]; then echo "tb3_labs: this terminal is ready"; fi
 }
 

@@ -30,14 +30,24 @@ _tb3_labs_terminal() {
       if [ "${ROS_HOSTNAME:-}" = localhost ]; then unset ROS_HOSTNAME; fi    # left by an earlier `source`
       if [ "${ROS_ETC_DIR:-}" = "$ws/etc" ]; then unset ROS_ETC_DIR; fi
       if [ -z "${ROS_IP:-}${ROS_HOSTNAME:-}" ]; then
-        ROS_IP=$("$ws/venv/bin/python3" -I - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'
+        ROS_IP=$("$ws/venv/bin/python3" -I - "$ROS_MASTER_URI" <<'PYTHON'
 import socket, sys, urllib.parse
-uri = urllib.parse.urlparse(sys.argv[1])
 probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-probe.connect((uri.hostname, uri.port or 11311))    # sends nothing; picks the interface that leads there
-print(probe.getsockname()[0])
+try:
+    uri = urllib.parse.urlparse(sys.argv[1])
+    probe.connect((uri.hostname, uri.port or 11311))    # sends nothing; picks the interface that leads there
+    print(probe.getsockname()[0])
+except (TypeError, ValueError):
+    problem = 'is not an address such as http://192.168.0.5:11311'
+except socket.gaierror:
+    problem = 'has a name that this computer cannot resolve'
+except OSError as error:
+    problem = f'cannot be reached ({error.strerror})'
+else:
+    sys.exit()
+sys.exit(f'tb3_labs: ROS_MASTER_URI={sys.argv[1]} {problem}. Do: export ROS_MASTER_URI=http://ADDRESS:11311, then source setup.sh again')
 PYTHON
-        ) || { unset ROS_IP; echo "tb3_labs: no way to ROS_MASTER_URI=$ROS_MASTER_URI" >&2; return 1; }
+        ) || { unset ROS_IP; return 1; }
         export ROS_IP
       fi ;;
   esac

@@ -42,6 +42,7 @@ FOUND = (
     ('robot3', 'Drivers', 'FAULT', '/doctor .* and /rival_of_robot3 .* at the same time'),
     ('robot3', 'Gyro', 'FAULT',
      'the gyro contradicts the wheels.*rostopic pub -1 /robot3/reset std_msgs/Empty'),
+    ('robot4', 'Motion', 'FAULT', 'imu repeats one reading though the robot is told to move.*bringup'),
     ('ahead', 'Clock', 'FAULT', r'3\.[01] s ahead'),
     ('ahead', 'joint_states', 'FAULT', 'nobody publishes /ahead/joint_states'),
     ('ahead', 'Gyro', 'warning', 'cannot be compared'),
@@ -122,8 +123,11 @@ class DoctorTest(NodeCase):
         for namespace in '/robot1', '/robot2':
             cls.keep(NodeProgram(*ROBOT, '__ns:=' + namespace))
         cls.keep(NodeProgram(*ROBOT, '_gyro_bias_deg:=-28', '__name:=robot', '__ns:=/robot3'))
-        cls.keep(TestProgram(['rostopic', 'pub', '-r', '10', '__name:=rival_of_robot3',
-                              '/robot3/cmd_vel', 'geometry_msgs/Twist', '{}']))
+        cls.keep(NodeProgram(*ROBOT, '_imu_frozen:=true', '__ns:=/robot4'))
+        for node, topic, command in (('rival_of_robot3', '/robot3/cmd_vel', '{}'),
+                                     ('driver_of_robot4', '/robot4/cmd_vel', '{angular: {z: 0.5}}')):
+            cls.keep(TestProgram(['rostopic', 'pub', '-r', '10', '__name:=' + node, topic,
+                                  'geometry_msgs/Twist', command]))
         cls.publishers = [rospy.Publisher(name, kind, queue_size=1) for name, kind in (
             ('/ahead/imu', Imu), ('/ahead/odom', Odometry), ('/robot3/cmd_vel', Twist),
             ('/robot2/imu', Imu))]
@@ -132,7 +136,7 @@ class DoctorTest(NodeCase):
                              'cmd_vel:=turtle1/cmd_vel', '__name:=lab1', '__ns:=/ahead'))
         cls.timer = rospy.Timer(rospy.Duration(0.05), lambda event: cls._publish())
         cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel',
-                               '/robot2/odom', '/ahead/turtle1/cmd_vel')
+                               '/robot2/odom', '/robot4/cmd_vel', '/robot4/odom', '/ahead/turtle1/cmd_vel')
         time.sleep(1.0)    # robots connect to their drivers
 
     @classmethod
@@ -182,7 +186,7 @@ class DoctorTest(NodeCase):
         call = cls.doctors.call
         cls.before = cls.state()
         call('healthy', 'robot1')
-        for namespace in 'robot2', 'robot3', 'robot9', 'ahead':
+        for namespace in 'robot2', 'robot3', 'robot4', 'robot9', 'ahead':
             call(namespace, namespace)
         if cls.hosts:
             call('laptop', 'robot1', **cls.on('laptop'))

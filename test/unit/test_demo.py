@@ -1,6 +1,9 @@
 """The demonstration judges its drives, prints them as a table, and gives control."""
 import math
+import os
 import runpy
+import socket
+import subprocess
 from types import SimpleNamespace
 
 import pytest
@@ -55,6 +58,18 @@ def demo(monkeypatch):
         made._received['has_control'] = [(1.0, is_taken)]
     made.publish = publish
     return made
+
+
+@pytest.mark.skipif(not (SCRIPTS.parent / 'build' / '.ws' / 'build.stamp').exists(),
+                    reason='scripts/setup.sh has not set this repository up')
+def test_a_second_master_is_refused_with_the_keys_that_end_the_first():
+    with socket.create_server(('127.0.0.1', 0)) as master:
+        uri = 'http://localhost:{}'.format(master.getsockname()[1])
+        done = subprocess.run([str(SCRIPTS / 'demo.sh')], env=dict(os.environ, ROS_MASTER_URI=uri), timeout=600.0,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True)
+    assert (done.returncode, done.stdout, done.stderr.count('\n')) == (1, '', 1)
+    assert 'a ROS master is running at ' + uri in done.stderr
+    assert all(words in done.stderr for words in ('Ctrl+C', 'fg', 'export ROS_MASTER_URI='))
 
 
 def message(value, sender):

@@ -1,18 +1,28 @@
 """The doctor prints the right line about made-up measurements."""
 import math
+import os
 import random
+import signal
 import socket
+import subprocess
+import sys
 
 import pytest
 
+from real_recordings import arrays_of
 from tb3_labs.doctor import fault, finding_text, ok, summary_text, warning
 from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.computer import Computer, judge_address, outgoing_address, own_addresses
 from tb3_labs.doctor.master_and_nodes import (
     PROBLEM_TEXTS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot)
+from tb3_labs.doctor.motion import judge_motion
+from tb3_labs.doctor.programs import judge_programs
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
+from tb3_labs.robot.turtlebot3 import Twist2
 
 OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
 
@@ -163,6 +173,68 @@ def test_the_drift_of_a_standing_robot_is_the_slope_of_its_yaw(start):
     assert abs(drift_of(noisy[:20], still)) < 1.0    # 0.2 s are too short
 
 
+def motion(linear=0.0, angular=0.0, frozen='', standing=False, silence=(9.0, 9.0), told=(0.0, 9.0), jitter=0.0):
+    """Returns the line on a Burger that drives 5 s by this command, without noise. The samples of `frozen` repeat
+    themselves. A robot that is `standing` does not obey. Its wheels jump by `jitter` [rad] to and fro."""
+    samples = []
+    for tick in range(100):    # 20 samples of each sensor in a second
+        now = 0.05 * tick
+        driven = 0.0 if standing else now
+        yaw, path = angular * driven, linear * driven
+        wheels = [(path + side * 0.08 * yaw) / 0.033 + jitter * (tick % 2) for side in (-1.0, 1.0)]
+        speeds = (0.0, 0.0) if standing else (linear, angular)
+        made = dict(imu=ImuSample(now, 0.0 if frozen == 'imu' else yaw, speeds[1]),
+                    odom=OdometrySample(now, Pose2() if frozen == 'odom' else Pose2(path, 0.0, yaw), *speeds),
+                    wheels=WheelSample(now, *([0.0, 0.0] if frozen == 'wheels' else wheels)))
+        if not silence[0] < now < silence[1]:
+            samples += [(now, sample) for sample in made.values()]
+        if told[0] <= now <= told[1]:
+            samples.append((now, Twist2(linear, angular)))
+    return judge_motion(samples)
+
+
+HANGS, STANDS = 'repeats one reading though the robot is told to move', 'does not move although it is told to'
+
+
+@pytest.mark.parametrize('facts, words', [
+    (dict(angular=0.5, frozen='imu'), ['imu ' + HANGS, 'bringup', 'board off and on']),
+    (dict(linear=0.1, angular=-0.2, frozen='imu'), ['imu ' + HANGS]),
+    (dict(linear=0.1, frozen='odom'), ['odom ' + HANGS]), (dict(angular=0.5, frozen='odom'), ['odom ' + HANGS]),
+    (dict(linear=-0.1, standing=True), [STANDS, 'battery']), (dict(angular=0.5, standing=True), [STANDS]),
+    (dict(angular=0.5, standing=True, jitter=0.0015), [STANDS]),    # one step of the encoder
+    (dict(linear=0.1, frozen='wheels'), [STANDS]),    # the servos are silent, and the odometry runs on
+    (dict(linear=0.1, standing=True, silence=(1.0, 3.0)), [STANDS])])
+def test_a_robot_that_does_not_obey_and_a_hanging_driver_are_named(facts, words):
+    check(motion(**facts), FAULT, *words)
+
+
+@pytest.mark.parametrize('facts', [
+    {}, dict(standing=True, frozen='imu'), dict(linear=0.1), dict(linear=0.1, angular=0.5), dict(angular=-0.11),
+    dict(linear=0.021), dict(linear=0.02, standing=True), dict(angular=0.1, standing=True),    # too slow to be seen
+    dict(linear=0.1, frozen='imu'),                                      # straight ahead without noise
+    dict(linear=0.1, standing=True, told=(9.0, 9.0)),                    # no node drives
+    dict(linear=0.1, standing=True, told=(1.0, 1.75)),                   # and 0.5 s later the board stops
+    dict(linear=0.1, standing=True, silence=(1.0, 4.0)), dict(angular=0.5, frozen='imu', silence=(0.3, 4.7))])
+def test_a_robot_that_rests_obeys_or_is_not_heard_is_not_accused(facts):
+    assert motion(**facts) is None
+
+
+def to_odometry(stamp, x, y, yaw, *speeds):
+    return OdometrySample(stamp, Pose2(x, y, yaw), *speeds)
+
+
+@pytest.mark.parametrize('name, command, is_accused', [
+    ('burger_drive', (), False), ('burger_static', (), False), ('burger_static', (0.1, 0.0), True)])
+def test_a_real_burger_is_accused_only_if_it_stands_though_it_is_told_to_move(name, command, is_accused):
+    """The recordings have no commands. The speeds that the odometry shows take their place."""
+    tables = arrays_of(name, ('imu', 'odometry', 'wheels'))
+    samples = [(arrived_at, make(*numbers)) for make, rows in zip((ImuSample, to_odometry, WheelSample), tables)
+               for arrived_at, *numbers in rows.tolist()]
+    samples += [(arrived_at, Twist2(*(command or (sample.linear, sample.angular))))
+                for arrived_at, sample in samples if isinstance(sample, OdometrySample)]
+    assert (judge_motion(sorted(samples, key=lambda each: each[0])) is not None) == is_accused
+
+
 HEARD = 'cmd_vel', 'joy', 'turn', 'mouse_info', 'ctrl_relinq', 'heading'
 LISTENS = '/lab1 listens to {}, which nobody publishes; {} is published by {}'
 PUBLISHES = '/lab1 publishes {}, which nobody hears; {} is heard by {}'
@@ -252,6 +324,24 @@ def test_the_nodes_around_a_robot():
          ['/rosout', ['/robot3/panel']]], [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
     assert (graph.other_robots, graph.cmd_vel_listeners, graph.cmd_vel_publishers) == (['/robot9/'], [CORE], ['/pad'])
     assert graph.robot_nodes == [CORE]
+
+
+@pytest.mark.parametrize('is_stopped, uri, is_named', [
+    (True, 'http://localhost:1', True), (False, 'http://localhost:1', False), (True, 'http://localhost:2', False)])
+def test_a_program_that_ctrl_z_stopped_is_named(tmp_path, is_stopped, uri, is_named):
+    (tmp_path / 'roslaunch').write_text('import sys\nprint(flush=True)\nsys.stdin.read()\n')
+    with subprocess.Popen([sys.executable, str(tmp_path / 'roslaunch'), 'ice6', 'imu.launch'], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, env=dict(os.environ, ROS_MASTER_URI='http://localhost:1')) as program:
+        program.stdout.readline()
+        if is_stopped:
+            program.send_signal(signal.SIGSTOP)    # as Ctrl+Z does in a terminal
+            os.waitid(os.P_PID, program.pid, os.WSTOPPED)
+        lines = list(judge_programs(uri))
+        program.kill()
+    if is_named:
+        check(*lines, WARNING, 'roslaunch ice6 imu.launch (process {}) is'.format(program.pid), 'type fg, then Ctrl+C')
+    else:
+        assert lines == []
 
 
 # ----- examinations; doctor.test examines robots

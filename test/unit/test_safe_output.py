@@ -152,6 +152,21 @@ def test_a_fault_of_a_workspace_is_one_line(tmp_path):
     assert words[0].split(':')[:2] == [str(poor), str(DEVEL)]
 
 
+@needs_setup
+@pytest.mark.parametrize('uri, problem', [
+    ('http://robot3.invalid:11311', 'has a name that this computer cannot resolve'),
+    ('robot3.invalid:11311', 'is not an address such as'), ('http://10.0.0.9:port', 'is not an address such as'),
+    ('http://10.0.0.9:99999', 'is not an address such as'), ('http://255.255.255.255', 'cannot be reached (')])
+def test_a_wrong_master_is_one_line_and_the_own_workspace_stays(tmp_path, uri, problem):
+    own = workspace(tmp_path / 'catkin_ws')
+    words, errors = shell(tmp_path, 'source {0}/setup.bash; source {1}; echo $?; export ROS_MASTER_URI=; '
+                          'source {1}'.format(own, SETUP) + SHOW, ROS_MASTER_URI=uri)
+    assert words.pop(0) == '1' and errors.count('\n') == 1
+    assert errors.startswith('tb3_labs: ROS_MASTER_URI={} {}'.format(uri, problem))
+    assert '. Do: export ROS_MASTER_URI=http://ADDRESS:11311, then' in errors
+    assert_both(own, words, '')
+
+
 @pytest.mark.skipif(not os.path.realpath('/bin/sh').endswith('dash'), reason='sh is not dash')
 @pytest.mark.parametrize('call', ['. {}', 'sh {}'])
 def test_another_shell_is_refused_in_one_line(tmp_path, call):

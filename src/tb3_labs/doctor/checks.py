@@ -6,6 +6,7 @@ from dataclasses import replace
 from tb3_labs.doctor.computer import is_own, judge_address, outgoing_address, this_computer
 from tb3_labs.doctor.master_and_nodes import (
     Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot)
+from tb3_labs.doctor.programs import judge_programs
 from tb3_labs.doctor.ros_listening import examine_messages
 
 
@@ -19,6 +20,7 @@ def examine(namespace):
     computer = this_computer(master.address)
     yield judge_address(computer)
     yield judge_master(master)
+    yield from judge_programs(master.uri)
     if system_state is None:
         return
     graph = RobotGraph(namespace, system_state)

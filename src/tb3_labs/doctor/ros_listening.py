@@ -1,4 +1,4 @@
-"""Listens to the robot as a node and yields the findings on drivers, sensors, clock and gyro."""
+"""Listens to the robot as a node and yields the findings on drivers, sensors, clock and motion."""
 import os
 import time
 from collections import Counter
@@ -11,20 +11,22 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 
 from tb3_labs.doctor.master_and_nodes import SENSORS
+from tb3_labs.doctor.motion import judge_motion
 from tb3_labs.doctor.streams import (
     LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, WheelSample
-from tb3_labs.robot.turtlebot3 import model_of_environment
+from tb3_labs.robot.turtlebot3 import Twist2, model_of_environment
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
 #: {topic to which the doctor listens: type of the messages}
 MESSAGE_TYPES = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': Twist}
-#: {topic of a sensor: function that converts a message to a sample}
-SAMPLE_READERS = dict(imu=to_imu_sample, odom=to_odometry_sample, joint_states=to_wheel_sample)
+#: {topic: function that converts a message to a sample or a command}
+SAMPLE_READERS = dict(imu=to_imu_sample, odom=to_odometry_sample, joint_states=to_wheel_sample,
+                      cmd_vel=lambda message: Twist2(message.linear.x, message.angular.z))
 
 
 class ReceivedMessage(NamedTuple):
@@ -52,6 +54,10 @@ def examine_messages(graph, address, is_wall_time):
         yield judge_clock(min(delays))
 
     samples = read_samples(received)
+    motion = judge_motion(samples)
+    if motion:    # gyro and wheels are not compared, because one of them may be frozen
+        yield motion
+        return
     gyro = gyro_monitor_of(samples, graph.namespace + 'reset')
     problem, _, remedy = gyro.problem_text().partition(': ')
     yield judge_gyro(problem, remedy, is_compared=gyro.has_compared)
@@ -87,12 +93,11 @@ def listen(namespace, address):
 
 
 def read_samples(received):
-    """Returns [(time of arrival [s], sample)] of the sensors' valid messages."""
+    """Returns [(time of arrival [s], sample or command)] of the valid messages."""
     samples = []
     for topic, arrived_at, _, message in received:
         with suppress(ValueError):    # an arm also publishes joint_states, but without wheels
-            if topic in SAMPLE_READERS:
-                samples.append((arrived_at, SAMPLE_READERS[topic](message)))
+            samples.append((arrived_at, SAMPLE_READERS[topic](message)))
     return samples
 
 

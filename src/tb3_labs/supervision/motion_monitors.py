@@ -13,6 +13,7 @@ from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, MAX_REST_TIME, RESUME_TIME, ROBOT_START_TIMEOUT, SENSOR_TIMEOUT, STALL_TIME,
     Freshness)
 
+NO_MOTION = 'the robot does not move although it is told to (stuck, or motors off?)'
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
 #: If a command is faster than these [m/s, rad/s], the readings of the sensors must change.
 MIN_VISIBLE_SPEED = 0.02
@@ -214,5 +215,5 @@ class StallMonitor:
         if is_near_least_remaining and self._stalled_for <= STALL_TIME:
             return ''
         if is_at_rest:
-            return 'the robot does not move although it is told to (stuck, or motors off?)'
+            return NO_MOTION
         return 'the robot moves, but no longer nearer to its goal: it has missed it'
