@@ -201,7 +201,7 @@ class Approach:
             self._motor_speed, self._history.command_at_motors(estimate.delay), estimate.lag, dt)
 
     def _prediction(self, remaining: float, age: float) -> float:
-        """Returns the remaining travel that is left after a command to stop now."""
+        """Returns the travel that would remain to the goal if the robot were told to stop now."""
         estimate = self._identification.estimate
         under_way = self._history.travel_under_way(estimate.delay + age)
         return remaining - self._motor_speed * estimate.lag - estimate.gain * under_way

@@ -151,7 +151,7 @@ class Identification:
 
     def update(self, history: CommandHistory, travel: float, speed: float,
                max_speed: float, age: float = 0.0) -> None:
-        """Learn from the `travel` since the start and the `speed`, measured `age` [s] ago."""
+        """Learn from a sample that is `age` [s] old. The `travel` is measured from the start."""
         if age > MAX_SAMPLE_AGE:
             self._can_identify = False    # a slow network may also delay commands
         if not self._can_identify:

@@ -188,7 +188,8 @@ def _displacement_problem(old_pose: Pose2, new_pose: Pose2, seconds: float) -> s
 
 
 def _true_pose(old_pose: Pose2, reversed_pose: Pose2) -> Pose2:
-    """Returns the robot's pose. Its place is the reversed place, reflected at the old place."""
+    """Returns the robot's pose. The firmware has reversed the sign of the displacement, so the true
+    place is the old place minus the reversed displacement."""
     return Pose2(2.0 * old_pose.x - reversed_pose.x, 2.0 * old_pose.y - reversed_pose.y,
                  reversed_pose.yaw)
 

@@ -54,7 +54,8 @@ class Samples:
     def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
         if not parts:
             return cls.none()
-        return cls(*map(np.concatenate, zip(*(part.columns for part in parts))))
+        columns = zip(*(part.columns for part in parts))
+        return cls(*map(np.concatenate, columns))
 
     @classmethod
     def from_rows(cls: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:

@@ -3,7 +3,7 @@
 A sensor is lost if its messages stop. It is frozen if its driver hangs and repeats one reading
 while the robot moves. A robot is stalled if commands bring it no nearer to its goal.
 
-Units: radians or metres for the remaining travel, seconds on one clock (`now`).
+The remaining travel is in radians or metres. All times are in seconds, on the same clock as `now`.
 """
 import math
 from enum import Enum

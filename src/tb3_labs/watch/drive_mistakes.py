@@ -276,8 +276,8 @@ def error_with_tolerance(state: str, error: float) -> str:
 
 
 def find_late_commands(node_run: NodeRun) -> Iterator[Mistake]:
-    """Yields a Mistake if a node goes on to send commands at the goal or without control, or if its
-    last command there is not zero."""
+    """Yields a Mistake if a node still sends commands at the goal or without control. Also yields a
+    Mistake if the last command before this silence is not zero."""
     commands = node_run.commands
     is_moving = (commands.linear != 0.0) | (commands.angular != 0.0)
     for begin, end, cause, may_send_zeros in required_silences(node_run):

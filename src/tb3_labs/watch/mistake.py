@@ -114,8 +114,8 @@ class NodeRun:
 
 class Check(NamedTuple):
     """A check of one number of a node. A student can answer the `question` by looking at the node.
-    The number must be correct in the `parts` of the lab, which have the names of marking/labs. If
-    `is_remarked`, a student is told about a mistake even if the mistake costs no points."""
+    The check is done in these `parts` of the lab, named as in marking/labs. If `is_remarked`, a
+    student is told about a mistake even if the mistake costs no points."""
 
     question: str
     find_mistakes: MistakeFinder

@@ -46,10 +46,10 @@ def pad_text(name: str) -> str:
                 name, **pad_called(name))
 
 
-def _judge_stick(observation, column, positive, negative, full_bounds, full_scene):
+def _judge_stick(observation, column, positive, negative, full_bounds, full_stimulus):
     """Judges a stick that commands a `column`, LINEAR or ANGULAR. The stick is at its two ends in
-    the stimuli `positive` and `negative`. In BOTH_STICKS it is half way to its end in the stimulus
-    `full_scene`."""
+    the stimuli `positive` and `negative`. In BOTH_STICKS the stick is pushed half way, in the same
+    direction as fully in the stimulus `full_stimulus`."""
     def judge(name, bounds, other_bounds=ZERO_BOUNDS):
         if column == LINEAR:
             return judge_steering(observation, name, linear=bounds, angular=other_bounds)
@@ -57,7 +57,7 @@ def _judge_stick(observation, column, positive, negative, full_bounds, full_scen
     reason = judge(positive, full_bounds) or judge(negative, scaled(full_bounds, -1.0))
     if reason:
         return reason
-    full_speed = observation.enter_scene(full_scene).commands[-1, column]
+    full_speed = observation.enter_scene(full_stimulus).commands[-1, column]
     return judge(stimuli.BOTH_STICKS, scaled(HALF_STICK_SHARES, full_speed), ANY_BOUNDS)
 
 
@@ -180,14 +180,14 @@ CRITERIA = [
               f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} m/s',
               GAMEPAD_SECTION,
               partial(_judge_stick, column=LINEAR, positive=stimuli.LEFT_STICK_UP,
-                      negative=stimuli.LEFT_STICK_DOWN, full_scene=stimuli.LEFT_STICK_UP,
+                      negative=stimuli.LEFT_STICK_DOWN, full_stimulus=stimuli.LEFT_STICK_UP,
                       full_bounds=FULL_LINEAR_BOUNDS),
               limits=_stick_limits(FULL_LINEAR_BOUNDS, 'm/s')),
     Criterion('turns', stimuli.STICKS,
               f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} rad/s',
               GAMEPAD_SECTION,
               partial(_judge_stick, column=ANGULAR, positive=stimuli.RIGHT_STICK_LEFT,
-                      negative=stimuli.RIGHT_STICK_RIGHT, full_scene=stimuli.RIGHT_STICK_RIGHT,
+                      negative=stimuli.RIGHT_STICK_RIGHT, full_stimulus=stimuli.RIGHT_STICK_RIGHT,
                       full_bounds=FULL_ANGULAR_BOUNDS),
               limits=_stick_limits(FULL_ANGULAR_BOUNDS, 'rad/s')),
     Criterion('lets_go', stimuli.STICKS, 'the robot stops when the sticks are let go',

@@ -27,7 +27,7 @@ LOCAL_T_WORLD = 'local_T_world'     # the transform from the true frame to the l
 #: A busy machine delays the simulated robot. In a fair trial, no gap between two true poses is
 #: longer than this time [s].
 MAX_FAIR_GAP = 0.15
-MAX_FINDINGS = 20           # of an Observation, which also has at most this number of remarks
+MAX_FINDINGS = 20           # An Observation has at most so many findings, and so many remarks.
 MAX_SENTENCE_LENGTH = 2000  # characters of a finding or a remark
 #: The marker counts commands that are not finite numbers, but does not record them.
 NOT_FINITE = 'commands that are not finite numbers'
@@ -114,7 +114,7 @@ class Observation:
     #: [time, pose, problem] of each call of the node's reset service.
     reset_calls: List[List[Any]] = field(default_factory=list)
     #: The timeline shows the current verdict at this time [s], the start of the judged stimulus.
-    #: The method `enter_scene` sets the time, or None if the stimulus was not tried.
+    #: The method `enter_scene` sets this time. It sets None if the stimulus was not tried.
     moment: Optional[float] = None
 
     @property

@@ -200,8 +200,8 @@ def _tracebacks_in(printed):
 
 
 def _place_in_parentheses(traceback, file):
-    """Returns ' (line N, in FUNCTION)' for a traceback, with the last line in the node's file. If
-    this file is not in the traceback, the line is the last one outside SYSTEM_FOLDERS."""
+    """Returns ' (line N, in FUNCTION)', the last place in the node's file that a traceback names.
+    If the traceback does not name this file, returns the last place outside SYSTEM_FOLDERS."""
     frames = TRACEBACK_FRAME.findall(traceback)
     node_places = [place for path, *place in frames if file and path.rpartition('/')[2] == file]
     student_places = [place for path, *place in frames if not path.startswith(SYSTEM_FOLDERS)]

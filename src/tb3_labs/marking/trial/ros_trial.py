@@ -63,7 +63,7 @@ class Trial:
         self.bag.add_event('end', facts=stimulus.facts, died=not self.node.is_alive)
 
     def observe(self, name, seconds, act=lambda: None, facts=()):
-        """Call `act()`, wait for `seconds` [s], and record both as the stimulus `name`."""
+        """Record the stimulus `name`: call `act()`, then wait for `seconds` [s]."""
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)

@@ -50,7 +50,8 @@ class Mouse:
         is_active = message.content.is_active
         is_first = self.freshness.count == 0    # then the state before this message is unknown
         was_active = is_active if is_first else self.is_reported_active
-        if not is_first and not was_active and self._is_steady(now):
+        was_inactive = not is_first and not was_active
+        if was_inactive and self._is_steady(now):
             self.is_lost = False
         self._find_silence(message, was_active)
         if message.novelty is not Novelty.SAME_STAMP:
@@ -84,7 +85,7 @@ class Mice:
     moves it to the middle of the screen. A message that is delayed, or that follows a silence, does
     not activate a mouse.
 
-    Several mice may be connected. The mouse that sent the latest message drives. If one mouse is
+    Several mice may be connected. The latest sender drives. If one mouse is
     lost or deactivated, all others are lost, too, since a user may have forgotten an active mouse.
     """
 

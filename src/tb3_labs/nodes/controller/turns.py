@@ -138,8 +138,9 @@ NEXT_DRIVER = {
 
 
 def accept_turn(requests: SenderRequests, turn: IncomingMessage, is_waking: bool = False) -> bool:
-    """Store the request for a turn in `requests`. Returns False if the turn may be old, or repeats
-    a turn that may be old or has ended. `is_waking` is True if this process has just slept."""
+    """Store the request for a turn in `requests`. Returns False if the turn may be old. Also
+    returns False if the turn repeats a turn that was refused or has ended. `is_waking` is True if
+    this process has just slept."""
     request = requests.on_request(turn.sender, turn.content, turn.arrived_at)
     if turn.novelty.is_doubtful:
         request.is_ended = True
