@@ -18,7 +18,7 @@ from recorded_run import (  # noqa: F401
 from geometry_msgs.msg import Twist, Vector3
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu, JointState, Joy, LaserScan
-from std_msgs.msg import Bool, Float32, Float64, Header, String
+from std_msgs.msg import Bool, Empty, Float32, Float64, Header, String
 
 from tb3_labs.msg import MouseController
 from tb3_labs.recording import bag_reader
@@ -48,6 +48,7 @@ def events(run):
     yield 2.0, 'turn', Float64(math.nan)
     yield 3.0, 'ctrl_relinq', Bool(True)
     yield 3.0, 'joy', Joy(axes=[0.0], buttons=[0, 0, 1])
+    yield 3.5, 'reset', Empty()
 
 
 def test_resets_turns_and_control_that_were_recorded(tmp_path):
@@ -56,6 +57,7 @@ def test_resets_turns_and_control_that_were_recorded(tmp_path):
     assert (list(run.turn_requests.time), run.notes) == ([pytest.approx(2.0, abs=5e-3)], (DROPPED.format('turn'),))
     assert math.degrees(run.turn_requests.value[0]) == pytest.approx(-90.0)
     assert list(run.control.value) == [1.0] and run.devices == ('joy',)
+    assert run.board_resets.time == pytest.approx([3.5], abs=5e-3)
 
 
 def devices(run):

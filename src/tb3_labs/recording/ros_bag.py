@@ -12,7 +12,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool, Float64, String
+from std_msgs.msg import Bool, Empty, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
@@ -29,7 +29,7 @@ OPTIONAL_TOPICS = {
     'control': ('ctrl_relinq', Bool), 'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray), 'frames': ('/tf', TFMessage),
-    'log': ('/rosout', Log)}
+    'board_resets': ('reset', Empty), 'log': ('/rosout', Log)}
 #: {(type, checksum): class} for each type of messages that is read.
 MESSAGE_CLASSES = {(cls._type, cls._md5sum): cls for cls in (
     Imu, Odometry, *(message_type for _, message_type in OPTIONAL_TOPICS.values()))}
