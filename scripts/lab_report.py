@@ -44,11 +44,11 @@ def main(argv):
     """Write the report. Returns the exit status."""
     arguments = parse(argv)
     try:
-        from tb3_labs.report.motion.movements import LAB_GOAL, with_derived_fields
+        from tb3_labs.report.motion.movements import with_derived_fields
         from tb3_labs.report.page.files import write_report    # needs matplotlib
         from tb3_labs.recording.ros_bag import read_run
         recorded_run = read_run(str(arguments.bag), arguments.ns)
-        run = with_derived_fields(recorded_run, arguments.goal or LAB_GOAL)
+        run = with_derived_fields(recorded_run, arguments.goal)
         for note in run.notes:
             _print(f'{arguments.bag}: {note}')
         folder = arguments.folder or arguments.bag.with_name(arguments.bag.stem + '_report')

@@ -17,8 +17,8 @@ from recorded_run import (  # noqa: F401
     BEGIN, DELAY, MISS, MISS_DEG, in_degrees, known_run, run, sensors, write_bag)
 from geometry_msgs.msg import Twist, Vector3
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import Imu, Joy
-from std_msgs.msg import Bool, Float64, Header
+from sensor_msgs.msg import Imu, JointState, Joy, LaserScan
+from std_msgs.msg import Bool, Empty, Float32, Float64, Header, String
 
 from tb3_labs.msg import MouseController
 from tb3_labs.recording import bag_reader
@@ -48,6 +48,7 @@ def events(run):
     yield 2.0, 'turn', Float64(math.nan)
     yield 3.0, 'ctrl_relinq', Bool(True)
     yield 3.0, 'joy', Joy(axes=[0.0], buttons=[0, 0, 1])
+    yield 3.5, 'reset', Empty()
 
 
 def test_resets_turns_and_control_that_were_recorded(tmp_path):
@@ -56,6 +57,7 @@ def test_resets_turns_and_control_that_were_recorded(tmp_path):
     assert (list(run.turn_requests.time), run.notes) == ([pytest.approx(2.0, abs=5e-3)], (DROPPED.format('turn'),))
     assert math.degrees(run.turn_requests.value[0]) == pytest.approx(-90.0)
     assert list(run.control.value) == [1.0] and run.devices == ('joy',)
+    assert run.board_resets.time == pytest.approx([3.5], abs=5e-3)
 
 
 def devices(run):
@@ -84,7 +86,7 @@ def test_a_reset_is_a_line_of_the_robots_own_log(options, declared, tmp_path):
 
 
 @pytest.mark.parametrize('topic, kind, checksum, left_out', [
-    ('/evil', 'evil/Evil', 'f' * 32, '/evil (evil/Evil)'),
+    ('/turn', 'evil/Evil', 'f' * 32, '/turn (evil/Evil)'),
     ('/turn', Float64._type, 'e' * 32, '/turn (std_msgs/Float64)'),
     ('/turn', Float64._type, Float64._md5sum, '')])
 def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, left_out):
@@ -101,6 +103,20 @@ def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, lef
         [] if left_out else [90.0])
     assert sorted(os.listdir(str(tmp_path))) == ['evil.bag']
     assert left_out in ' '.join(run.notes) and len(run.notes) == bool(left_out)
+
+
+def test_only_topics_that_the_report_reads_are_named_as_unread(tmp_path):
+    """The robot has a laser scanner, and another IMU. Somebody sends a text on turn."""
+    def others(run):
+        for topic, message in (('scan', LaserScan()), ('joint_states', JointState()), ('heading', Float32()),
+                               ('turn', String('left')), ('imu', String('broken'))):
+            yield 2.0, topic, message
+
+    def sensors_elsewhere(run):
+        return ((time, topic.replace('imu', 'imu_raw'), message) for time, topic, message in sensors(run))
+    read = read_run(write_bag(tmp_path / 'scan.bag', sources=(sensors_elsewhere, others)))
+    note, = read.notes
+    assert re.findall(r'/\w+ \([^)]*\)', note) == ['/imu (std_msgs/String)', '/turn (std_msgs/String)']
 
 
 # A clock that was set -----------------------------------------------------------------------------

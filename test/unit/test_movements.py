@@ -4,10 +4,10 @@ import math
 from dataclasses import replace
 
 import pytest
-from made_run import drive, driven, goals, made, resets, turn, values
+from made_run import drive, driven, goals, made, resets, states, turn, values, variables
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.recording.run_data import Commands, Poses
+from tb3_labs.recording.run_data import Commands, LogLines, Poses
 from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.movements import (
     CAME_TO_REST, LAB_GOAL, MovementKind, movements, with_derived_fields)
@@ -110,8 +110,39 @@ def test_a_reset_during_a_drive_ends_the_drive():
     run = run_of([turn(2.0, 90.0), (3.2, 12.0, 0.2, 0.0)], resets=resets((8.02, 0.0, 0.0, 0.0)),
                  **control((1.0, 1.0)))
     first, second = drive_reports(run)
-    assert first.outcome == second.outcome == CAME_TO_REST
+    assert (first.outcome, second.outcome) == ('reset', CAME_TO_REST)
     assert second.begin == pytest.approx(8.1)
+
+
+#: When the drive BACK ends [s].
+BACK_END = 2.0 + math.radians(135.0 + 133.0) / 1.5 + 4.0 + 0.2
+
+
+@pytest.mark.parametrize('outcome, parts_at', [
+    ('reached', lambda at: dict(printed=states((at, '[INFO] [17.2]: Goal reached!\n')))),
+    ('reached', lambda at: dict(log=LogLines.without_stamps([(at, 'info', '/node', 'goal reached')]))),
+    ('reached', lambda at: dict(variables=variables(
+        time=[1.0, at, at + 0.1], state=['MOVE_FORWARD', 'GOAL_REACHED', 'GOAL_REACHED']))),
+    ('reset', lambda at: dict(resets=resets((at, 0.0, 0.0, 0.0)))),
+    ('control taken', lambda at: control((0.5, 1.0), (at, 0.0)))])
+def test_a_drive_ends_by_what_was_recorded_at_its_end(outcome, parts_at):
+    for delay, expected in ((-0.05, outcome), (0.4, outcome), (0.6, CAME_TO_REST)):
+        found, = drive_reports(run_of(**parts_at(BACK_END + delay)))
+        assert found.outcome == expected, delay
+
+
+def test_a_drive_that_goes_on_after_goal_reached_does_not_end_by_it():
+    found, = drive_reports(run_of(printed=states((BACK_END - 2.0, 'Goal reached!'))))
+    assert found.outcome == CAME_TO_REST
+
+
+def test_the_goal_of_a_trial_is_not_assumed():
+    told = states((1.0, '{"kind": "end", "facts": {}}'),
+                  (9.0, '{"facts": {"goal": [0.8, -0.4, 1.5e-1], "moved": true}}'))
+    found, = drive_reports(run_of(events=told))
+    assert (found.goal, found.is_goal_assumed) == (Pose2(0.8, -0.4, 0.15), False)
+    typed, = drive_reports(with_derived_fields(driven(BACK, events=told), Pose2(1.0, 2.0, 0.0)))
+    assert (typed.goal, typed.is_goal_assumed) == (Pose2(1.0, 2.0, 0.0), False)
 
 
 def test_a_node_that_sends_tf_alone_has_the_local_pose_of_its_frames():

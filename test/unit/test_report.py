@@ -271,6 +271,15 @@ def test_a_drive_without_a_recorded_goal_has_no_errors(tmp_path):
     assert row[:11] == ['1', '0.50', '', '', '', 'reached', '6.50', '', '', '', '']
 
 
+@pytest.mark.parametrize('goal, outcome', [
+    (None, 'came to rest (the goal is assumed)'), (Pose2(0.0, 0.6, 0.0), 'came to rest')])
+def test_the_row_of_a_drive_has_a_note_if_its_goal_is_assumed(goal, outcome, tmp_path):
+    text = words_of(with_derived_fields(driven(drive(2.0, 90.0, 0.8, -80.0)), goal), tmp_path)
+    row, = (row for row in rows_of(text) if len(row) == 12)
+    row_of_csv, = table_in(tmp_path / 'drives.csv')
+    assert row[5] == row_of_csv['outcome'] == outcome
+
+
 def test_a_page_without_drives_has_a_sentence_about_the_lack(tmp_path):
     text = words_of(made(states=Texts.none()), tmp_path)
     assert NO_DRIVE in text and 'None' not in text

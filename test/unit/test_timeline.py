@@ -14,8 +14,9 @@ from made_run import (
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.recording.run_data import LogLines, Numbers
+from tb3_labs.recording.run_data import LogLines, Numbers, Samples
 from tb3_labs.report.motion.drives import drive_reports
+from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.page import timeline
 from tb3_labs.report.page.moments import timeline_events
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -90,6 +91,12 @@ def test_a_reset_is_an_event_and_the_frame_jumps_there():
     assert list(x[:jump]) == pytest.approx([0.0] * jump, abs=0.002)
     assert list(x[jump:]) == pytest.approx([1.0] * (len(x) - jump), abs=0.002)
     assert at[jump] == pytest.approx(8.0, abs=0.051)
+
+
+def test_a_reset_of_the_board_is_an_event_but_no_reset_of_local():
+    run = made(board_resets=Samples(*np.array([[8.0], [8.0]])))
+    event, = [event for event in data_of(run)['marks'] if event['kind'] == 'reset']
+    assert event['begin'] == 8.0 and 'board' in event['text'] and len(frame_intervals(run)) == 1
 
 
 def test_changes_of_control_and_silences_are_events():

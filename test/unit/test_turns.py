@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_run import drive, driven, states, turn, values
+from made_run import drive, driven, states, turn, values, variables
 
 from tb3_labs.report.motion.movements import with_derived_fields
 from tb3_labs.report.motion.turns import turn_reports
@@ -45,6 +45,31 @@ def test_the_angle_on_topic_turn_is_the_requested_angle(said, requested):
     found = one([turn(3.0, 31.0)], turn_requests=values(times, np.radians(angles)))
     assert math.degrees(found.requested) == pytest.approx(requested)
     assert math.degrees(found.error) == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize('degrees', [268.0, 92.0])
+def test_a_typed_r_asks_for_a_turn_to_the_right_whatever_the_robot_does(degrees):
+    """The node prints the letter again. The l before is of a turn that the robot did not make."""
+    found = one([turn(3.0, degrees)], printed=states(
+        (0.5, 'l\n'), (2.0, 'Input l or r'), (2.9, 'r\n'), (2.95, 'r\nThis is r.\n')))
+    assert math.degrees(found.requested) == pytest.approx(-90.0)
+    assert math.degrees(found.error) == pytest.approx(-90.0 - degrees, abs=0.15)
+
+
+@pytest.mark.parametrize('goal_before, goal, requested', [
+    (0.0, 270.0, -90.0), (0.0, 45.0, 45.0), (170.0, 90.0, 90.0), (0.0, math.nan, 180.0)])
+def test_the_goal_of_a_node_is_the_requested_angle(goal_before, goal, requested):
+    """curr_yaw has the IMU's numbers. A node whose goal is not known has the nearest of the lab's angles."""
+    run = driven([turn(3.0, 268.0)])
+    yaws = np.degrees(run.imu.yaw)[::5] % 360.0
+    times = run.imu.time[::5] + 1e-3
+    is_after = times > 2.95
+    half = run.imu.yaw / 2.0
+    run = replace(run, imu=replace(run.imu, w=np.cos(half), z=np.sin(half)), variables=variables(
+        time=times, curr_yaw=yaws, goal_yaw=np.where(is_after, goal, goal_before),
+        turning=is_after & (times < 6.2)))
+    found, = turn_reports(run)
+    assert math.degrees(found.requested) == pytest.approx(requested, abs=1e-6)
 
 
 def test_a_turn_that_goes_too_far_and_comes_back():

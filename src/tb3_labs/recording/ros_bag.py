@@ -8,11 +8,11 @@ from dataclasses import replace
 from operator import itemgetter
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import Imu, Joy
-from std_msgs.msg import Bool, Empty, Float32, Float64, String
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Bool, Empty, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
@@ -29,11 +29,10 @@ OPTIONAL_TOPICS = {
     'control': ('ctrl_relinq', Bool), 'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray), 'frames': ('/tf', TFMessage),
-    'log': ('/rosout', Log)}
-#: {(type, checksum): class} for each type of messages that record.launch records.
+    'board_resets': ('reset', Empty), 'log': ('/rosout', Log)}
+#: {(type, checksum): class} for each type of messages that is read.
 MESSAGE_CLASSES = {(cls._type, cls._md5sum): cls for cls in (
-    Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
-    *(message_type for _, message_type in OPTIONAL_TOPICS.values()))}
+    Imu, Odometry, *(message_type for _, message_type in OPTIONAL_TOPICS.values()))}
 DEVICE_TOPICS = 'joy', 'mouse_info'     # the type of their messages does not matter
 
 
@@ -75,11 +74,14 @@ def _run_of_bag(bag, path, namespace):
     duration = max(float(stamped.arrival[-1]) for stamped in samples.values() if len(stamped))
     if bag.problem:
         notes.append(f'{bag.problem}: the report ends at {duration:.1f} s')
+    read_types = {posixpath.join(prefix, name): message_type for name, message_type in (
+        ('imu', Imu), ('odom', Odometry), *OPTIONAL_TOPICS.values())}
     unread = {f'{connection.topic} ({connection.message_type})' for connection in bag.streams
-              if _class_of(connection) is None}
+              if connection.topic in read_types
+              and _class_of(connection) is not read_types[connection.topic]}
     if unread:
-        notes.append('not read, since these types are not installed here, or not as they are in '
-                     f"the bag: {', '.join(sorted(unread))}")
+        notes.append('not read, since the type, or its version, is not the one that is read here: '
+                     + ', '.join(sorted(unread)))
     devices = tuple(name for name in DEVICE_TOPICS if prefix + name in types)
     return RunData(path, bag.start, duration, notes=tuple(notes), devices=devices, **samples)
 

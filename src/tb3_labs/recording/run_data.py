@@ -240,6 +240,7 @@ class RunData:
     states: Texts = Texts.none()
     resets: Poses = Poses.none()                     # declared poses in local
     turn_requests: Numbers = Numbers.none()          # [rad], positive to the left
+    board_resets: Samples = Samples.none()           # each calibrates the board's gyro
     control: Numbers = Numbers.none()                # 1 if ctrl_relinq lets a node drive
     mouse: MouseSamples = MouseSamples.none()
     log: LogLines = LogLines.none()                  # lines of nodes in the robot's namespace

@@ -12,7 +12,7 @@ import numpy as np
 
 from tb3_labs.geometry.angles import clamp, yaw_from_quaternion
 from tb3_labs.recording.run_data import (
-    Commands, ImuSamples, LogLines, MouseSamples, Numbers, OdometrySamples, Poses, Texts,
+    Commands, ImuSamples, LogLines, MouseSamples, Numbers, OdometrySamples, Poses, Samples, Texts,
     Variables)
 from tb3_labs.watch.printed_pose import declared_pose
 
@@ -137,6 +137,10 @@ def _read_turn_request(message, sender, prefix):
     return None, [(math.radians(message.data),)]
 
 
+def _read_empty(message, sender, prefix):
+    return None, [()]
+
+
 def _read_data(message, sender, prefix):
     return None, [(message.data,)]
 
@@ -148,7 +152,8 @@ FIELD_READERS = {
     'frames': (Poses, _read_frames), 'log': (LogLines, _read_log),
     'variables': (Variables, _read_variables), 'mouse': (MouseSamples, _read_mouse),
     'turn_requests': (Numbers, _read_turn_request), 'control': (Numbers, _read_data),
-    'states': (Texts, _read_data), 'events': (Texts, _read_data), 'printed': (Texts, _read_data)}
+    'board_resets': (Samples, _read_empty), 'states': (Texts, _read_data),
+    'events': (Texts, _read_data), 'printed': (Texts, _read_data)}
 
 
 def stamped_samples(field, message, prefix, start, received):

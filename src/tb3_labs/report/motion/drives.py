@@ -29,6 +29,7 @@ class DriveReport:
     begin: float
     end: float
     goal: Optional[Pose2]             # in local
+    is_goal_assumed: bool             # the goal is the lab's, because no goal was recorded
     outcome: str                      # 'reached', or why the drive ended
     error: Tuple[float, float]        # (distance [m], angle [rad]) to the goal, by local_pose
     true_error: Tuple[float, float]   # (distance, angle) to the goal, by the ground truth
@@ -82,8 +83,9 @@ def _drive_report(run: RunData, frames: Sequence[FrameInterval], states: Sequenc
     local = run.local_pose.between(interval.begin, measuring_end)
     truth = true_poses(run, interval, end=measuring_end)
     return DriveReport(
-        begin, end, goal, outcome=_outcome(next_state), error=_final_error(local, goal, end),
-        true_error=_final_error(truth, goal, end), drift=_drift(run, states))
+        begin, end, goal, is_goal_assumed='goals' in run.derived, outcome=_outcome(next_state),
+        error=_final_error(local, goal, end), true_error=_final_error(truth, goal, end),
+        drift=_drift(run, states))
 
 
 def _final_error(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:

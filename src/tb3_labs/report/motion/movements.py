@@ -12,26 +12,33 @@ If `ctrl_relinq` or `joy` was recorded, a movement is a drive while a node has c
 at any other time. If `mouse_info` was recorded, no movement is a drive, and a turn must be faster
 than the mouse can command. Without these topics, a person's drive by keys looks like a node's.
 """
+import re
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import lru_cache
-from typing import List
+from typing import List, Optional, Tuple
 
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.arrays import index_at_or_before, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
+from tb3_labs.handout import (
+    GOAL_REACHED, GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL, PRINTED_REACHED)
 from tb3_labs.recording.run_data import Poses, RunData, Texts
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
+from tb3_labs.watch.mistake import NodeRun
 
 MOVEMENT_PAUSE_TIME = 1.0       # [s]
 MIN_MOVING_SPEED = 1e-3         # [m/s, rad/s]
 MIN_DRIVE_LENGTH = 0.1          # [m] forward
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
-CAME_TO_REST = 'came to rest'
+#: Finds the goal of a trial in the JSON of its events: x [m], y [m], yaw [rad].
+TRIAL_GOAL = re.compile(r'"goal": \[{0}, {0}, {0}\]'.format(r'(-?\d+\.?\d*(?:e[-+]?\d+)?)'))
+CAME_TO_REST = 'came to rest'     # nothing was recorded that says why the drive ended
+#: What ends a drive is recorded at most this time [s] before or after its last command.
+MAX_CAUSE_DELAY = 0.5
 
 
 class MovementKind(Enum):
@@ -106,9 +113,10 @@ def has_control(run: RunData, time: float) -> bool:
     return bool(earlier_values[-1])
 
 
-def with_derived_fields(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
+def with_derived_fields(run: RunData, goal: Optional[Pose2] = None) -> RunData:
     """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
-    computed, and its name is added to `derived`. Goals that were not recorded are all `goal`."""
+    computed, and its name is added to `derived`. Goals that were not recorded are all `goal`, or
+    the goal of a trial. Without these, the lab's goal is assumed, and `derived` has 'goals'."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ run.odometry.at(run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
@@ -133,20 +141,43 @@ def _with_local(run: RunData) -> RunData:
                    derived=run.derived + ('local_pose', 'frames'))
 
 
-def _with_states(run: RunData, goal: Pose2) -> RunData:
+def _with_states(run: RunData, goal: Optional[Pose2]) -> RunData:
     states = []
+    causes = _causes_of_ends(run)
     for movement in movements(run):
         if movement.kind is MovementKind.DRIVE:
             begins = movement.begin, movement.forward_begin, movement.forward_end
             states += [(begin, state) for begin, state in zip(begins, DRIVING)
                        if begin < movement.end]
             if movement.end < run.duration:
-                states.append((movement.end, CAME_TO_REST))
+                earliest = max(movement.begin, movement.end - MAX_CAUSE_DELAY)
+                names = [name for time, name in causes
+                         if earliest < time < movement.end + MAX_CAUSE_DELAY]
+                states.append((movement.end, names[0] if names else CAME_TO_REST))
     if not states:
         return run
     run = replace(run, states=Texts.without_stamps(states), derived=run.derived + ('states',))
     if len(run.goals):
         return run
+    in_trial = TRIAL_GOAL.search(' '.join(run.events.text))
+    if goal is None and in_trial is not None:
+        goal = Pose2(*map(float, in_trial.groups()))
+    if goal is None:
+        goal = LAB_GOAL
+        run = replace(run, derived=run.derived + ('goals',))
     first_begin, _ = states[0]
-    goals = Poses.without_stamps([(first_begin, goal.x, goal.y, goal.yaw)])
-    return replace(run, goals=goals, derived=run.derived + ('goals',))
+    return replace(run, goals=Poses.without_stamps([(first_begin, goal.x, goal.y, goal.yaw)]))
+
+
+def _causes_of_ends(run: RunData) -> List[Tuple[float, str]]:
+    """Returns (time [s], name) of everything recorded that may end a drive, in order of time."""
+    lines = [*zip(run.log.time, run.log.text), *zip(run.printed.time, run.printed.text)]
+    causes = [(time, GOAL_REACHED) for time, text in lines
+              if re.search(PRINTED_REACHED, text, re.IGNORECASE)]
+    state = NodeRun(run).variable('state')
+    if state is not None:
+        causes += [(time, GOAL_REACHED) for time in state.changes
+                   if state.text_at(time) == GOAL_REACHED]
+    causes += [(time, 'reset') for time in run.resets.time]
+    causes += [(time, 'control taken') for time in run.control.time[run.control.value == 0.0]]
+    return sorted(causes)

@@ -1,8 +1,8 @@
 """Finds the turns of the IMU lab in a recorded run, and measures each turn from rest to rest.
 
-The topic `turn` gives the requested angle. Without a message on `turn`, the requested angle is the
-nearest of the lab's angles, +/-90 and +/-180 degrees. Angles are positive to the left. The IMU's
-yaw is unwrapped, so an angle may be larger than half a turn.
+The requested angle is the recorded one (`recorded_requests`). If none was recorded for a turn, the
+requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. Angles are positive to
+the left. The IMU's yaw is unwrapped, so an angle may be larger than half a turn.
 """
 import math
 from dataclasses import dataclass
@@ -12,10 +12,13 @@ from typing import List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.recording.run_data import ImuSamples, RunData
+from tb3_labs.handout import LEFT_KEY, RIGHT_KEY
+from tb3_labs.recording.run_data import ImuSamples, Numbers, RunData
 from tb3_labs.report.motion.movements import MIN_MOVING_SPEED, Movement, MovementKind, movements
 from tb3_labs.report.motion.resets_and_goals import recorded_states
 from tb3_labs.robot.samples import MAX_REST_TURN_RATE
+from tb3_labs.watch.mistake import NodeRun
+from tb3_labs.watch.typed_turns import TURN_OF_LETTER_DEG, letter_turns
 
 #: A robot rests if its mean rate of turn over this time [s] is below MAX_REST_TURN_RATE.
 RATE_MEAN_TIME = 0.15
@@ -25,7 +28,7 @@ MAX_STOPPING_TIME = 2.0
 HEADING_MEAN_TIME = 0.3
 #: The recorder may miss up to this time [s] of a new node's first turn.
 MAX_MISSED_TIME = 1.0
-#: Without a message on `turn`, a movement by a smaller angle [rad] is not a turn.
+#: Without a recorded request, a movement by a smaller angle [rad] is not a turn.
 MIN_TURN_ANGLE = math.radians(45.0)
 MIN_HALF_TURN = 0.75 * math.pi      # a smaller angle is nearer to a quarter turn
 MIN_PAUSE_BETWEEN_TURNS = 0.5       # [s]
@@ -123,9 +126,28 @@ def _turned_angle(imu: ImuSamples, rest_before: float, rest_after: float) -> flo
     return float(yaw[is_resting].mean())
 
 
+@lru_cache(maxsize=1)
+def recorded_requests(run: RunData) -> Numbers:
+    """Returns the requested angles [rad]: the messages on the topic `turn`, else the letters that a
+    trial typed, else the changes of a node's goal_yaw."""
+    if len(run.turn_requests):
+        return run.turn_requests
+    typed = Numbers.without_stamps(
+        [(time, math.radians(TURN_OF_LETTER_DEG[line]))
+         for time, text in zip(run.printed.arrival.tolist(), run.printed.text)
+         for line in text.splitlines() if line in (LEFT_KEY, RIGHT_KEY)])
+    if len(typed):      # the terminal shows each letter, and a node may print the letter again
+        return typed.take(np.diff(typed.time, prepend=-np.inf) > MIN_PAUSE_BETWEEN_TURNS)
+    first_errors = [(turn.begin, turn.error[0]) for node in sorted(set(run.variables.node))
+                    for turn in letter_turns(NodeRun(run, node)) if len(turn.error)]
+    # an error is rounded, because the probe shows curr_yaw and goal_yaw a moment late
+    return Numbers.without_stamps([(time, math.radians(round(error)))
+                                   for time, error in sorted(first_errors) if math.isfinite(error)])
+
+
 def _requested_angle(run: RunData, begin: float, end: float, turned: float) -> float:
     """Returns the requested angle [rad], or 0 if the movement was not a turn."""
-    requests = run.turn_requests.between(begin, end)
+    requests = recorded_requests(run).between(begin, end)
     if len(requests):
         return float(requests.value.sum())
     if abs(turned) < MIN_TURN_ANGLE:

@@ -20,7 +20,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.recording.run_data import RunData
 from tb3_labs.report.motion.drives import TURN_OVERLAP_TIME, DriveReport, drive_reports
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
-from tb3_labs.report.motion.turns import turn_reports
+from tb3_labs.report.motion.turns import recorded_requests, turn_reports
 from tb3_labs.report.page import printed_figures, timeline
 from tb3_labs.report.page.document import document, number_text, safe_cell, table
 from tb3_labs.report.page.moments import hints_of_nodes, printed_faults, timeline_events
@@ -33,8 +33,9 @@ CAPTIONS = {
 NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
 COMPUTED_NOTE = (
     'Some topics were not recorded, so their values are computed: drives and turns by the commands '
-    'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
-    'of resets, the odometry and the IMU, and goals by the lab or the option --goal.')
+    'on cmd_vel, asked angles of which nothing was recorded as the nearest multiple of 90 degrees, '
+    'the local frame by the lines of resets, the odometry and the IMU, and goals by the lab or the '
+    'option --goal.')
 
 
 def _goal_of(drive: DriveReport) -> Pose2:
@@ -70,7 +71,8 @@ DRIVE_COLUMNS = (
     Column('goal_x_m', 'asked x [m]', lambda drive: _goal_of(drive).x, '{:.2f}'),
     Column('goal_y_m', 'y [m]', lambda drive: _goal_of(drive).y, '{:.2f}'),
     Column('goal_yaw_deg', 'yaw [deg]', lambda drive: math.degrees(_goal_of(drive).yaw), '{:.1f}'),
-    Column('outcome', 'outcome', lambda drive: drive.outcome, ''),
+    Column('outcome', 'outcome',
+           lambda drive: drive.outcome + ' (the goal is assumed)' * drive.is_goal_assumed, ''),
     Column('time_s', 'time [s]', lambda drive: drive.end - drive.begin, '{:.2f}'),
     Column('distance_error_m', 'off by [m]', lambda drive: drive.error[0], '{:.4f}'),
     Column('angle_error_deg', 'off by [deg]', lambda drive: math.degrees(drive.error[1]),
@@ -109,7 +111,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     if run.odometry.length >= MIN_PATH_LENGTH:
         files['paths.png'] = printed_figures.png(printed_figures.paths_figure(run, drives))
         parts.append(_figure('paths', files['paths.png']))
-    if run.derived or (turns and not len(run.turn_requests)):
+    if run.derived or (turns and not len(recorded_requests(run))):
         parts.append(f'<p>{escape(COMPUTED_NOTE)}</p>')
     parts.append(f"<p>Beside this page: {', '.join(files)}.</p>")
     files = {'report.html': document('Run report: ' + name, parts), **files}

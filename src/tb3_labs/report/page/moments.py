@@ -38,6 +38,8 @@ def timeline_events(run: RunData, turns: Sequence[TurnReport],
             events.append(_event_by_hand(run, movement.begin, movement.end))
     events += [timeline_event('reset', interval.begin, f'reset {number} of local')
                for number, interval in enumerate(frame_intervals(run)[1:], 1)]
+    events += [timeline_event('reset', time, 'reset of the board, which calibrates its gyro')
+               for time in run.board_resets.time]
     events += [timeline_event('stop', state.begin, state.name)
                for state in recorded_states(run) if ':' in state.name]
     control = run.control.take(changed_rows(run.control.value[:, np.newaxis]))
