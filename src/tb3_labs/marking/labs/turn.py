@@ -160,8 +160,8 @@ def _judge_mouse_after_turn(observation: Observation) -> Reason:
     if _has_driven_forward(observation, stimuli.MOUSE_AFTER_TURN):
         return ''
     if len(observation.enter_scene(stimuli.MOUSE_AFTER_TURN).moving_commands):
-        return ('after a turn the mouse at the upper edge moved the robot, but not forward by '
-                f'{MIN_EDGE_SPEED:g} m/s')
+        return ('after a turn the robot was not driven forward by '
+                f'{MIN_EDGE_SPEED:g} m/s with the mouse at the upper edge')
     return 'after a turn the mouse did not move the robot any more'
 
 
