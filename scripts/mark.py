@@ -111,6 +111,8 @@ def mark_class(arguments, work):
 def _chosen_submissions(arguments):
     marks_folder = arguments.folder.resolve()
     folder = arguments.submissions.resolve()
+    if not folder.exists():
+        raise ValueError(f'{arguments.submissions} does not exist')
     if not folder.is_dir():
         raise ValueError(f'{arguments.submissions} is not a folder (a zip file of a class: unzip '
                          f'{shlex.quote(folder.name)} -d submissions)')

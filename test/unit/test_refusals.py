@@ -21,7 +21,7 @@ CASES = [
     ('mark.py', [], ('SUBMISSIONS, --lab, -o', '; --help tells more')),
     ('mark.py', ['.', '--lab', 'trun', '-o', 'x'], ('--lab', 'trun', 'gamepad', '; --help tells more')),
     ('mark.py', MARK + ['--job', '2'], 'unrecognized arguments: --job 2'),
-    ('mark.py', ['nowhere'] + MARK[1:], 'nowhere is not a folder'),
+    ('mark.py', ['nowhere'] + MARK[1:], 'nowhere does not exist'),
     ('mark.py', ['miller/node.py'] + MARK[1:], 'miller/node.py is not a folder'),
     ('mark.py', MARK + ['--points', 'nowhere'], 'the points, nowhere, cannot be read: No such file'),
     ('mark.py', MARK + ['--parts', 'turn'], 'IMU lab has these parts: turns, mouse,'),
