@@ -39,7 +39,7 @@ FULL = sum(points_of('turn', TABLE).values()) - sum(
 
 
 def rows_of(text):
-    return {row['student']: row for row in csv.DictReader(io.StringIO(text))}
+    return {row['student']: row for row in csv.DictReader(io.StringIO(text.lstrip('\ufeff')))}
 
 
 def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
@@ -193,7 +193,8 @@ def typed(path, whose, move=lambda heads: heads, **cells):
     path.write_text(text.getvalue(), encoding='utf-8-sig')
 
 
-CHANGED = 'With other points than before: Ann ({}). A person\'s points belong into the column "decided".'
+CHANGED = 'With other points than before: Ann ({}).'
+DECIDED = ' A person\'s points belong into the column "decided".'
 
 
 def test_a_decision_outlives_a_second_one_a_new_submission_and_a_lost_record(tmp_path):
@@ -217,11 +218,23 @@ def test_a_decision_outlives_a_second_one_a_new_submission_and_a_lost_record(tmp
         assert notes[-1] == 'marks.csv has a decision on Anne, of whom there are no marks.'
 
 
+def test_a_spreadsheet_sees_utf_8_and_a_table_of_older_runs_is_still_read(tmp_path):
+    write(folder_of(tmp_path), 'J\xf6rg', turned(90.0))
+    table = tmp_path / 'marks.csv'
+    for text in ('student,points,of,decided\nJ\xf6rg,1,30,8\n', None):
+        if text:
+            table.write_text(text, encoding='utf-8')
+        folder_of(tmp_path).write_overview()
+        assert table.read_bytes().startswith(b'\xef\xbb\xbfstudent,')
+        assert rows_of(table.read_text(encoding='utf-8'))['J\xf6rg']['points'] == '8'
+
+
 @pytest.mark.parametrize('cell', ['99', '-', '0'])
 def test_a_number_that_a_person_types_over_the_markers_points_is_told(tmp_path, cell):
     points = marked_once(tmp_path).points
     typed(tmp_path / 'marks.csv', 'Ann', points=cell)
-    assert folder_of(tmp_path).write_overview()[1] == [CHANGED.format('{}, now {:g}'.format(cell, points))]
+    assert folder_of(tmp_path).write_overview()[1] == [
+        CHANGED.format('{}, now {:g}'.format(cell, points)) + DECIDED]
     typed(tmp_path / 'marks.csv', 'Ann', points='{:.1f}'.format(points).replace('.', ','))
     assert folder_of(tmp_path).write_overview()[1] == []     # a spreadsheet writes the same number in another form
 
@@ -340,7 +353,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     folder = folder_of(tmp_path, changed)
     assert folder.write_if_unchanged('Ann', 'digest').points == marks.points + 10
     _, (note,) = folder.write_overview()
-    assert note == CHANGED.format('{:g}, now {:g}'.format(marks.points, marks.points + 10))
+    assert note == CHANGED.format('{:g}, now {:g}'.format(marks.points, marks.points + 10)) + DECIDED
     assert '{:g} of {:g} points'.format(marks.points + 10, marks.full_points + 10) in page.read_text()
     assert 'id="timeline"' in page.read_text()
     assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.full_points + 10)

@@ -118,7 +118,8 @@ class MarksFolder:
         if not self._records:
             return None, []
         all_marks = [self._written_marks(student) for student in sorted(self._records)]
-        write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
+        # without a byte order mark, Excel would not read the table as UTF-8
+        write_output(self._path / TABLE_FILE, '\ufeff' + self._table.renewed_text(all_marks))
         notes = [] if self.options.sandbox else [NO_SANDBOX_WARNING]
         notes += self._table.change_sentences(all_marks)
         notes += [f'To look at: {marks.student}: {finding}'
