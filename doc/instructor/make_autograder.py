@@ -12,6 +12,8 @@ import subprocess
 import sys
 import zipfile
 
+import one_line_errors    # noqa: F401 (it changes how Python reports the errors below)
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'scripts'))
 
