@@ -23,11 +23,14 @@ HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
 def extras(lab):
     """Returns the list of the criteria beyond the handout, in Markdown."""
+    criterion_points = points_of(lab, read_points(POINTS))
     lines = []
     for criterion in LABS[lab].criteria:
         if criterion.is_extra:
             limits = f' ({criterion.limits})' if criterion.limits else ''
-            lines.append(f'* `{criterion.label}`: {criterion.meaning}{limits}.\n')
+            points = criterion_points[criterion.name]
+            worth = f' (points: {points:g})' if points else ''
+            lines.append(f'* `{criterion.label}`{worth}: {criterion.meaning}{limits}.\n')
     return ''.join(lines)
 
 

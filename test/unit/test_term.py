@@ -24,7 +24,8 @@ from tb3_labs.marking.intake.archives import digest_of
 from tb3_labs.marking.intake.sandbox import NO_SANDBOX_WARNING
 from tb3_labs.marking.intake.submissions import Submission, refuse_unknown_names, submissions_in
 from tb3_labs.marking.labs import criteria
-from tb3_labs.marking.marks import points_of
+from tb3_labs.marking.labs.criteria import Outcome, Verdict
+from tb3_labs.marking.marks import LABS, Marks, points_of
 from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
 from tb3_labs.marking.trial_runner import TrialRunner
@@ -101,6 +102,15 @@ def test_the_overview_has_the_cells_of_the_table_and_lines_for_the_instructor(wr
     other = folder_of(folder / 'other')
     write(other, 'smith', turned(90.0), '')
     assert 'For the instructor' not in other.write_overview()[0].read_text()
+
+
+def test_points_beyond_the_handout_are_named_beside_the_full_marks():
+    left, extra = (Verdict(next(each for each in LABS['turn'].criteria if each.name == name), Outcome.MET, '', 2.0)
+                   for name in ('left', 'within_1_deg'))
+    marks = Marks('Ann', verdicts=[left, extra])
+    assert marks.points_text == '4 of 2 points, 2 of them beyond the handout'
+    assert replace(marks, decided_points=1.0).points_text == '1 of 2 points'
+    assert replace(marks, verdicts=[left]).points_text == '2 of 2 points'
 
 
 def test_the_table_and_results_as_gradescope_reads_them(written):

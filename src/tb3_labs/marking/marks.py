@@ -130,6 +130,10 @@ class Marks:
         """The points in words, or NOT_JUDGED if neither mark.py nor a person gave points."""
         if not self.has_known_points:
             return NOT_JUDGED
+        extra_points = sum(verdict.points for verdict in self.extra_verdicts)
+        if extra_points and self.decided_points is None:
+            return (f'{self.points:g} of {self.full_points:g} points, {extra_points:g} of them '
+                    'beyond the handout')
         return f'{self.points:g} of {self.full_points:g} points'
 
     @property
