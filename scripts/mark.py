@@ -205,7 +205,7 @@ class ClassMarker:
             pass
         except NotJudged as error:
             print_line(f'{label}: {NOT_JUDGED}')
-            self._write_marks(marks_before_trial(submission, str(error)), digest='')
+            self._write_marks(marks_before_trial(submission, str(error), error.advice), '')
         except Exception as error:    # an error with one submission must not end the marking
             reason = error_sentence(error)
             print_error(f'{label}: {NOT_JUDGED}: {reason}')

@@ -418,7 +418,7 @@ def marked(path, acts):
     marker.try_out = try_out
     for student in acts:
         (path / 'in' / student).mkdir(parents=True)
-        (path / 'in' / student / 'turtlebot_controller.py').touch()
+        (path / 'in' / student / 'turtlebot_controller.py').write_text('x')
     return ClassMarker(marker, False), submissions_in(path / 'in', print)
 
 

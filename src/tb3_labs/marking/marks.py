@@ -181,7 +181,7 @@ def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], la
         marks.remarks.append(marks.delay_sentence)
         marks.findings.append(f'{marks.delay_sentence} Type the same command again.')
     if marks.unjudged:
-        marks.findings.append('Not judged: ' + marks.unjudged)
+        marks.findings.insert(0, 'Not judged: ' + marks.unjudged)
     marks.remarks = _printable_sentences(marks.remarks)
     marks.findings = _printable_sentences(marks.findings)
     return marks

@@ -165,10 +165,11 @@ def import_error(processes: Sequence[NodeProcess]) -> str:
     return printable(last_line) if is_import_error else ''
 
 
-def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
-    """Returns the Marks of a submission before its trial."""
+def marks_before_trial(submission: Submission, unjudged: str = '', advice: str = '') -> Marks:
+    """Returns the Marks of a submission before its trial. `unjudged` and `advice` are those of a
+    NotJudged, or ''."""
     return Marks(submission.student, number=submission.number, late=submission.is_late,
-                 unjudged=unjudged)
+                 unjudged=unjudged, findings=[advice] if advice else [])
 
 
 def kill_processes(identity: str) -> None:

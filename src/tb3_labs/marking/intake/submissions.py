@@ -9,6 +9,7 @@ again, Canvas writes ``lab2-1.zip``. A name may contain any bytes, so each name 
 No handed-in file is changed or run. A stranger's file may use all memory, or take hours to read.
 Therefore a separate process with limits reads a submission.
 """
+import codecs
 import json
 import re
 import subprocess
@@ -42,7 +43,7 @@ from tb3_labs.marking.intake import submissions
 try:
     answer = submissions.read_in_this_process(*json.load(sys.stdin)), None
 except submissions.NotJudged as error:
-    answer = None, str(error)
+    answer = None, [str(error), error.advice]
 json.dump(answer, sys.stdout)
 '''
 
@@ -182,9 +183,9 @@ def read_submission(submission: Submission, folder: Path, node_names: NodeNames,
         lines = [f'exit status {reader.returncode}', *reader.stderr.strip().splitlines()]
         raise NotJudged('It cannot be read, or its reading takes too much memory or time '
                         f'({lines[-1]}).')
-    fields, reason = json.loads(reader.stdout)
-    if reason is not None:
-        raise NotJudged(reason)
+    fields, reason_and_advice = json.loads(reader.stdout)
+    if reason_and_advice is not None:
+        raise NotJudged(*reason_and_advice)
     return ParsedSubmission(*fields)
 
 
@@ -196,6 +197,8 @@ def read_in_this_process(files: Dict[str, str], copy_path: str, node_names: Sequ
     remarks = copy_submission({Path(path): name for path, name in files.items()}, copy)
     chosen = find_node(copy, NodeNames(*node_names), chosen_package, chosen_file)
     node = copy / chosen.path
+    if not node.read_bytes().strip(codecs.BOM_UTF8 + b' \t\r\n'):
+        raise NotJudged(f'{chosen.path} is empty.')
     package = node_package(node, copy)
     packages = packages_in(copy, node)
     missing = find_missing_modules(node, package, copy, packages)
