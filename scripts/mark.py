@@ -96,7 +96,8 @@ def mark_class(arguments, work):
     has_sandbox = _choose_protection(arguments, work)
     options = Options(arguments.package, arguments.type, arguments.pad, has_sandbox)
     with locked(arguments.folder):
-        folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options)
+        folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options,
+                             is_for_class=not arguments.only)
         marker = ClassMarker(TrialRunner(folder, INTERRUPTED), must_retry=bool(arguments.only))
         has_failed = marker.mark_all(submissions, arguments.jobs)
         with ThreadPoolExecutor(1) as pool:     # Ctrl+C does not end this thread

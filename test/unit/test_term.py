@@ -334,6 +334,19 @@ def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
     assert folder_of(tmp_path, name='').write_if_unchanged('Ann', 'digest') is None
 
 
+def test_a_name_or_package_that_a_person_chose_for_a_student_outlives_a_new_trial_and_a_new_submission(tmp_path):
+    def written(digest, is_for_class=True, **options):
+        folder = MarksFolder(tmp_path, 'turn', (), points_of('turn', TABLE), Options(**options), is_for_class)
+        chosen = folder.options_of('Ann')
+        write(folder, 'Ann', turned(90.0), digest)
+        return chosen.name, chosen.package
+    assert written('1', name='n.py') == ('n.py', '') and written('1') == ('', '')        # the whole class's
+    assert written('1', is_for_class=False, name='n.py') == ('n.py', '')
+    assert written('1') == written('2') == written('', is_for_class=False) == written('2') == ('n.py', '')
+    assert written('2', is_for_class=False, package='my_lab') == ('', 'my_lab') == written('2')
+    assert folder_of(tmp_path).options_of('Bo') == Options()
+
+
 def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
     """A simulated robot, a check or a script that has changed; not points, criteria, sentences."""
     for name in ('launch/fake_robot.launch', 'launch/checks/points.yaml', 'launch/checks/check_turn.test',

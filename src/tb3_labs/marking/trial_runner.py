@@ -66,7 +66,7 @@ class TrialRunner:
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
         """Copy a submission into the existing folder `work` and read the copy."""
-        options = self.folder.options
+        options = self.folder.options_of(submission.student)
         return read_submission(submission, work / 'ws' / COPY_FOLDER, LAB_NODES[self.folder.lab],
                                options.package, options.name)
 
