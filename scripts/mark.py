@@ -96,7 +96,8 @@ def mark_class(arguments, work):
     has_sandbox = _choose_protection(arguments, work)
     options = Options(arguments.package, arguments.type, arguments.pad, has_sandbox)
     with locked(arguments.folder):
-        folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options)
+        folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options,
+                             is_for_class=not arguments.only)
         marker = ClassMarker(TrialRunner(folder, INTERRUPTED), must_retry=bool(arguments.only))
         has_failed = marker.mark_all(submissions, arguments.jobs)
         with ThreadPoolExecutor(1) as pool:     # Ctrl+C does not end this thread
@@ -111,6 +112,8 @@ def mark_class(arguments, work):
 def _chosen_submissions(arguments):
     marks_folder = arguments.folder.resolve()
     folder = arguments.submissions.resolve()
+    if not folder.exists():
+        raise ValueError(f'{arguments.submissions} does not exist')
     if not folder.is_dir():
         raise ValueError(f'{arguments.submissions} is not a folder (a zip file of a class: unzip '
                          f'{shlex.quote(folder.name)} -d submissions)')
@@ -203,7 +206,7 @@ class ClassMarker:
             pass
         except NotJudged as error:
             print_line(f'{label}: {NOT_JUDGED}')
-            self._write_marks(marks_before_trial(submission, str(error)), digest='')
+            self._write_marks(marks_before_trial(submission, str(error), error.advice), '')
         except Exception as error:    # an error with one submission must not end the marking
             reason = error_sentence(error)
             print_error(f'{label}: {NOT_JUDGED}: {reason}')

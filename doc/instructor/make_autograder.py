@@ -12,6 +12,8 @@ import subprocess
 import sys
 import zipfile
 
+import one_line_errors    # noqa: F401 (it changes how Python reports the errors below)
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'scripts'))
 
@@ -24,9 +26,15 @@ def make(path, options):
     """Write the zip file. An invalid option ends the program with mark.py's refusal."""
     if parse(['.', '-o', '.', *options]).points:
         sys.exit('the points come from launch/checks/points.yaml: edit and commit that file')
+    files = ['--', *(HERE / 'students.txt').read_text(encoding='utf-8').split()]
     path.write_bytes(subprocess.check_output(
-        ['git', 'archive', '--format=zip', '--prefix=tb3_labs/', 'HEAD', '--',
-         *(HERE / 'students.txt').read_text(encoding='utf-8').split()], cwd=str(ROOT)))
+        ['git', 'archive', '--format=zip', '--prefix=tb3_labs/', 'HEAD', *files], cwd=str(ROOT)))
+    changed = subprocess.check_output(
+        ['git', 'status', '--porcelain', '-uno', *files], cwd=str(ROOT), universal_newlines=True)
+    if changed:
+        names = ', '.join(line[len('XY '):] for line in changed.splitlines())
+        print(f'make_autograder.py: the zip file lacks these changes: {names}; commit them, and '
+              'make it again', file=sys.stderr)
     texts = {file.name: file.read_text(encoding='utf-8')
              for file in (HERE / 'gradescope').iterdir()}
     texts['options'] = '\n'.join(options) + '\n'

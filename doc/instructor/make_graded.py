@@ -9,9 +9,9 @@ A criterion and its numbers stand in `src/tb3_labs/marking/labs/LAB.py`, its poi
 import pathlib
 import re
 
-import yaml
+import one_line_errors    # noqa: F401 (it changes how Python reports the errors below)
 
-from tb3_labs.marking.marks import LABS, points_of
+from tb3_labs.marking.marks import LABS, points_of, read_points
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 POINTS = ROOT / 'launch' / 'checks' / 'points.yaml'
@@ -23,18 +23,21 @@ HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
 def extras(lab):
     """Returns the list of the criteria beyond the handout, in Markdown."""
+    criterion_points = points_of(lab, read_points(POINTS))
     lines = []
     for criterion in LABS[lab].criteria:
         if criterion.is_extra:
             limits = f' ({criterion.limits})' if criterion.limits else ''
-            lines.append(f'* `{criterion.label}`: {criterion.meaning}{limits}.\n')
+            points = criterion_points[criterion.name]
+            worth = f' (points: {points:g})' if points else ''
+            lines.append(f'* `{criterion.label}`{worth}: {criterion.meaning}{limits}.\n')
     return ''.join(lines)
 
 
 def table(lab, with_extras=True):
     """Returns the table of a lab in Markdown. The criteria of the handout come first."""
     criteria = [c for c in LABS[lab].criteria if with_extras or not c.is_extra]
-    criterion_points = points_of(lab, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
+    criterion_points = points_of(lab, read_points(POINTS))
     rows = []
     for c in sorted(criteria, key=lambda c: c.is_extra):
         limits = f' {c.limits}' if c.limits else ''

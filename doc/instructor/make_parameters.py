@@ -11,6 +11,7 @@ import sys
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
+import one_line_errors    # noqa: F401 (it changes how Python reports the errors below)
 import yaml
 
 from tb3_labs.config import NOT_GIVEN, Config, bounds_text, setting

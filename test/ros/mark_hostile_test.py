@@ -158,7 +158,7 @@ class HostileTest(unittest.TestCase):
         cls.printed = ''.join(run.printed for run in read_trial(
             cls.marks / 'logs' / 'mallory.bag').processes)
         table = cls.marks / 'marks.csv'
-        text = table.read_text(encoding='utf-8') if table.exists() else ''
+        text = table.read_text(encoding='utf-8-sig') if table.exists() else ''
         cls.rows = {row['student']: row for row in csv.DictReader(io.StringIO(text, newline=''))}
 
     @classmethod

@@ -157,7 +157,7 @@ class MarkTest(unittest.TestCase):
     def rows(self, key):
         folder, printed, status = self.runs[key]
         self.assertEqual(status, 0, printed)
-        with open(str(folder / 'marks.csv'), newline='', encoding='utf-8') as file:
+        with open(str(folder / 'marks.csv'), newline='', encoding='utf-8-sig') as file:
             return {row['student']: row for row in csv.DictReader(file)}
 
     def test_each_submission_loses_these_criteria_and_no_others(self):

@@ -13,6 +13,7 @@ from tb3_labs.marking.marks import Marks
 from tb3_labs.watch.mistake import SheetStep
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
+import check_lab
 from check_lab import checks_of, file_of
 
 
@@ -57,10 +58,21 @@ def test_rostest_gets_a_sentence_for_each_criterion_that_is_not_met_and_the_tota
     assert told['test_turn'] is told['test_extra_end'] is None
     assert told['test_drive'].strip() == (
         'NOT MET      0 of 3    drives well: it fell; see doc/imu_lab.md, "Lab", step 4')
-    assert told['test_total'].strip() == '3 of 5 points'
+    assert told['test_total'].strip() == '3 of 5 points, 1 of them beyond the handout'
     assert results(marks, strict=True)['test_extra_rest'].startswith('not offered')
     good = Marks('', verdicts=[verdict('turn', MET), verdict('rest', MISSED, 0.0, extra=True)])
     assert results(good, strict=False) == {'test_turn': None, 'test_total': None}
+
+
+def test_why_nothing_was_judged_is_told_once(monkeypatch, capsys):
+    def refuse():
+        raise ValueError('no node')
+    told = []
+    monkeypatch.setattr(check_lab, 'run_trial_and_judge', refuse)
+    monkeypatch.setattr(check_lab, 'report', lambda checks: told.extend(check._failure for check in checks))
+    monkeypatch.setattr(check_lab.rospy, 'init_node', lambda name: None)
+    check_lab.main()
+    assert told == ['nothing was judged: no node'] and capsys.readouterr() == ('', '')
 
 
 @pytest.fixture
@@ -81,10 +93,10 @@ def test_the_file_that_rosrun_starts_is_named(package):
 
 
 @pytest.mark.parametrize('name, node, words', [
-    ('lab_of_test', 'plain.py', "they're either not files, or not executable: {}/plain.py Type: chmod +x FILE"),
-    ('lab_of_test', 'two.py', 'two.py Give each file its own name, or source only one workspace.'),
+    ('lab_of_test', 'plain.py', "they're either not files, or not executable: {}/plain.py. Type: chmod +x FILE"),
+    ('lab_of_test', 'two.py', 'two.py. Give each file its own name, or source only one workspace.'),
     ('lab_of_test', 'x', "Couldn't find executable named x below {}"),
-    ('lab_of_tset', 'good.py', "package 'lab_of_tset' not found Build its workspace, and type: ")])
+    ('lab_of_tset', 'good.py', "package 'lab_of_tset' not found. Build its workspace, and type: ")])
 def test_a_node_that_rosrun_cannot_start_is_told(name, node, words, package):
     with pytest.raises(ValueError) as refused:
         file_of(name, node)

@@ -11,7 +11,8 @@ from sandboxes import hand_in, skip_if_closed
 from tb3_labs.marking.intake import archives
 from tb3_labs.marking.intake.archives import NotJudged, SubmissionCopy, copy_submission, digest_of, submitted_files
 from tb3_labs.marking.intake.submissions import (
-    PlatformName, Submission, grouped_by_student, platform_name_of, submissions_in, valid_file_name)
+    PlatformName, Submission, grouped_by_student, platform_name_of, read_submission, submissions_in, valid_file_name)
+from tb3_labs.marking.student_nodes import LAB_NODES
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
@@ -217,13 +218,21 @@ def test_links_and_odd_files_among_the_submissions_are_left_out(tmp_path):
     for name, target in (('bo', tmp_path / 'in' / 'ann'), ('cy', '/'), ('di.zip', '/dev/zero')):
         (tmp_path / 'in' / name).symlink_to(target)
     os.mkfifo(str(tmp_path / 'in' / 'ed.zip'))
-    hand_in(tmp_path / 'in', {'fay.csv': 'x', '__MACOSX/a': 'x', '.git/a': 'x'})
+    hand_in(tmp_path / 'in', {'__MACOSX/a': 'x', '.git/a': 'x'})
     told = []
     found = submissions_in(tmp_path / 'in', told.append)
     assert [submission.student for submission in found] == ['ann']
-    assert told == ['left out, because it is {}: {}'.format(why, tmp_path / 'in' / name) for name, why in (
-        ('bo', 'a link'), ('cy', 'a link'), ('di.zip', 'a link'), ('ed.zip', 'neither a folder nor a zip file'),
-        ('fay.csv', 'neither a folder nor a zip file'))]
+    assert told == ['left out, because it is a link or a device: {}'.format(tmp_path / 'in' / name)
+                    for name in ('bo', 'cy', 'di.zip', 'ed.zip')]
+
+
+def test_every_file_among_the_submissions_is_somebodys_and_a_wrong_archive_is_not_judged(tmp_path):
+    hand_in(tmp_path / 'in', dict.fromkeys(('Tara.tar.gz', 'Uwe M.rar', 'Wim', 'J.R. Xu.7z', 'Yan/n.rar'), 'x'))
+    found = submissions_in(tmp_path / 'in', print)
+    assert [submission.student for submission in found] == ['J.R. Xu', 'Tara', 'Uwe M', 'Wim', 'Yan']
+    for submission, file in zip(found[1:3], ('Tara.tar.gz', 'Uwe M.rar')):
+        with pytest.raises(NotJudged, match=f'Handed in.*: {file}. Only zip files are unpacked'):
+            read_submission(submission, tmp_path / 'copy' / file, LAB_NODES['turn'])
 
 
 def test_no_link_within_a_submission_is_followed(tmp_path):

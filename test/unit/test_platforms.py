@@ -94,6 +94,17 @@ def test_an_option_that_is_wrong_makes_no_zip_file(tmp_path, monkeypatch, capsys
     assert words and ended.value.code and not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize('changed', ['', ' M launch/checks/points.yaml\n'])
+def test_what_is_not_committed_is_named_because_the_zip_file_lacks_it(tmp_path, monkeypatch, capsys, changed):
+    monkeypatch.setattr(sys, 'path', [str(MAKE.parent), *sys.path])
+    empty_zip = b'PK\5\6' + bytes(18)
+    monkeypatch.setattr(subprocess, 'check_output',
+                        lambda words, **_: empty_zip if 'archive' in words else changed)
+    runpy.run_path(str(MAKE))['make'](tmp_path / 'a.zip', ['--lab', 'turn'])
+    warning = capsys.readouterr().err
+    assert ('lacks these changes: launch/checks/points.yaml; commit' in warning) is bool(warning) is bool(changed)
+
+
 def stubbed(folder, rosrun):
     """Returns the environment of a machine on which setup.sh does nothing, and `rosrun` is a shell script."""
     for path, text in (('tb3_labs/scripts/setup.sh', ':\n'), ('bin/rosrun', '#!/bin/sh\n' + rosrun)):

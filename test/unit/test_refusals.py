@@ -2,6 +2,7 @@
 import os
 import runpy
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -9,7 +10,7 @@ from unittest import mock
 
 import pytest
 
-from pages import SCRIPTS
+from pages import ROOT, SCRIPTS
 
 DYNPARAM = '../src/tb3_labs/ros/dynparam.py'
 NO_MASTER = 'http://localhost:1'
@@ -21,7 +22,7 @@ CASES = [
     ('mark.py', [], ('SUBMISSIONS, --lab, -o', '; --help tells more')),
     ('mark.py', ['.', '--lab', 'trun', '-o', 'x'], ('--lab', 'trun', 'gamepad', '; --help tells more')),
     ('mark.py', MARK + ['--job', '2'], 'unrecognized arguments: --job 2'),
-    ('mark.py', ['nowhere'] + MARK[1:], 'nowhere is not a folder'),
+    ('mark.py', ['nowhere'] + MARK[1:], 'nowhere does not exist'),
     ('mark.py', ['miller/node.py'] + MARK[1:], 'miller/node.py is not a folder'),
     ('mark.py', MARK + ['--points', 'nowhere'], 'the points, nowhere, cannot be read: No such file'),
     ('mark.py', MARK + ['--parts', 'turn'], 'IMU lab has these parts: turns, mouse,'),
@@ -79,6 +80,23 @@ def test_a_typo_is_refused_in_one_line(script, words, answer, mains, tmp_path, m
     assert len(refused.splitlines()) == 1 and all(part in refused for part in parts), refused
     assert os.listdir(str(tmp_path)) == ['here'] and os.listdir(str(here)) == ['miller']
     assert threading.active_count() <= threads
+
+
+@pytest.mark.parametrize('line, answer', [
+    ('import mystery_key', 'required: FIRST, LAST; --help tells more'),
+    ('sys.argv += ["0", "3"]; import mystery_key', 'mystery = 0 is not valid: a whole number from 1 to 9999'),
+    ('sys.argv += ["5", "3"]; import mystery_key', 'FIRST = 5 is greater than LAST = 3; --help tells more'),
+    ('import make_autograder as made; made.make(made.ROOT / "no/x.zip", ["--lab", "imu"])', 'x.zip: No such file'),
+    ('import make_graded, pathlib; make_graded.POINTS = pathlib.Path("no"); make_graded.main()', 'points, no, cannot'),
+    ('sys.modules["tb3_labs"] = None; import make_graded', 'type source scripts/setup.sh first'),
+    ('import one_line_errors\nGOAL_X, GOAL_Y = 0,8, 0.4', 'too many values to unpack (expected 2) ('),
+    ('import one_line_errors; exec("GOAL_X = 0.8 0.4")', 'invalid syntax')])
+def test_a_program_of_the_instructor_answers_a_typo_in_one_line(line, answer):
+    done = subprocess.run(
+        [sys.executable, '-c', f'import sys; sys.path.insert(0, {str(ROOT / "doc" / "instructor")!r})\n{line}'],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, cwd='/')
+    assert done.returncode in (1, 2) and done.stdout == ''
+    assert len(done.stderr.splitlines()) == 1 and answer in done.stderr, done.stderr
 
 
 @pytest.mark.parametrize('first', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

@@ -30,6 +30,16 @@ def test_the_command_writes_the_tables(tmp_path, monkeypatch):
     assert [(tmp_path / 'doc' / sheet).read_text(encoding='utf-8') for sheet in SHEETS] == list(map(read, SHEETS))
 
 
+def test_a_sheet_has_the_points_of_an_extra(monkeypatch, tmp_path):
+    points = make_graded.POINTS.read_text(encoding='utf-8')
+    monkeypatch.setattr(make_graded, 'POINTS', tmp_path / 'points.yaml')
+    make_graded.POINTS.write_text(points.replace('within_1_deg: 0', 'within_1_deg: 1.5'), encoding='utf-8')
+    sheet = make_graded.with_tables(read('imu_lab.md'))
+    assert sheet.replace('`extra_within_1_deg` (points: 1.5):', '`extra_within_1_deg`:') == read('imu_lab.md') != sheet
+    for name in 'imu_lab.md', 'transformation_lab.md':
+        assert 'Extras earn nothing, unless their line says so.' in read(name)
+
+
 @pytest.mark.parametrize('sheet', SHEETS)
 def test_the_sheets_have_the_tables_of_the_code(sheet):
     assert make_graded.with_tables(read(sheet)) == read(sheet)

@@ -217,9 +217,11 @@ FAILS = 'turtlebot_controller.py needs modules that do not work on the marking m
     (course(PYTHON + 'from rclpy.node import Node\nNode()'), FAILS.format('rclpy.node')),
     (course(PYTHON + 'from pynput import mouse\nmouse.Listener()'), FAILS.format('pynput')),
     ({'lab2/turtlebot_controller.py.txt': '', 'n.py': ''},
-     'Handed in (--type chooses a file): n.py, lab2/turtlebot_controller.py.txt. ' + UNPACKING_RULES),
+     'Handed in: n.py, lab2/turtlebot_controller.py.txt. ' + UNPACKING_RULES),
     ({'x/.keep': '', 'build/turtlebot_controller.py': ''},
-     'Handed in (--type chooses a file): x/.keep. ' + UNPACKING_RULES)])
+     'Handed in: x/.keep. ' + UNPACKING_RULES),
+    (course(''), MINE + ' is empty.'),
+    (course('\ufeff \r\n\n'), MINE + ' is empty.')])
 def test_what_cannot_be_judged_says_why(tmp_path, files, said):
     with pytest.raises(NotJudged) as problem:
         prepared(tmp_path, files)
@@ -354,7 +356,11 @@ def test_package_then_name_then_signs(tmp_path, lab, texts, expected, said):
     ({'lab2/*': MOUSE_ONLY, 'lab2/imu.py': IMU_TOO}, r'judged was lab2/imu.py.* --type lab2/\* chooses'),
     ({'lab1/*': IMU_TOO, 'lab2 - Copy/*': IMU_TOO + ' '}, r"judged was lab1/\*.* --type 'lab2 - Copy/\*' chooses"),
     ({'lab1/*': IMU_TOO, 'lab2 - Copy/*': IMU_TOO}, None),
-    ({'lab1/*': MOUSE_ONLY, 'lab2/imu.py': IMU_TOO}, None)])
+    ({'lab1/*': MOUSE_ONLY, 'lab2/imu.py': IMU_TOO}, None),
+    # a second file of the same package, with another content, may be the better one
+    ({'lab2/*': IMU_TOO, 'lab2/turn_v2.py': IMU_TOO + ' '}, r'judged was lab2/\*.* --type lab2/turn_v2.py chooses'),
+    ({'*': IMU_TOO, 'turn_v2.py': IMU_TOO + ' '}, r'judged was \*.* --type ./turn_v2.py chooses'),
+    ({'lab2/*': IMU_TOO, 'lab2/turn_v2.py': IMU_TOO}, None)])
 def test_a_choice_against_a_name_is_told_to_the_instructor(tmp_path, texts, advised):
     _, remarks, advice = find_node(repository(tmp_path, TURN, texts), TURN)
     assert remarks and bool(advice) is bool(advised)
@@ -396,8 +402,10 @@ def test_a_path_chooses_one_of_two_files_that_are_alike_and_the_advice_is_true(t
     for name in files:
         name = ('./' * (name == '*') + name).replace('*', 'turtlebot_controller.py')
         assert find_node(folder, TURN, chosen_file=name).path == name.replace('./', '')
-    with pytest.raises(NotJudged, match='There is no lab1/x.py, .*--type chooses a file'):
+    with pytest.raises(NotJudged, match='There is no lab1/x.py, ') as problem:
         find_node(folder, TURN, chosen_file='lab1/x.py')
+    assert problem.value.advice == "--type FILE chooses a file, with --only and the student's name."
+    assert '--type' not in str(problem.value)       # a student reads this text
 
 
 def test_a_folder_that_was_not_put_aside():
@@ -417,16 +425,17 @@ def test_what_listens_can_be_the_node(tmp_path):
                        ('ice6/src/imu_sub.py', listens)):
         with pytest.raises(NotJudged, match=r'There is no turtlebot_controller\.py, .*' + path):
             find_node(repository(tmp_path / 'wrong' / path, TURN, {path: text}), TURN)
-    with pytest.raises(NotJudged, match='Handed in .*: nothing.'):
+    with pytest.raises(NotJudged, match='Handed in: nothing.'):
         find_node(workspace.Path('/nowhere'), TURN)
 
 
 def test_package_and_name_overrule(tmp_path):
     """The package's name in package.xml is used, not only its folder's."""
     folder = repository(tmp_path, TURN, {
-        'one/*': IMU_TOO, 'one/package.xml': manifest('lab1'), 'lab2/mine.py': ''})
+        'one/*': IMU_TOO, 'one/package.xml': manifest('lab1'), 'lab2/mine.py': '', 'lab2/mine.txt': ''})
     assert find_node(folder, TURN, chosen_package='lab1').path == 'one/turtlebot_controller.py'
-    assert find_node(folder, TURN, chosen_file='mine.py').path == 'lab2/mine.py'
+    for name in 'mine.py', 'mine.txt', 'lab2/mine.txt':
+        assert find_node(folder, TURN, chosen_file=name).path == 'lab2/' + os.path.basename(name)
     with pytest.raises(NotJudged, match='There is no mine.py in a package lab1, .*: lab2/mine.py, one/'):
         find_node(folder, TURN, chosen_package='lab1', chosen_file='mine.py')
 

@@ -24,7 +24,8 @@ from tb3_labs.marking.intake.archives import digest_of
 from tb3_labs.marking.intake.sandbox import NO_SANDBOX_WARNING
 from tb3_labs.marking.intake.submissions import Submission, refuse_unknown_names, submissions_in
 from tb3_labs.marking.labs import criteria
-from tb3_labs.marking.marks import points_of
+from tb3_labs.marking.labs.criteria import Outcome, Verdict
+from tb3_labs.marking.marks import LABS, Marks, points_of
 from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
 from tb3_labs.marking.trial_runner import TrialRunner
@@ -39,7 +40,7 @@ FULL = sum(points_of('turn', TABLE).values()) - sum(
 
 
 def rows_of(text):
-    return {row['student']: row for row in csv.DictReader(io.StringIO(text))}
+    return {row['student']: row for row in csv.DictReader(io.StringIO(text.lstrip('\ufeff')))}
 
 
 def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
@@ -101,6 +102,15 @@ def test_the_overview_has_the_cells_of_the_table_and_lines_for_the_instructor(wr
     other = folder_of(folder / 'other')
     write(other, 'smith', turned(90.0), '')
     assert 'For the instructor' not in other.write_overview()[0].read_text()
+
+
+def test_points_beyond_the_handout_are_named_beside_the_full_marks():
+    left, extra = (Verdict(next(each for each in LABS['turn'].criteria if each.name == name), Outcome.MET, '', 2.0)
+                   for name in ('left', 'within_1_deg'))
+    marks = Marks('Ann', verdicts=[left, extra])
+    assert marks.points_text == '4 of 2 points, 2 of them beyond the handout'
+    assert replace(marks, decided_points=1.0).points_text == '1 of 2 points'
+    assert replace(marks, verdicts=[left]).points_text == '2 of 2 points'
 
 
 def test_the_table_and_results_as_gradescope_reads_them(written):
@@ -193,7 +203,8 @@ def typed(path, whose, move=lambda heads: heads, **cells):
     path.write_text(text.getvalue(), encoding='utf-8-sig')
 
 
-CHANGED = 'With other points than before: Ann ({}). A person\'s points belong into the column "decided".'
+CHANGED = 'With other points than before: Ann ({}).'
+DECIDED = ' A person\'s points belong into the column "decided".'
 
 
 def test_a_decision_outlives_a_second_one_a_new_submission_and_a_lost_record(tmp_path):
@@ -217,11 +228,23 @@ def test_a_decision_outlives_a_second_one_a_new_submission_and_a_lost_record(tmp
         assert notes[-1] == 'marks.csv has a decision on Anne, of whom there are no marks.'
 
 
+def test_a_spreadsheet_sees_utf_8_and_a_table_of_older_runs_is_still_read(tmp_path):
+    write(folder_of(tmp_path), 'J\xf6rg', turned(90.0))
+    table = tmp_path / 'marks.csv'
+    for text in ('student,points,of,decided\nJ\xf6rg,1,30,8\n', None):
+        if text:
+            table.write_text(text, encoding='utf-8')
+        folder_of(tmp_path).write_overview()
+        assert table.read_bytes().startswith(b'\xef\xbb\xbfstudent,')
+        assert rows_of(table.read_text(encoding='utf-8'))['J\xf6rg']['points'] == '8'
+
+
 @pytest.mark.parametrize('cell', ['99', '-', '0'])
 def test_a_number_that_a_person_types_over_the_markers_points_is_told(tmp_path, cell):
     points = marked_once(tmp_path).points
     typed(tmp_path / 'marks.csv', 'Ann', points=cell)
-    assert folder_of(tmp_path).write_overview()[1] == [CHANGED.format('{}, now {:g}'.format(cell, points))]
+    assert folder_of(tmp_path).write_overview()[1] == [
+        CHANGED.format('{}, now {:g}'.format(cell, points)) + DECIDED]
     typed(tmp_path / 'marks.csv', 'Ann', points='{:.1f}'.format(points).replace('.', ','))
     assert folder_of(tmp_path).write_overview()[1] == []     # a spreadsheet writes the same number in another form
 
@@ -311,6 +334,19 @@ def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
     assert folder_of(tmp_path, name='').write_if_unchanged('Ann', 'digest') is None
 
 
+def test_a_name_or_package_that_a_person_chose_for_a_student_outlives_a_new_trial_and_a_new_submission(tmp_path):
+    def written(digest, is_for_class=True, **options):
+        folder = MarksFolder(tmp_path, 'turn', (), points_of('turn', TABLE), Options(**options), is_for_class)
+        chosen = folder.options_of('Ann')
+        write(folder, 'Ann', turned(90.0), digest)
+        return chosen.name, chosen.package
+    assert written('1', name='n.py') == ('n.py', '') and written('1') == ('', '')        # the whole class's
+    assert written('1', is_for_class=False, name='n.py') == ('n.py', '')
+    assert written('1') == written('2') == written('', is_for_class=False) == written('2') == ('n.py', '')
+    assert written('2', is_for_class=False, package='my_lab') == ('', 'my_lab') == written('2')
+    assert folder_of(tmp_path).options_of('Bo') == Options()
+
+
 def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
     """A simulated robot, a check or a script that has changed; not points, criteria, sentences."""
     for name in ('launch/fake_robot.launch', 'launch/checks/points.yaml', 'launch/checks/check_turn.test',
@@ -340,7 +376,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     folder = folder_of(tmp_path, changed)
     assert folder.write_if_unchanged('Ann', 'digest').points == marks.points + 10
     _, (note,) = folder.write_overview()
-    assert note == CHANGED.format('{:g}, now {:g}'.format(marks.points, marks.points + 10))
+    assert note == CHANGED.format('{:g}, now {:g}'.format(marks.points, marks.points + 10)) + DECIDED
     assert '{:g} of {:g} points'.format(marks.points + 10, marks.full_points + 10) in page.read_text()
     assert 'id="timeline"' in page.read_text()
     assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.full_points + 10)
@@ -395,7 +431,7 @@ def marked(path, acts):
     marker.try_out = try_out
     for student in acts:
         (path / 'in' / student).mkdir(parents=True)
-        (path / 'in' / student / 'turtlebot_controller.py').touch()
+        (path / 'in' / student / 'turtlebot_controller.py').write_text('x')
     return ClassMarker(marker, False), submissions_in(path / 'in', print)
 
 

@@ -130,6 +130,10 @@ class Marks:
         """The points in words, or NOT_JUDGED if neither mark.py nor a person gave points."""
         if not self.has_known_points:
             return NOT_JUDGED
+        extra_points = sum(verdict.points for verdict in self.extra_verdicts)
+        if extra_points and self.decided_points is None:
+            return (f'{self.points:g} of {self.full_points:g} points, {extra_points:g} of them '
+                    'beyond the handout')
         return f'{self.points:g} of {self.full_points:g} points'
 
     @property
@@ -177,7 +181,7 @@ def marks_after_trial(trial_marks: Marks, observation: Optional[Observation], la
         marks.remarks.append(marks.delay_sentence)
         marks.findings.append(f'{marks.delay_sentence} Type the same command again.')
     if marks.unjudged:
-        marks.findings.append('Not judged: ' + marks.unjudged)
+        marks.findings.insert(0, 'Not judged: ' + marks.unjudged)
     marks.remarks = _printable_sentences(marks.remarks)
     marks.findings = _printable_sentences(marks.findings)
     return marks

@@ -47,7 +47,7 @@ class MarksTable:
         """Returns [a sentence for the instructor] on changed points, or [] if no points have
         changed. The criteria may be different now, or a person may have overwritten the points."""
         old_points = {row[STUDENT]: row[POINTS] for row in self._rows}
-        changes = []
+        changes, may_be_overwritten = [], False
         for marks in all_marks:
             cells = cells_of(marks)
             old = old_points.get(cells[STUDENT])
@@ -55,10 +55,14 @@ class MarksTable:
             # a text is always a change, because it becomes NaN, which equals no number
             if old and _number_in(old) != _number_in(new):
                 changes.append(f'{marks.student} ({old}, now {new})')
+                # a person may have written the old points into the wrong column
+                may_be_overwritten |= marks.decided_points is None
         if not changes:
             return []
-        return [f"With other points than before: {', '.join(changes)}. A person's points belong "
-                f'into the column "{DECIDED}".']
+        sentence = f"With other points than before: {', '.join(changes)}."
+        if may_be_overwritten:
+            sentence += f' A person\'s points belong into the column "{DECIDED}".'
+        return [sentence]
 
     def renewed_text(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added are kept.

@@ -50,16 +50,19 @@ class MarksFolder:
     """The folder with the marks of a class in a lab, or in some parts of the lab."""
 
     def __init__(self, path: Path, lab: str, parts: Sequence[str],
-                 criterion_points: Mapping[str, float], options: Options) -> None:
-        """Make the folder `path` if it is missing. Raises ``ValueError`` if the folder contains
-        marks of another lab or of other parts, or a table that cannot be read."""
+                 criterion_points: Mapping[str, float], options: Options,
+                 is_for_class: bool = True) -> None:
+        """Make the folder `path` if it is missing. If `is_for_class` is false, the options were
+        chosen for some students. Raises ``ValueError`` if the folder contains marks of another lab
+        or of other parts, or a table that cannot be read."""
         self._path = output_folder(path)
         self.logs = output_folder(self._path / 'logs')
         self.lab, self.parts, self.options = lab, parts, options
+        self._is_for_class = is_for_class
         self._criterion_points = criterion_points
         trial_code = b''.join(path.read_bytes() for path in trial_files(lab))
         self._trial_settings = {
-            'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
+            'lab': lab, 'parts': sorted(parts),
             'version': hashlib.sha256(trial_code).hexdigest()}
         #: {student: the content of STUDENT.marks.json}
         self._records: Dict[str, Dict[str, Any]] = {}
@@ -77,18 +80,29 @@ class MarksFolder:
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
+    def options_of(self, student: str) -> Options:
+        """Returns the options of a student's trial. If this run names no package and no file, the
+        ones that a person has chosen for this student stay chosen."""
+        record = self._records.get(student)
+        if record is None or self.options.package or self.options.name:
+            return self.options
+        package, name = (record['key']['options'].get(key, '') for key in ('package', 'name'))
+        # a path is always a choice for one student
+        if not (record.get('has_own_choice') or '/' in name):
+            return self.options
+        return self.options._replace(package=package, name=name)
+
+    def _key(self, student, digest):
+        options = self.options_of(student)._asdict()
+        return dict(self._trial_settings, submission=digest, options=options)
+
     def write_if_unchanged(self, student: str, digest: str) -> Optional[Marks]:
         """Write a student's page and results if the trial can be kept. Returns the Marks, or None
         if the submission's `digest`, a setting, or a file of the trial has changed."""
         record = self._records.get(student)
         if record is None:
             return None
-        options = self.options._asdict()
-        recorded_name = record['key']['options'].get('name', '')
-        # an earlier run tried the file that a person chose for this student, and that choice stays
-        if '/' in recorded_name and not self.options.name:
-            options['name'] = recorded_name
-        if record['key'] != dict(self._trial_settings, submission=digest, options=options):
+        if record['key'] != self._key(student, digest):
             return None
         marks = self._written_marks(student)
         return None if marks.unjudged else marks    # an unjudged submission is tried again
@@ -101,8 +115,11 @@ class MarksFolder:
 
     def write_student(self, trial_marks: Marks, digest: str) -> Marks:
         """Write a student's record, page and results. Returns the Marks with points."""
+        options = self.options_of(trial_marks.student)
+        has_old_choice = options != self.options
         record: Dict[str, Any] = {
-            'key': dict(self._trial_settings, submission=digest),
+            'key': self._key(trial_marks.student, digest),
+            'has_own_choice': has_old_choice or not self._is_for_class,
             'handed_in': {name: getattr(trial_marks, name) for name in RECORDED_FIELDS},
             'bag': self._bag_digest(trial_marks.student)}
         self._records[trial_marks.student] = record
@@ -118,7 +135,8 @@ class MarksFolder:
         if not self._records:
             return None, []
         all_marks = [self._written_marks(student) for student in sorted(self._records)]
-        write_output(self._path / TABLE_FILE, self._table.renewed_text(all_marks))
+        # without a byte order mark, Excel would not read the table as UTF-8
+        write_output(self._path / TABLE_FILE, '\ufeff' + self._table.renewed_text(all_marks))
         notes = [] if self.options.sandbox else [NO_SANDBOX_WARNING]
         notes += self._table.change_sentences(all_marks)
         notes += [f'To look at: {marks.student}: {finding}'

@@ -66,7 +66,7 @@ class TrialRunner:
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
         """Copy a submission into the existing folder `work` and read the copy."""
-        options = self.folder.options
+        options = self.folder.options_of(submission.student)
         return read_submission(submission, work / 'ws' / COPY_FOLDER, LAB_NODES[self.folder.lab],
                                options.package, options.name)
 
@@ -165,10 +165,11 @@ def import_error(processes: Sequence[NodeProcess]) -> str:
     return printable(last_line) if is_import_error else ''
 
 
-def marks_before_trial(submission: Submission, unjudged: str = '') -> Marks:
-    """Returns the Marks of a submission before its trial."""
+def marks_before_trial(submission: Submission, unjudged: str = '', advice: str = '') -> Marks:
+    """Returns the Marks of a submission before its trial. `unjudged` and `advice` are those of a
+    NotJudged, or ''."""
     return Marks(submission.student, number=submission.number, late=submission.is_late,
-                 unjudged=unjudged)
+                 unjudged=unjudged, findings=[advice] if advice else [])
 
 
 def kill_processes(identity: str) -> None:

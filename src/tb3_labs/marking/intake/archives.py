@@ -34,6 +34,11 @@ ZIP_ERRORS = (zipfile.BadZipFile, EOFError, RuntimeError, ValueError, zlib.error
 class NotJudged(Exception):
     """A submission cannot be judged. The exception's text is a sentence with the reason."""
 
+    def __init__(self, reason: str, advice: str = '') -> None:
+        """`advice` is a sentence only for the instructor, or ''."""
+        super().__init__(reason)
+        self.advice = advice
+
 
 def is_zip(name: str) -> bool:
     """Returns True if `name` is the name of a zip file."""

@@ -81,7 +81,7 @@ def find_node(folder: Path, node_names: NodeNames, chosen_package: str = '',
     if chosen_file:
         node_names = node_names._replace(files=(os.path.basename(chosen_file),))
     files = files_in(folder)
-    program_files = [file for file in files if _is_program(file)]
+    program_files = [file for file in files if _is_program(file, os.path.basename(chosen_file))]
     programs = [_program_in_file(file, folder, node_names) for file in program_files]
     programs.sort(key=lambda program: program.sort_key)
     candidates = [program for program in programs
@@ -92,8 +92,9 @@ def find_node(folder: Path, node_names: NodeNames, chosen_package: str = '',
             missing += f' in a package {chosen_package}'
         sorted_files = dict.fromkeys([*program_files, *files])    # the programs first
         listing = short_list([str(file.relative_to(folder)) for file in sorted_files]) or 'nothing'
-        raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in '
-                        f'(--type chooses a file): {listing}. {UNPACKING_RULES}')
+        advice = _advice('FILE', 'a file') if files else ''
+        raise NotJudged(f'There is no {missing}, and no other file does what it should. Handed in: '
+                        f'{listing}. {UNPACKING_RULES}', advice)
 
     best = candidates[0]
     starter = None if chosen_file else _starting_program(best, programs, folder)
@@ -135,8 +136,11 @@ def _remarks_and_findings(candidates, node_names):
         return [remark], []
     # without a slash, --type would take the path for a name
     path = doubtful_paths[0] if '/' in doubtful_paths[0] else './' + doubtful_paths[0]
-    return [remark], [f'{remark} --type {shlex.quote(path)} chooses another one, with --only and '
-                      "the student's name."]
+    return [remark], [f"{remark} {_advice(shlex.quote(path), 'another one')}"]
+
+
+def _advice(type_option, chosen):
+    return f"--type {type_option} chooses {chosen}, with --only and the student's name."
 
 
 def _is_doubtful(best, other):
@@ -149,15 +153,15 @@ def _is_doubtful(best, other):
     # `best` was chosen because `other` is old, but only the package of `other` has a usual name
     if other.package_match <= PART_OF_NAME < best.package_match:
         return True
-    if other.is_old != best.is_old or other.package_match != best.package_match:
-        return False
-    # `best` was chosen because it has more signs
-    return other.has_usual_name and not best.has_usual_name
+    # only the signs of the node, or the names of the files, decided between the two
+    return other.is_old == best.is_old and other.package_match == best.package_match
 
 
-def _is_program(path):
+def _is_program(path, chosen_name):
     if path.stat().st_size > MAX_PROGRAM_BYTES:
         return False
+    if path.name == chosen_name:        # a person may choose a file such as node.txt
+        return True
     if path.suffix:
         return path.suffix.lower() == '.py'
     return b'python' in path.read_bytes()[:80]      # in a line such as #!/usr/bin/env python3

@@ -1,5 +1,5 @@
-"""Finds the submissions of a class, which are folders and zip files of a learning platform. For
-each submission, this module copies the files, chooses the node, and finds the node's packages.
+"""Finds the submissions of a class, which are folders and files of a learning platform. For each
+submission, this module copies the files, chooses the node, and finds the node's packages.
 
 Moodle gives a folder a name such as ``Ann Miller_12345_assignsubmission_file_``. If a file was
 handed in, Moodle adds the file's name at the end. Canvas writes ``millerann_12345_67890_lab2.zip``.
@@ -9,6 +9,7 @@ again, Canvas writes ``lab2-1.zip``. A name may contain any bytes, so each name 
 No handed-in file is changed or run. A stranger's file may use all memory, or take hours to read.
 Therefore a separate process with limits reads a submission.
 """
+import codecs
 import json
 import re
 import subprocess
@@ -19,7 +20,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tu
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    IGNORED_PATHS, ZIP_SUFFIX, NotJudged, copy_submission, digest_of, is_zip, short_list)
+    IGNORED_PATHS, NotJudged, copy_submission, digest_of, short_list)
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import find_missing_modules
 from tb3_labs.marking.intake.packages import node_package, package_name, packages_in
@@ -42,7 +43,7 @@ from tb3_labs.marking.intake import submissions
 try:
     answer = submissions.read_in_this_process(*json.load(sys.stdin)), None
 except submissions.NotJudged as error:
-    answer = None, str(error)
+    answer = None, [str(error), error.advice]
 json.dump(answer, sys.stdout)
 '''
 
@@ -75,8 +76,7 @@ def platform_name_of(name: str, is_folder: bool) -> PlatformName:
     if canvas:
         return PlatformName(canvas['student'].strip(), canvas['number'],
                             CANVAS_REPETITION.sub('', canvas['file']), bool(canvas['late']))
-    student = name[:-len(ZIP_SUFFIX)] if is_zip(name) else name
-    return PlatformName(student, number='', file=name)
+    return PlatformName(re.sub(r'(\.tar)?\.\w+$', '', name), number='', file=name)
 
 
 def grouped_by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
@@ -128,13 +128,13 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
     for path in sorted(folder.iterdir()):
         if path.name.startswith('.') or IGNORED_PATHS.search(path.name):
             continue
-        reason = _refusal_reason(path)
-        if reason:
-            print_line(f'left out, because it is {reason}: {path}')
+        is_device = not (path.is_dir() or path.is_file())
+        if path.is_symlink() or is_device:      # a link may lead to another student's work
+            print_line(f'left out, because it is a link or a device: {path}')
         else:
             platform_names[path.name] = platform_name_of(path.name, path.is_dir())
     if not platform_names:
-        raise ValueError(f'there is no folder and no zip file in {folder}')
+        raise ValueError(f'there is no folder and no file in {folder}')
     submissions = []
     for student, names in sorted(grouped_by_student(platform_names).items()):
         files = {folder / name: platform_names[name].file or name
@@ -143,17 +143,6 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
         is_late = any(platform_names[name].is_late for name in names)
         submissions.append(Submission(student, files, number, is_late))
     return submissions
-
-
-def _refusal_reason(path):
-    if path.is_symlink():       # a link may lead to another student's work
-        return 'a link'
-    if path.is_dir():
-        return ''
-    is_platform_file = bool(platform_name_of(path.name, is_folder=False).number)
-    if path.is_file() and (is_platform_file or is_zip(path.name)):
-        return ''
-    return 'neither a folder nor a zip file'
 
 
 def _upload_key(name):
@@ -194,9 +183,9 @@ def read_submission(submission: Submission, folder: Path, node_names: NodeNames,
         lines = [f'exit status {reader.returncode}', *reader.stderr.strip().splitlines()]
         raise NotJudged('It cannot be read, or its reading takes too much memory or time '
                         f'({lines[-1]}).')
-    fields, reason = json.loads(reader.stdout)
-    if reason is not None:
-        raise NotJudged(reason)
+    fields, reason_and_advice = json.loads(reader.stdout)
+    if reason_and_advice is not None:
+        raise NotJudged(*reason_and_advice)
     return ParsedSubmission(*fields)
 
 
@@ -208,6 +197,8 @@ def read_in_this_process(files: Dict[str, str], copy_path: str, node_names: Sequ
     remarks = copy_submission({Path(path): name for path, name in files.items()}, copy)
     chosen = find_node(copy, NodeNames(*node_names), chosen_package, chosen_file)
     node = copy / chosen.path
+    if not node.read_bytes().strip(codecs.BOM_UTF8 + b' \t\r\n'):
+        raise NotJudged(f'{chosen.path} is empty.')
     package = node_package(node, copy)
     packages = packages_in(copy, node)
     missing = find_missing_modules(node, package, copy, packages)
