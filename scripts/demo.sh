@@ -36,7 +36,7 @@ trap finish EXIT
 
 # The set-up's errors are printed at its end. After Ctrl+C only the lines of setup.sh itself are printed, not the
 # tracebacks of its programs.
-trap 'grep "^tb3_labs: " "$run/said" >&2; exit 130' INT TERM HUP
+trap 'grep -s "^tb3_labs: " "$run/said" >&2 || true; exit 130' INT TERM HUP
 ready=yes
 source "${BASH_SOURCE[0]%/*}/setup.sh" 2>"$run/said" || ready=
 cat "$run/said" >&2
