@@ -14,7 +14,7 @@ from typing import NamedTuple
 import one_line_errors    # noqa: F401 (it changes how Python reports the errors below)
 import yaml
 
-from tb3_labs.config import NOT_GIVEN, Config, bounds_text, setting
+from tb3_labs.config import NOT_GIVEN, Config, setting, valid_values_text
 from tb3_labs.control.drive_law import DriveConfig
 from tb3_labs.nodes.controller.turns import TurnConfig
 from tb3_labs.nodes.gamepad.pad import PadConfig
@@ -92,7 +92,7 @@ def annotated_yaml(node):
         meaning = item.metadata['meaning']
         if live:
             meaning += ' (live)'
-        lines.append(f'{value:<28} # {bounds_text(item)}: {meaning}')
+        lines.append(f'{value:<28} # {valid_values_text(item)}: {meaning}')
     return '\n'.join(lines) + '\n'
 
 

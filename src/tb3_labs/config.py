@@ -56,11 +56,11 @@ def _checked_value(item: Field, value: Any) -> Any:
     if is_valid and rule['choices']:
         is_valid = value in rule['choices']
     if not is_valid:
-        raise ValueError(f'{item.name} = {value!r} is not valid: {bounds_text(item)}')
+        raise ValueError(f'{item.name} = {value!r} is not valid: {valid_values_text(item)}')
     return value
 
 
-def bounds_text(item: Field) -> str:
+def valid_values_text(item: Field) -> str:
     """Returns a text about the valid values of a field, such as 'a number from 0 to 10 rad/s'."""
     rule = item.metadata
     if rule['choices']:

@@ -257,7 +257,7 @@ def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():
 
 
 #: The frame of all samples of a run.
-WHOLE = NodeFrame(-np.inf, place=0j, odometry_yaw=0.0, imu_yaw=0.0)
+WHOLE = NodeFrame(-np.inf, position=0j, odometry_yaw=0.0, imu_yaw=0.0)
 
 
 def following(run, name, quantity, axis, delay=0.0):

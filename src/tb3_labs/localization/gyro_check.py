@@ -68,7 +68,7 @@ class _Comparison:
         self.unexplained_turn = 0.0    # sum [rad] of the turns that the wheels do not explain
         self.agreed_for = 0.0          # time [s] for which gyro and wheels agreed
 
-    def turns_around(self, gyro_rate: _GyroRate) -> Optional[List[_WheelTurn]]:
+    def wheel_turns_near(self, gyro_rate: _GyroRate) -> Optional[List[_WheelTurn]]:
         """Returns the turns of the wheels that `gyro_rate` may show; None if a turn is unknown."""
         begin = gyro_rate.begin - MAX_GYRO_DELAY
         end = gyro_rate.end + MAX_GYRO_LEAD
@@ -169,7 +169,7 @@ class GyroMonitor:
             turns.popleft()
 
     def _compare_with_wheels(self, gyro_rate: _GyroRate) -> None:
-        turns = self._comparison.turns_around(gyro_rate)
+        turns = self._comparison.wheel_turns_near(gyro_rate)
         if turns is None:
             return
         self.has_compared = True

@@ -113,7 +113,7 @@ class Marks:
         """The first mistake, and the place in a lab sheet that explains this mistake, or ''."""
         if self.first_mistake is None:
             return ''
-        return f'{self.mistake_sentence} See {self.first_mistake.place}.'
+        return f'{self.mistake_sentence} See {self.first_mistake.sheet_step}.'
 
     @property
     def sentences(self) -> List[str]:

@@ -170,7 +170,7 @@ class Commands(Samples):
     pitching: np.ndarray    # angular.y
     sender: np.ndarray
 
-    def in_force(self) -> 'Commands':
+    def with_timeouts(self) -> 'Commands':
         """Returns the commands with an additional command for each timeout of the robot. The
         additional command comes when the robot stops by the timeout, and its speeds are NaN."""
         next_times = np.append(self.time[1:], np.inf)

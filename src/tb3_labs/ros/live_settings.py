@@ -16,7 +16,7 @@ from dynamic_reconfigure.msg import (
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
-from tb3_labs.config import bounds_text, spelling_hint
+from tb3_labs.config import spelling_hint, valid_values_text
 from tb3_labs.ros.node import guarded
 
 #: {type of a setting: name of the type in dynamic_reconfigure}
@@ -93,7 +93,8 @@ def decode(message):
 def _description(config, offered_fields):
     parameters = [ParamDescription(
         name=item.name, type=_TYPES[type(item.default)],
-        description=f'{item.metadata["meaning"]}: {bounds_text(item)}') for item in offered_fields]
+        description=f'{item.metadata["meaning"]}: {valid_values_text(item)}')
+        for item in offered_fields]
     return ConfigDescription(
         groups=[Group(name=_GROUP, parameters=parameters)],
         max=_bounds(offered_fields, 'high', bool_bound=True),

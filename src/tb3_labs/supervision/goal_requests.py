@@ -106,22 +106,22 @@ class GoalRequests:
 
     def on_goal(self, request: GoalRequest, now: float) -> SenderRequest:
         """Store the latest goal of a sender. Call this even for a refused goal."""
-        sender_goal = self._sender_goals.on_request(request.sender, request.goal, now)
-        sender_goal.message = request
-        return sender_goal
+        sender_request = self._sender_goals.on_request(request.sender, request.goal, now)
+        sender_request.message = request
+        return sender_request
 
-    def pose_of(self, request: GoalRequest, sender_goal: SenderRequest,
+    def pose_of(self, request: GoalRequest, sender_request: SenderRequest,
                 odom_T_local: Optional[Pose2]) -> Pose2:
         """Returns the goal's pose in ``local``. Raises ``ValueError`` to refuse the goal."""
         if self._sleep.reason_to_refuse:
             raise ValueError(self._sleep.reason_to_refuse + ': send it again')
-        if sender_goal.is_ended:
+        if sender_request.is_ended:
             raise ValueError(STAYS_ENDED)
         assert request.goal is not None
         return request.goal.to_local(odom_T_local)
 
-    def repeats_current(self, sender_goal: SenderRequest) -> bool:
-        return sender_goal.is_repeated and self._is_current(sender_goal)
+    def repeats_current(self, sender_request: SenderRequest) -> bool:
+        return sender_request.is_repeated and self._is_current(sender_request)
 
     def accept(self, request: GoalRequest) -> None:
         """Make `request` the current goal. Cancel the previous goal."""
@@ -146,14 +146,14 @@ class GoalRequests:
     def cancel(self, name: str = '', stamp: int = 0) -> bool:
         """Refuse repetitions of all goals that a cancel with this `name` and `stamp` [ns] ends.
         Returns True if the cancel ends the current goal."""
-        def is_canceled(sender_goal: SenderRequest) -> bool:
-            return sender_goal.message.is_canceled_by(name, stamp)
+        def is_canceled(sender_request: SenderRequest) -> bool:
+            return sender_request.message.is_canceled_by(name, stamp)
         self._sender_goals.end_repetitions(is_canceled)
         if not self.current_request.is_canceled_by(name, stamp):
             return False
         self.end_repetitions()
         return True
 
-    def _is_current(self, sender_goal: SenderRequest) -> bool:
+    def _is_current(self, sender_request: SenderRequest) -> bool:
         current = self.current_request
-        return sender_goal is self._sender_goals.find(current.sender, current.goal)
+        return sender_request is self._sender_goals.find(current.sender, current.goal)

@@ -26,9 +26,9 @@ SCALE = POSE_TOLERANCE / TOLERANCE_SHARE
 def place_quantities(samples: Any, frame: NodeFrame) -> Iterator[Quantity]:
     """Yields the quantities that a node may use as its local place in `frame`. The first two are
     correct, because a node may add the pose that the reset declares, or leave it out."""
-    start = frame.declared_place
+    start = frame.declared_position
     place = samples.x + 1j * samples.y
-    path = place - frame.place
+    path = place - frame.position
     yaw = frame.odometry_yaw - frame.declared_yaw
     prefix = 'the displacement since the reset, '
     for name, vector, angle, offset in (
@@ -116,8 +116,8 @@ def find_wrong_reference(node_run: NodeRun, frame: NodeFrame, name: str) -> Iter
     sensor, correct = {
         'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
         'initial_odom_yaw': ('the yaw of the odometry', frame.odometry_yaw),
-        'initial_global_x': ('the place of the odometry', frame.place.real),
-        'initial_global_y': ('the place of the odometry', frame.place.imag)}[name]
+        'initial_global_x': ('the place of the odometry', frame.position.real),
+        'initial_global_y': ('the place of the odometry', frame.position.imag)}[name]
     readings = series.between(frame.begin + MAX_PROBE_DELAY, frame.end)
     if len(set(readings.text)) != 1:
         return

@@ -29,15 +29,15 @@ HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians
 
 class NodeFrame(NamedTuple):
     """A frame ``local`` that is valid from `begin` to `end` [s]. If a reset begins the frame, the
-    reset declares the robot's place and yaw in the frame. `place` and `odometry_yaw` are the
+    reset declares the robot's place and yaw in the frame. `position` and `odometry_yaw` are the
     robot's pose at `begin` by the odometry. `imu_yaw` is the robot's yaw at `begin` by the IMU."""
 
     begin: float
-    declared_place: complex = 0j
+    declared_position: complex = 0j
     declared_yaw: float = 0.0
     is_reset: bool = False
     end: float = np.inf
-    place: complex = np.nan
+    position: complex = np.nan
     odometry_yaw: float = np.nan
     imu_yaw: float = np.nan
 
@@ -60,7 +60,7 @@ def local_frames(node_run: NodeRun) -> List[NodeFrame]:
             end = min(end, node_run.last_reading_before_gap(frame.begin))
         odometry = recording.odometry.pose(index_from(recording.odometry.arrival, frame.begin))
         imu_yaw = recording.imu.yaw[index_from(recording.imu.arrival, frame.begin)]
-        frames.append(frame._replace(end=end, place=complex(odometry.x, odometry.y),
+        frames.append(frame._replace(end=end, position=complex(odometry.x, odometry.y),
                                      odometry_yaw=odometry.yaw, imu_yaw=imu_yaw))
     return frames
 

@@ -63,7 +63,7 @@ def remarks(recording: Any, lab: str) -> List[str]:
     """Returns a list with a sentence on the first mistake of the remarked checks, or []."""
     remarked_checks = [check for check in CHECKS.get(lab, ()) if check.is_remarked]
     mistake = find_first_mistake(NodeRun(recording), remarked_checks)
-    return [] if mistake is None else [f'{mistake.as_sentence()} See {mistake.place}.']
+    return [] if mistake is None else [f'{mistake.as_sentence()} See {mistake.sheet_step}.']
 
 
 def mistakes_of_nodes(recording: Any) -> List[Tuple[str, Mistake]]:

@@ -38,13 +38,13 @@ class SheetStep(NamedTuple):
 
 class Mistake(NamedTuple):
     """A mistake of a node, which is visible at the time `moment` [s]. `message` has no period at
-    its end. `question` and `place` are those of the check that has found the mistake."""
+    its end. `question` and `sheet_step` are those of the check that has found the mistake."""
 
     message: str
     moment: float
     variable: str = ''
     question: str = ''
-    place: Optional[SheetStep] = None
+    sheet_step: Optional[SheetStep] = None
 
     def as_sentence(self, assigned: Mapping[str, Sequence[int]] = {}) -> str:
         """Returns the message as a sentence. `assigned` is {variable: lines that assign it}."""
@@ -119,7 +119,7 @@ class Check(NamedTuple):
 
     question: str
     find_mistakes: MistakeFinder
-    place: SheetStep
+    sheet_step: SheetStep
     parts: Tuple[str, ...]
     is_remarked: bool = False
 
@@ -131,7 +131,7 @@ def find_first_mistake(node_run: NodeRun, checks: Iterable[Check],
         if parts is None or set(check.parts) & set(parts):
             mistake = next(check.find_mistakes(node_run), None)
             if mistake is not None:
-                return mistake._replace(question=check.question, place=check.place)
+                return mistake._replace(question=check.question, sheet_step=check.sheet_step)
     return None
 
 

@@ -215,7 +215,7 @@ ZERO_TOLERANCE = 0.05           # A speed up to this value [m/s or rad/s] counts
 ZERO_BOUNDS = (-ZERO_TOLERANCE, ZERO_TOLERANCE)
 ANY_BOUNDS = (-np.inf, np.inf)
 #: A command may exceed a limit by this value [m/s or rad/s], because nodes round their numbers.
-ROUNDING = 0.005
+ROUNDING_TOLERANCE = 0.005
 
 
 def judge_steering(observation: Observation, name: str, linear: Bounds = ZERO_BOUNDS,

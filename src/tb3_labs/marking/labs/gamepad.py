@@ -11,15 +11,15 @@ from tb3_labs.handout import (
     CTRL_RELINQ_TOPIC, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE_SERVICE)
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
-    ANY_BOUNDS, EXTRAS, ROUNDING, START_LIMITS, STOP_LIMITS, ZERO_BOUNDS, ZERO_TOLERANCE, Bounds,
-    Criterion, Reason, clean_exit_criterion, judge_start, judge_steering, judge_stop,
+    ANY_BOUNDS, EXTRAS, ROUNDING_TOLERANCE, START_LIMITS, STOP_LIMITS, ZERO_BOUNDS, ZERO_TOLERANCE,
+    Bounds, Criterion, Reason, clean_exit_criterion, judge_start, judge_steering, judge_stop,
     judge_stop_at_ctrl_c, lost_device_criterion, scaled, within)
 from tb3_labs.marking.trial.observation import ANGULAR, LINEAR, TIME, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import clause_on_other_topics, exceptions_in, last_line
 from tb3_labs.watch.lab_mistakes import GAMEPAD_SECTION
 
-FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING)     # [m/s], for a full stick
-FULL_ANGULAR_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING)    # [rad/s]
+FULL_LINEAR_BOUNDS = (0.15, MAX_LINEAR_SPEED + ROUNDING_TOLERANCE)     # [m/s], for a full stick
+FULL_ANGULAR_BOUNDS = (1.5, MAX_ANGULAR_SPEED + ROUNDING_TOLERANCE)    # [rad/s]
 #: A stick that is half way must command a share of the full speed that is between these bounds.
 HALF_STICK_SHARES = (0.25, 0.75)
 #: A node that does not wait for a service follows a stick within this time [s]. A wait for a

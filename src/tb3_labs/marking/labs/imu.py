@@ -21,7 +21,7 @@ EXERCISE_STEP = HEADING_SECTION.at_step(3)
 CTRL_C_STEP = HEADING_SECTION.at_step(4)
 
 
-def printed_headings(text: str) -> List[float]:
+def headings_in_text(text: str) -> List[float]:
     """Returns the headings [deg] in a node's output."""
     pattern = PRINTED_HEADING.format(r'(-?\d+(?:\.\d+)?)')
     return [float(number) for number in re.findall(pattern, text)]
@@ -31,14 +31,14 @@ def _headings_at_rest(observation):
     """Yields (the IMU's heading [deg], list of the printed headings [deg]) for each stimulus in
     which the robot stood. Raises ``NotObserved`` if the node printed no heading in all stimuli."""
     scenes = [observation.enter_scene(name) for name in stimuli.STANDING_HEADINGS]
-    if not any(printed_headings(scene.printed) for scene in scenes):
-        early_count = len(printed_headings(scenes[0].process.printed))
+    if not any(headings_in_text(scene.printed) for scene in scenes):
+        early_count = len(headings_in_text(scenes[0].process.printed))
         reason = (f'it printed {early_count} at its start, and then none' if early_count
                   else why_unprinted(scenes[-1]))
         raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {reason}')
     for name in stimuli.STANDING_HEADINGS:
         scene = observation.enter_scene(name)     # sets observation.moment
-        yield scene.facts[stimuli.HEADING_DEG], printed_headings(scene.printed)
+        yield scene.facts[stimuli.HEADING_DEG], headings_in_text(scene.printed)
 
 
 def _judge_print(observation: Observation) -> Reason:
@@ -70,14 +70,14 @@ def _judge_goodbye(observation: Observation) -> Reason:
         return reason
     printed = observation.enter_scene(CTRL_C[0], may_die=True).printed
     _, _, printed_later = printed.rpartition(IMU_GOODBYE)
-    late_count = len(printed_headings(printed_later))
+    late_count = len(headings_in_text(printed_later))
     if late_count <= MAX_LATE_HEADINGS:
         return ''
     return f'{late_count} headings were printed after "{IMU_GOODBYE}"'
 
 
 def _judge_rounding_to_360(observation: Observation) -> Reason:
-    headings = printed_headings(observation.enter_scene(stimuli.JUST_BELOW_ZERO).printed)
+    headings = headings_in_text(observation.enter_scene(stimuli.JUST_BELOW_ZERO).printed)
     if not headings:
         return 'nothing was printed while the IMU was just below zero'
     greatest = max(headings)
@@ -88,7 +88,7 @@ def _judge_survival(observation: Observation) -> Reason:
     scene = observation.enter_scene(stimuli.ZERO_QUATERNION)
     if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
-    for heading in printed_headings(scene.printed):
+    for heading in headings_in_text(scene.printed):
         if abs(heading - stimuli.VALID_HEADING_DEG) < HEADING_TOLERANCE_DEG:
             return ''
     return ('after a quaternion of zeros, and a valid one, the heading '

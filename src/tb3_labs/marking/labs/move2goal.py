@@ -14,7 +14,7 @@ from tb3_labs.handout import (
     SET_POSE_SERVICE)
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
-    EXTRAS, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS, Criterion, Reason,
+    EXTRAS, NO_ZERO_VELOCITY, ROUNDING_TOLERANCE, START_LIMITS, STOP_LIMITS, Criterion, Reason,
     clean_exit_criterion, ends_in_motion, judge_start, judge_stop, judge_stop_at_ctrl_c,
     lost_device_criterion, within)
 from tb3_labs.marking.trial.observation import (
@@ -46,8 +46,8 @@ HEADING_LIMITS = (
 SECOND_DRIVE_STEP = RESET_SECTION.at_step(2)
 
 
-def _judge_place(observation: Observation, name: str,
-                 tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
+def _judge_goal_place(observation: Observation, name: str,
+                      tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
     scene = _enter_drive(observation, name)
     distance = _final_pose(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
@@ -55,8 +55,8 @@ def _judge_place(observation: Observation, name: str,
     return '' if distance <= tolerance else f'it stopped {distance:.2f} m from the goal'
 
 
-def _judge_heading(observation: Observation, name: str,
-                   tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
+def _judge_goal_heading(observation: Observation, name: str,
+                        tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
     scene = _enter_drive(observation, name)
     if not scene.facts[RESTED]:
         return _clause_on_exceeded_limit(scene)
@@ -116,7 +116,7 @@ def _judge_speeds(observation: Observation) -> Reason:
     if not len(commands):
         return 'it commanded nothing'
     for column, limit in ((LINEAR, MAX_LINEAR_SPEED), (ANGULAR, MAX_ANGULAR_SPEED)):
-        if observation.fastest_speed(commands, column) > limit + ROUNDING:
+        if observation.fastest_speed(commands, column) > limit + ROUNDING_TOLERANCE:
             linear, angular = np.abs(commands[:, LINEAR:]).max(axis=0)
             return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
     return ''
@@ -177,15 +177,15 @@ def _judge_accuracy(observation: Observation) -> Reason:
     if stimuli.DRIVE in dict(observation.parts):
         names.insert(0, stimuli.FIRST_DRIVE)
     for name in names:
-        reason = (_judge_place(observation, name, EXACT_DISTANCE)
-                  or _judge_heading(observation, name, EXACT_DEG))
+        reason = (_judge_goal_place(observation, name, EXACT_DISTANCE)
+                  or _judge_goal_heading(observation, name, EXACT_DEG))
         if reason:
             return reason
     return ''
 
 
 def _judge_arrival(observation: Observation, name: str) -> Reason:
-    return _judge_place(observation, name) or _judge_heading(observation, name)
+    return _judge_goal_place(observation, name) or _judge_goal_heading(observation, name)
 
 
 def _judge_after_reset(observation, reset, judge, name):
@@ -206,9 +206,9 @@ CRITERIA = [
     Criterion('waits', stimuli.DRIVE, 'does not move before it has control', STATES_SECTION,
               _judge_wait, limits=f'for {stimuli.OBSERVATION_TIME:g} s, and after a reset'),
     Criterion('goal_place', stimuli.DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', STATES_SECTION,
-              partial(_judge_place, name=stimuli.FIRST_DRIVE), limits=PLACE_LIMITS),
+              partial(_judge_goal_place, name=stimuli.FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', stimuli.DRIVE, FACES_GOAL + ' there', STATES_SECTION,
-              partial(_judge_heading, name=stimuli.FIRST_DRIVE), limits=HEADING_LIMITS),
+              partial(_judge_goal_heading, name=stimuli.FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', stimuli.DRIVE, f'says "{PRINTED_REACHED}!" once', STATES_SECTION,
               _judge_printed_arrival),
     Criterion('silent_at_goal', stimuli.DRIVE, 'sends nothing on cmd_vel at the goal',
@@ -216,7 +216,7 @@ CRITERIA = [
               f'{LAST_COMMAND_TIME:g} s after its arrival on'),
     Criterion('within_limits', stimuli.DRIVE, "keeps the robot's limits, "
               f'{MAX_LINEAR_SPEED:g} m/s and {MAX_ANGULAR_SPEED:g} rad/s', STATES_SECTION,
-              _judge_speeds, limits=f'and {ROUNDING:g} for rounding'),
+              _judge_speeds, limits=f'and {ROUNDING_TOLERANCE:g} for rounding'),
     Criterion('resets', stimuli.RESET,
               f'a service /{SET_POSE_SERVICE} resets the local frame, also in a drive',
               RESET_SECTION, _judge_reset,
@@ -228,11 +228,11 @@ CRITERIA = [
     Criterion('second_place', stimuli.RESET, 'does the same task after a turn by '
               f'{stimuli.TURN_BEFORE_RESET_DEG:g} degrees and a reset', SECOND_DRIVE_STEP,
               partial(_judge_after_reset, reset=stimuli.RESET_TO_ORIGIN,
-                      judge=_judge_place, name=stimuli.SECOND_DRIVE),
+                      judge=_judge_goal_place, name=stimuli.SECOND_DRIVE),
               limits='as goal_place'),
     Criterion('second_heading', stimuli.RESET, FACES_GOAL + ' of the new frame', SECOND_DRIVE_STEP,
               partial(_judge_after_reset, reset=stimuli.RESET_TO_ORIGIN,
-                      judge=_judge_heading, name=stimuli.SECOND_DRIVE),
+                      judge=_judge_goal_heading, name=stimuli.SECOND_DRIVE),
               limits='as goal_heading'),
     Criterion('control_taken', stimuli.CONTROL, 'stops the robot at once when control is taken',
               STATES_SECTION, _judge_stop_without_control, limits='zero velocity ' + STOP_LIMITS),

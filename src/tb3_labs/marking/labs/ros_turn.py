@@ -12,7 +12,7 @@ from std_msgs.msg import Bool, Header
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs import stimuli
-from tb3_labs.marking.labs.imu import printed_headings
+from tb3_labs.marking.labs.imu import headings_in_text
 from tb3_labs.marking.labs.turn import MIN_EDGE_SPEED
 from tb3_labs.marking.trial.observation import REQUESTED_DEG, WAS_MOVING, NotOffered
 from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, INTERRUPTION_TIME, Repeater
@@ -41,7 +41,7 @@ def stand_at_headings(trial):
         heading = (trial.recorder.heading_deg + offset) % 360.0
         with trial.stimulus(name, {stimuli.HEADING_DEG: heading}):
             wait_until(
-                lambda: not node.is_alive or len(printed_headings(node.printed)) >= ENOUGH_HEADINGS,
+                lambda: not node.is_alive or len(headings_in_text(node.printed)) >= ENOUGH_HEADINGS,
                 stimuli.READING_TIME)
     trial.send_ctrl_c()
 

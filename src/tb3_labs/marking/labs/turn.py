@@ -11,9 +11,10 @@ from tb3_labs.handout import (
     TURN_DEG)
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.criteria import (
-    IMU_EXTRAS, NO_ZERO_VELOCITY, ROUNDING, START_LIMITS, STOP_LIMITS, ZERO_TOLERANCE, Criterion,
-    Reason, bounds_text, clean_exit_criterion, ends_in_motion, judge_line_at_ctrl_c, judge_start,
-    judge_steering, judge_stop, judge_stop_at_ctrl_c, lost_device_criterion, scaled, within)
+    IMU_EXTRAS, NO_ZERO_VELOCITY, ROUNDING_TOLERANCE, START_LIMITS, STOP_LIMITS, ZERO_TOLERANCE,
+    Criterion, Reason, bounds_text, clean_exit_criterion, ends_in_motion, judge_line_at_ctrl_c,
+    judge_start, judge_steering, judge_stop, judge_stop_at_ctrl_c, lost_device_criterion, scaled,
+    within)
 from tb3_labs.marking.trial.observation import (
     ANGULAR, LINEAR, MOVED, RESTED, WAS_MOVING, NotObserved, Observation)
 from tb3_labs.marking.trial.remarks import MAX_IDLE_TURN_DEG, why_idle
@@ -108,7 +109,7 @@ def _commands_of_turns(observation):
 
 def _judge_turn_speed(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
-    limit = MAX_ANG_Z + ROUNDING
+    limit = MAX_ANG_Z + ROUNDING_TOLERANCE
     if observation.fastest_speed(commands, ANGULAR) <= limit:
         return ''
     angular = commands[:, ANGULAR]
@@ -120,7 +121,7 @@ def _judge_turn_speed(observation: Observation) -> Reason:
 
 def _judge_turn_on_the_spot(observation: Observation) -> Reason:
     fastest = observation.fastest_speed(_commands_of_turns(observation), LINEAR)
-    if fastest < ROUNDING:
+    if fastest < ROUNDING_TOLERANCE:
         return ''
     return f'it commanded up to {fastest:.2f} m/s forward while turning'
 
@@ -243,9 +244,9 @@ CRITERIA = [
     Criterion('short_way', stimuli.TURNS, 'turns the same across 180 and 0 degrees', LAW_STEP,
               partial(_judge_turns, names=STIMULI_ACROSS_JUMP), limits=CARPET_LIMITS),
     Criterion('clamped', stimuli.TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW_STEP,
-              _judge_turn_speed, limits=f'and {ROUNDING:g} for rounding'),
+              _judge_turn_speed, limits=f'and {ROUNDING_TOLERANCE:g} for rounding'),
     Criterion('on_the_spot', stimuli.TURNS, 'does not drive forward while it turns', LAW_STEP,
-              _judge_turn_on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
+              _judge_turn_on_the_spot, limits=f'less than {ROUNDING_TOLERANCE:g} m/s'),
     Criterion('answers_nonsense', stimuli.TURNS,
               'answers any other input by an error that names the valid ones', RIGHT_TURN_STEP,
               _judge_answer_to_nonsense, limits=f'{within(stimuli.ANSWER_TIME)}, in at most '

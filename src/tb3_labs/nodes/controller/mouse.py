@@ -53,14 +53,14 @@ class Mouse:
         was_inactive = not is_first and not was_active
         if was_inactive and self._is_steady(now):
             self.is_lost = False
-        self._find_silence(message, was_active)
+        self._store_silence(message, was_active)
         if message.novelty is not Novelty.SAME_STAMP:
             self.freshness.on_message(now)
         self.is_reported_active = is_active
         if asks_for_stop and self._is_steady(now):
             self.is_lost = False
 
-    def _find_silence(self, message: 'IncomingMessage[MouseState]', was_active: bool) -> None:
+    def _store_silence(self, message: 'IncomingMessage[MouseState]', was_active: bool) -> None:
         now = message.arrived_at
         is_late = self._lateness.on_message(message.sent_at, now) > INPUT_TIMEOUT
         was_silent = was_active and not self.freshness.is_fresh(now)    # inactive mice are silent

@@ -104,15 +104,15 @@ class MoveToGoalCore:
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal. A refused goal, or a repetition of the current goal, changes nothing."""
-        sender_goal = self.register_goal(request, steady_now)
+        sender_request = self.register_goal(request, steady_now)
         requests = self._requests
         try:
-            goal = requests.pose_of(request, sender_goal, self.odom_T_local)
+            goal = requests.pose_of(request, sender_request, self.odom_T_local)
         except ValueError as error:
             requests.refuse(request, str(error))
             return
         is_current = self._machine.is_active and self._machine.goal == goal
-        is_repetition = is_current and requests.repeats_current(sender_goal)
+        is_repetition = is_current and requests.repeats_current(sender_request)
         if not is_repetition:
             self.set_goal(goal)
         requests.accept(request)

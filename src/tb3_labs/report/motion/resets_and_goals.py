@@ -74,9 +74,9 @@ def _interval_begins(run: RunData) -> List[float]:
         window = reset_at - RESET_SEARCH_TIME, reset_at + RESET_SEARCH_TIME
         first_pose, end_pose = np.searchsorted(local.time, window)
         # a jump leads from the pose with the same index to the next pose
-        near_jumps = range(max(0, first_pose - 1), min(end_pose, len(jump_sizes)))
+        near_indices = range(max(0, first_pose - 1), min(end_pose, len(jump_sizes)))
         # two resets never begin the same interval
-        candidates = [jump for jump in near_jumps if jump not in chosen_jumps]
+        candidates = [jump for jump in near_indices if jump not in chosen_jumps]
         if candidates and local.time[0] < reset_at:
             delays = np.abs(begins[candidates] - reset_at)
             weights = jump_sizes[candidates] - WEIGHT_LOSS_PER_SECOND * delays

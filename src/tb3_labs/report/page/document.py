@@ -76,7 +76,7 @@ def hints_section(mistake: Optional[Mistake], sentence: str, has_timeline: bool 
         return ''
     anchor = f' <a href="#t={mistake.moment:.1f}">Watch it</a>' if has_timeline else ''
     hints = (('Hint 1: what to look at', escape(mistake.question)),
-             ('Hint 2: where it is explained', escape(f'See {mistake.place}.')),
+             ('Hint 2: where it is explained', escape(f'See {mistake.sheet_step}.')),
              ('The mistake', escape(sentence) + anchor))
     folded = ''
     for title, hint in reversed(hints):

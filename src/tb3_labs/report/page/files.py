@@ -135,7 +135,7 @@ def _summary(run: RunData, model: RobotModel) -> str:
 def samples_csv(run: RunData) -> str:
     """Returns a CSV file with a row for each odometry message."""
     times = run.odometry.time
-    commands = run.commands.in_force()
+    commands = run.commands.with_timeouts()
     # before the first command the index is -1, which selects the appended NaN
     newest_indices = index_at_or_before(commands.time, times)
     columns = {

@@ -128,7 +128,7 @@ def _reset_indices(frames: Sequence[FrameInterval], time: np.ndarray) -> List[in
 def _command_rows(commands: Commands) -> List[List[Optional[float]]]:
     """Returns [time, linear, angular] of each command that differs from the previous command. When
     the robot's timeout ends a command, both speeds become None."""
-    sent = commands.in_force()
+    sent = commands.with_timeouts()
     rows = np.round(np.column_stack([sent.time, sent.linear, sent.angular]), 3)
     speeds = rows[:, 1:]
     changes = rows[changed_rows(speeds)]
