@@ -1,12 +1,14 @@
 """Which data of a robot does a page in a browser show, and which requests may the page send?
 
-:mod:`tb3_labs.panel.requests` lists the messages that a page sends, and
-:mod:`tb3_labs.panel.robot_view` lists the entries of the picture that the panel sends. If a person
-presses A, ``page/pad.js`` sends a message to the panel. Then :mod:`tb3_labs.panel.ros_control`
-publishes `joy`, to which the node `gamepad` listens.
+The panel sends pictures to a page. A picture is a JSON object that describes the robot, and
+:mod:`tb3_labs.panel.robot_view` lists its entries. A page sends requests to the panel, and
+:mod:`tb3_labs.panel.requests` lists the requests. If a person presses A, ``page/pad.js`` sends a
+request. Then :mod:`tb3_labs.panel.ros_control` publishes `joy`, to which the node `gamepad`
+listens.
 
 The thread `server` runs the event loop of the web server. Only the thread `server` uses the pages
-and the DeadMan, so they need no lock. Threads of rospy use a lock when they write messages into a
-RobotView. Work for the thread `server` goes through ``Server.call_soon()``. Separate threads call
-services and the master, so a stop never waits for an answer.
+and the DeadMan, so these objects need no lock. Threads of rospy write messages into a RobotView,
+which a lock guards. If another thread has work for the thread `server`, it calls
+``Server.call_soon()``. Calls of services and of the master run in separate threads, because a stop
+must not wait for their answers.
 """

@@ -2,13 +2,13 @@
 
 :mod:`tb3_labs.supervision.dead_man` decides which page may drive.
 
-A browser also sends the requests of other sites' pages, even to the address 127.0.0.1. Therefore
-Access checks the host, the origin and the token of a request.
+A page of another site can make the browser send requests to this node, even to the address
+127.0.0.1. Therefore Access checks the host, the origin and the token of each request.
 
 The host is the name under which the browser reached this node. If a site makes its own name resolve
-to 127.0.0.1 (DNS rebinding), the host is the site's name, and the request is refused.
+to 127.0.0.1 (DNS rebinding), the host is the site's name, and Access refuses the request.
 
-The origin is the site whose page opens the socket. Only this node's own page is accepted.
+The origin is the site whose page opens the socket. Access accepts only this node's own page.
 
 The token is a part of the printed address. Only a node that other computers can reach has a token.
 
@@ -42,7 +42,8 @@ class Access:
     """Checks the host, the origin and the token of requests."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
-        """`names` has names and addresses of this computer. Loopback names are always valid."""
+        """`names` contains the names and addresses of this computer. The names localhost and
+        127.0.0.1 are valid without being in `names`."""
         self._valid_names = {name.lower() for name in ('localhost', LOOPBACK, *names)}
         self._token = token
 
@@ -51,7 +52,8 @@ class Access:
         """Returns the reason why a request is refused; None if the request is accepted.
 
         `host` and `origin` are headers of the request, or None if the header is missing. Only
-        browsers send an origin. `token` is the token in the request, or None if none is needed.
+        browsers send an origin. `token` is the token in the request, or None if the request needs
+        no token.
         """
         host = (host or '').lower()
         name = PORT_SUFFIX.sub('', host)
@@ -66,5 +68,5 @@ class Access:
 
 
 def _as_bytes(text: str) -> bytes:
-    """Returns a text as bytes, since hmac accepts a text only if it is ASCII."""
+    """Returns a text as bytes, because hmac compares texts only if they are ASCII."""
     return text.encode(errors='surrogatepass')

@@ -16,12 +16,13 @@ from -1 (lower edge) to 1 (upper edge). The entry "first" is true in the first m
 person took hold of pad or mouse.
 
 Each request may have an "id", a whole number, which the answer repeats. The entry "stops" repeats
-the "stops" of the picture that the person saw; see :mod:`tb3_labs.supervision.dead_man`.
+the "stops" of the picture that the person saw. If the robot was stopped after this picture,
+:mod:`tb3_labs.supervision.dead_man` rejects the request, unless the request is a stop.
 
 The entry "t" is the time [s] at which the page sent the request, on the panel's clock. The page
-computes "t" as the "now" of the latest picture plus the time since this picture arrived. A picture
-needs time to arrive, so the panel may overestimate the delay of a message, but underestimates it
-only if the browser's clock jumps.
+computes "t" as the "now" of the latest picture plus the time since this picture arrived. Because
+the picture also needed time to arrive, "t" is too early. Therefore the panel overestimates the
+delay of a request. It underestimates the delay only if the browser's clock jumps.
 """
 import json
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
@@ -31,18 +32,18 @@ from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.goal_requests import MAX_COORDINATE, MAX_YAW_DEG, TypedPose
 
-#: The panel reads a message of at most this many characters. The longest valid message has about
-#: 250 characters. 500 characters of JSON cannot be nested so deeply that Python fails.
+#: The panel refuses a message of more characters. The longest valid message has about 250
+#: characters. A message of 500 characters cannot be nested so deeply that Python's parser fails.
 MAX_REQUEST_LENGTH = 500
-MAX_SENT_TIME = 1e12        # [s]
+MAX_SENT_TIME = 1e12        # [s], the largest valid "t"
 #: A browser's clock may be ahead of the panel's clock by at most this time [s].
 MAX_CLOCK_AHEAD = 0.2
 MAX_TURN_DEG = 360.0
 
 
 class BrowserPad(NamedTuple):
-    """The gamepad that a page shows. The sticks are from -1 to 1, forward and left positive. If a
-    person presses B, the page sends a "stop", and `b` is False."""
+    """The gamepad that a page shows. The sticks are from -1 to 1, forward and left positive. `b` is
+    False in each message of a page, because the page sends a "stop" when a person presses B."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -80,11 +81,12 @@ class PageRequest(NamedTuple):
     type: str
     value: Union[HeldInputs, TypedPose, float, None] = None    # see READERS
     id: Optional[int] = None
-    known_stops: Optional[int] = None    # the entry "stops"; None if missing
-    sent_at: float = 0.0                 # the entry "t"; 0 if missing
+    known_stops: Optional[int] = None    # the entry "stops", or None if it is missing
+    sent_at: float = 0.0                 # the entry "t", or 0 if it is missing
 
     def lateness(self, now: float) -> float:
-        """The delay [s] of the message. Raises ``ValueError`` if `sent_at` is in the future."""
+        """Returns the delay [s] of the message. Raises ``ValueError`` if `sent_at` is later than
+        `now`."""
         if self.sent_at > now + MAX_CLOCK_AHEAD:
             raise ValueError(f't = {self.sent_at} is not valid: at most {now:.1f}, which is now')
         return max(0.0, now - self.sent_at)
@@ -94,7 +96,7 @@ class OpenPage:
     """One open page. `send(text)` sends a message to the page."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
-        self.unsent_lines: Queue[Dict[str, str]] = Queue()    # of the log
+        self.unsent_lines: Queue[Dict[str, str]] = Queue()    # lines of the log
         self._send = send
 
     def send(self, message_type: str, **values: Any) -> None:
@@ -105,7 +107,7 @@ class OpenPage:
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=is_fulfilled, text=text)
         elif not is_fulfilled:
-            # the page lets go of pad and mouse, so the person must take hold again
+            # the page then releases pad and mouse, and the person must take hold of them again
             self.send('refused', text=text)
 
 
@@ -136,7 +138,7 @@ def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
 
 
 def _read_pose(message: Dict) -> TypedPose:
-    # move_to_goal would also refuse an invalid pose, but a page would not show the reason
+    # move_to_goal would also refuse an invalid pose, but the page would not show its reason
     return TypedPose(
         _read_number(message, 'x', MAX_COORDINATE, 'm'),
         _read_number(message, 'y', MAX_COORDINATE, 'm'),
@@ -146,22 +148,36 @@ def _read_pose(message: Dict) -> TypedPose:
 def _read_held_inputs(message: Dict) -> HeldInputs:
     pad = _read_optional(message, 'pad', dict)
     mouse = _read_optional(message, 'mouse', list)
-    if pad is not None:
-        buttons = {name: _read_optional(pad, name, bool, missing=False)
-                   for name in ('a', 'y', 'hold')}
-        pad = BrowserPad(forward=_read_number(pad, 'forward', 1.0),
-                         left=_read_number(pad, 'left', 1.0), **buttons)
-    if mouse is not None:
-        if len(mouse) != 2:
-            raise ValueError('mouse is not valid: [x, y], or null')
-        x, y = mouse
-        mouse = (_valid_number(x, 'mouse', 1.0), _valid_number(y, 'mouse', 1.0))
-    return HeldInputs(pad, mouse, _read_optional(message, 'first', bool, missing=False))
+    return HeldInputs(pad=None if pad is None else _read_pad(pad),
+                      mouse=None if mouse is None else _read_mouse(mouse),
+                      is_first=_read_optional(message, 'first', bool, missing=False))
 
 
+def _read_pad(pad: Dict) -> BrowserPad:
+    buttons = {name: _read_optional(pad, name, bool, missing=False) for name in ('a', 'y', 'hold')}
+    return BrowserPad(forward=_read_number(pad, 'forward', 1.0),
+                      left=_read_number(pad, 'left', 1.0), **buttons)
+
+
+def _read_mouse(mouse: List) -> Tuple[float, float]:
+    if len(mouse) != 2:
+        raise ValueError('mouse is not valid: [x, y], or null')
+    x, y = mouse
+    return _valid_number(x, 'mouse', 1.0), _valid_number(y, 'mouse', 1.0)
+
+
+def _read_degrees(message: Dict) -> float:
+    return _read_number(message, 'degrees', MAX_TURN_DEG, 'deg')
+
+
+def _read_nothing(_message: Dict) -> None:
+    pass
+
+
+#: {type of a request: the function that reads its value}
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'joy': _read_held_inputs, 'goal': _read_pose, 'reset': _read_pose, 'stop': lambda message: None,
-    'turn': lambda message: _read_number(message, 'degrees', MAX_TURN_DEG, 'deg')}
+    'joy': _read_held_inputs, 'stop': _read_nothing, 'turn': _read_degrees, 'goal': _read_pose,
+    'reset': _read_pose}
 
 
 def _read_number(message: Dict, name: str, limit: float, unit: str = '') -> float:
@@ -182,6 +198,7 @@ def _read_optional(message: Dict, name: str, value_type: type, missing: Any = No
     """Returns the value called `name`, or `missing` if the message does not have it. Raises
     ``ValueError`` if the type of the value is not `value_type`."""
     value = message.get(name, missing)
-    if value is not missing and type(value) is not value_type:    # in Python a bool is an int
+    # isinstance() would accept True as an int
+    if value is not missing and type(value) is not value_type:
         raise ValueError(f'{name} is not valid: {value_type.__name__}')
     return value

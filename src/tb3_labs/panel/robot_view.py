@@ -3,7 +3,8 @@
 A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 
     "odom", "local"      pose of the robot in odom, and in local. If no node publishes local, the
-                         panel computes local from the odometry after the line "Local pose set to"
+                         panel computes it from the odometry, after a node printed the line
+                         "Local pose set to"
     "frame"              pose of the frame local, in odom
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
@@ -35,17 +36,19 @@ from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.watch.printed_pose import declared_pose
 
-#: After a larger jump, the odometry was reset.
+#: A larger jump between two odometry messages shows that the odometry was reset.
 MAX_POSITION_JUMP = 0.2         # [m]
 MAX_YAW_JUMP = math.radians(60.0)
-MAX_TRUTH_DELAY = 0.3      # [s]; over a longer time the true pose is not extrapolated
+#: If the stamps of true pose and odometry differ by more [s], the true pose is not extrapolated.
+MAX_TRUTH_DELAY = 0.3
+#: A robot stands if its speed and its rate of turn are lower.
 STANDSTILL_SPEED = 0.02    # [m/s, rad/s]
-#: After a silence of this length [s] a page no longer shows a node's variables.
+#: If a node has been silent for a longer time [s], a page does not show the node's variables.
 VARIABLES_TIMEOUT = 2.0
 
 
 class RobotView:
-    """The latest value of each entry, from one robot."""
+    """Keeps the latest value of each entry of one robot."""
 
     def __init__(self) -> None:
         self._latest: Dict[str, Any] = {}          # {entry: value}
@@ -54,22 +57,27 @@ class RobotView:
         self._commands: Dict[str, Tuple[float, float, float]] = {}
         # {node: (time of arrival, [[name, text]])}
         self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}
-        # used if no node publishes `local`
+        # the pose of local in odom, used if no node publishes `local`
         self._computed_odom_T_local: Optional[Pose2] = None
 
     def on_message(self, entry: str, value: Any, now: float) -> None:
-        """Store `value` as the latest value of `entry`: an entry of the picture, 'origin' (pose of
-        odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad]), or 'holder' (the text
-        of control_holder)."""
+        """Store `value` as the latest value of `entry`.
+
+        `entry` is an entry of the picture or one of these: 'origin' (the pose of odom in world),
+        'imu' (the yaw [rad]), 'holder' (the text of control_holder). The value of 'truth' is (the
+        true pose in world, its stamp [s]).
+        """
         self._latest[entry] = value
         self._arrivals[entry] = now
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
+        """Store the sample. A reset of the odometry makes the computed pose of local wrong."""
         last = self.latest('odom')
         if last is not None:
             moved = last.pose.distance_to(sample.pose)
             turned = abs(difference(sample.pose.yaw, last.pose.yaw))
-            if moved > MAX_POSITION_JUMP or turned > MAX_YAW_JUMP:
+            was_reset = moved > MAX_POSITION_JUMP or turned > MAX_YAW_JUMP
+            if was_reset:
                 self._computed_odom_T_local = None
         self.on_message('odom', sample, now)
 
@@ -117,7 +125,7 @@ class RobotView:
         return None if is_standing else 'the robot still moves'
 
     def driving_node(self, now: float) -> str:
-        """Returns the node whose commands move the robot; '' if no node moves the robot."""
+        """Returns the node whose commands move the robot, or '' if no node moves the robot."""
         moved_at = {sender: arrived_at
                     for sender, (arrived_at, linear, angular) in self._commands.items()
                     if now - arrived_at <= COMMAND_TIMEOUT and (linear or angular)}
@@ -126,33 +134,38 @@ class RobotView:
     def picture(self, now: float) -> Dict[str, Any]:
         """Returns the picture without "page", "stops" and "pad"."""
         driver = self.driving_node(now)
-        command = None
-        if driver:
-            _, linear, angular = self._commands[driver]
-            command = [_rounded(linear), _rounded(angular)]
         odom = self.latest('odom')
-        local = self.latest('local')
-        frame = self.latest('frame')
-        if self._computed_odom_T_local and not (local or frame):
-            frame = self._computed_odom_T_local
-            local = frame.inverse() @ odom.pose
+        local, frame = self._local_and_frame()
         goal = self.latest('goal')
-        distance, angle = None, None
-        if goal and local:
-            distance = local.distance_to(goal)
-            angle = math.degrees(difference(goal.yaw, local.yaw))
+        distance, angle_deg = _distance_and_angle_deg(local, goal)
         poses = {'odom': odom.pose if odom else None, 'local': local, 'frame': frame,
                  'truth': self._truth_in_odom(), 'goal': goal}
         return {
             **{entry: _pose_numbers(pose) for entry, pose in poses.items()},
-            'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
+            'distance': _rounded(distance, 4), 'angle': _rounded(angle_deg, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
-            'has_control': self.latest('has_control'), 'driver': driver, 'command': command,
+            'has_control': self.latest('has_control'),
+            'driver': driver, 'command': self._command_of(driver),
             'heading_deg': _heading_deg(self.latest('imu')),
             'ages': {'imu': self._age('imu', now), 'odom': self._age('odom', now)},
             'inside': [{'node': node, 'values': values}
                        for node, (arrived_at, values) in sorted(self._variables.items())
                        if now - arrived_at <= VARIABLES_TIMEOUT]}
+
+    def _local_and_frame(self) -> Tuple[Optional[Pose2], Optional[Pose2]]:
+        """Returns (the robot's pose in local, the pose of local in odom)."""
+        local, frame = self.latest('local'), self.latest('frame')
+        is_published = bool(local or frame)
+        if is_published or not self._computed_odom_T_local:
+            return local, frame
+        local_T_odom = self._computed_odom_T_local.inverse()
+        return local_T_odom @ self.latest('odom').pose, self._computed_odom_T_local
+
+    def _command_of(self, driver: str) -> Optional[List[Optional[float]]]:
+        if not driver:
+            return None
+        _, linear, angular = self._commands[driver]
+        return [_rounded(linear), _rounded(angular)]
 
     def _age(self, sensor: str, now: float) -> Optional[float]:
         return _rounded(now - self._arrivals[sensor]) if sensor in self._arrivals else None
@@ -171,6 +184,14 @@ class RobotView:
             motion = Pose2(delay * odom.linear, 0.0, delay * odom.angular)
             pose = pose @ motion.inverse()
         return origin.inverse() @ pose
+
+
+def _distance_and_angle_deg(
+        local: Optional[Pose2], goal: Optional[Pose2]) -> Tuple[Optional[float], Optional[float]]:
+    """Returns the distance [m] and the angle [deg] from the robot's pose in local to the goal."""
+    if not goal or not local:
+        return None, None
+    return local.distance_to(goal), math.degrees(difference(goal.yaw, local.yaw))
 
 
 def _pose_numbers(pose: Optional[Pose2]) -> Optional[List[float]]:

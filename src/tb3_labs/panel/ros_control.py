@@ -2,8 +2,10 @@
 
 The panel publishes the pad of a page as `joy`, and the node `gamepad` decides what sticks and
 buttons do. The panel publishes the mouse of a page as `mouse_info`, for the node `controller`. A
-:class:`tb3_labs.supervision.dead_man.DeadMan` decides which page drives. A STOP goes to all nodes.
+:class:`tb3_labs.supervision.dead_man.DeadMan` decides which page drives. A stop goes to all nodes.
 """
+from functools import partial
+
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import Joy
@@ -22,7 +24,7 @@ from tb3_labs.ros.rospy_internals import subscribers_of
 from tb3_labs.supervision.dead_man import DeadMan
 from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 
-#: A request is refused after this delay [s], since the person no longer expects a motion.
+#: A request is refused after this delay [s], because the person no longer expects a motion.
 MAX_REQUEST_AGE = 2.0
 #: A stop is confirmed if the robot stands still within this time [s].
 CONFIRM_TIMEOUT = 1.5
@@ -30,7 +32,8 @@ CONFIRM_PERIOD = 0.05       # [s]
 
 
 class RobotControl:
-    """The robot of this node's namespace. Only the thread `server` calls public methods."""
+    """Controls the robot in this node's namespace. Only the thread `server` calls public
+    methods."""
 
     def __init__(self, server):
         self._server = server
@@ -44,14 +47,15 @@ class RobotControl:
         self._turn_publisher = rospy.Publisher('turn', Float64, queue_size=5)
         self._goal_publisher = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=5)
         self._cmd_vel_publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-        self.subscriptions = RobotSubscriptions(lambda: server.call_soon(self._on_stop))
+        # threads of rospy receive the stops, and the thread `server` reacts to them
+        self.subscriptions = RobotSubscriptions(partial(server.call_soon, self._on_stop))
 
     # -- pictures
 
     def picture(self, now):
         """Returns the picture of :mod:`tb3_labs.panel.robot_view`, without "page"."""
-        return dict(self.subscriptions.use_view(lambda view: view.picture(now)),
-                    stops=self.dead_man.stops, pad=self._pad_status())
+        picture = self.subscriptions.use_view(lambda view: view.picture(now))
+        return dict(picture, stops=self.dead_man.stops, pad=self._pad_status())
 
     def _pad_status(self):
         """Returns 'ready', or the reason why the pad of a page does not drive."""
@@ -60,17 +64,18 @@ class RobotControl:
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
         holder = self.subscriptions.latest('holder')
-        if holder == 'move_to_goal':    # a text, since the students' archive has no ControlHolder
+        # the names of holders are texts here, because the students' archive has no ControlHolder
+        if holder == 'move_to_goal':
             return 'move_to_goal has control: B takes it'
-        # the handout's node does not publish control_holder
+        # `holder` is None if the handout's gamepad runs, which does not publish control_holder
         is_ready = holder in ('gamepad', None)
         return 'ready' if is_ready else 'connecting: hold still'
 
     # -- requests
 
     def carry_out(self, page, request):
-        """Carry out a request of `page`. Returns the answer as text, or None if another thread or a
-        timer answers. Raises ``ValueError`` with the reason if the request is refused."""
+        """Carry out a request of `page`. Returns the answer as text. Returns None if another thread
+        or a timer will answer. Raises ``ValueError`` with the reason if the request is refused."""
         return self._ACTIONS[request.type](self, page, request)
 
     def _drive_by_inputs(self, page, request):
@@ -83,11 +88,13 @@ class RobotControl:
         if held.mouse:
             self._require_listener(self._mouse_publisher, 'mouse_info: is the controller running?')
             self._refuse_during_drive()
+
         is_new_drive = self.dead_man.driving_page is None
         now = steady_time()
         lateness = request.lateness(now)
-        if not self.dead_man.hold(page, known_stops=request.known_stops, now=now, lateness=lateness,
-                                  is_first=held.is_first):
+        may_drive = self.dead_man.hold(page, known_stops=request.known_stops, now=now,
+                                       lateness=lateness, is_first=held.is_first)
+        if not may_drive:
             return ''
         if is_new_drive:
             run_in_thread(self._read_pad_config)
@@ -117,16 +124,16 @@ class RobotControl:
         return f'goal sent: {typed.x:.2f} m, {typed.y:.2f} m, {typed.yaw_deg:.0f} deg'
 
     def _reset(self, page, request):
-        """Call the reset service in a separate thread, since the call may take a second."""
+        """Call the reset service in a separate thread, because the call may take a second."""
         self._refuse_if_old(request, MAX_RESET_AGE)    # the pose of an old reset may be wrong
         typed = request.value
 
         def reset_and_answer():
             try:
                 outcome = True, call_reset(typed.x, typed.y, typed.yaw_deg)
-            except Exception as error:    # no exception may end the panel, which must stop robots
+            except Exception as error:    # the panel must go on, because it must stop robots
                 outcome = False, str(error)
-            self._server.call_soon(lambda: page.answer(request, *outcome))
+            self._server.call_soon(partial(page.answer, request, *outcome))
         run_in_thread(reset_and_answer)
 
     _ACTIONS = {'joy': _drive_by_inputs, 'stop': _stop_and_confirm, 'turn': _send_turn,
@@ -151,15 +158,17 @@ class RobotControl:
     def stop(self):
         """Stop the robot, whichever node drives."""
         self._control_publisher.publish(False)
-        self._send_pad(BrowserPad(b=True))    # the handout's gamepad does not listen to ctrl_relinq
-        # the controller ends a turn only if an active mouse becomes inactive
+        # B takes control through the handout's gamepad, which does not listen to ctrl_relinq
+        self._send_pad(BrowserPad(b=True))
+        # the controller ends a turn only if an active mouse becomes inactive, as in _release()
         self._send_mouse((0.0, 0.0))
         self._release()
-        self._cmd_vel_publisher.publish(Twist())    # stops nodes that do not hear ctrl_relinq
+        # a zero stops the robot if the driving node does not listen to ctrl_relinq
+        self._cmd_vel_publisher.publish(Twist())
         self.dead_man.stop()
 
     def _on_stop(self):
-        """Release pad and mouse, since another node stopped the robot."""
+        """Release pad and mouse, because another node stopped the robot."""
         if self.dead_man.driving_page is not None:
             self._release()
         self.dead_man.stop()
@@ -173,28 +182,30 @@ class RobotControl:
                           silence)
 
     def on_page_lost(self, page):
-        """Stop the robot if `page` drives, since the connection to the page has ended."""
+        """Stop the robot if `page` drives, because the connection to the page has ended."""
         if self.dead_man.driving_page is page:
             self.stop()
 
     def _confirm_stop(self, page, request, since):
-        """Answer a STOP of `page`, made at the time `since` [s], when the robot stands still. After
-        CONFIRM_TIMEOUT, answer why the stop is not confirmed."""
+        """Answer the "stop" that `page` sent at the time `since` [s], when the robot stands still.
+        If the robot does not stand still after CONFIRM_TIMEOUT, answer with the reason."""
         listeners = (subscribers_of(self._control_publisher)
                      | subscribers_of(self._cmd_vel_publisher))
         if not listeners - {rospy.get_name()}:
             page.answer(request, is_fulfilled=False, text='no node hears it')
             return
+
         problem = self.subscriptions.use_view(lambda view: view.stop_problem(since))
         if not problem:
             is_control_known = self.subscriptions.latest('has_control') is not None
             text = 'control taken, the robot stands' if is_control_known else 'the robot stands'
             page.answer(request, is_fulfilled=True, text=text)
-        elif steady_time() - since > CONFIRM_TIMEOUT:
+            return
+        if steady_time() - since > CONFIRM_TIMEOUT:
             page.answer(request, is_fulfilled=False, text=problem)
-        else:
-            self._server.call_later(
-                CONFIRM_PERIOD, lambda: self._confirm_stop(page, request, since))
+            return
+        look_again = partial(self._confirm_stop, page, request, since)
+        self._server.call_later(CONFIRM_PERIOD, look_again)
 
     def _release(self):
         self._send_pad(BrowserPad())
@@ -203,15 +214,15 @@ class RobotControl:
     def _send_pad(self, pad, lateness=0.0):
         """Publish a BrowserPad as `joy`. `lateness` is the delay [s] of the page's message."""
         if self.subscriptions.has_another_pad:
-            return    # the node gamepad would treat two publishers as one pad
+            return    # the node gamepad would take the messages of both publishers for one pad
         axes, buttons = pad.as_joy(self._pad_config)
         message = Joy(axes=axes, buttons=buttons)
         message.header.stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - lateness))
         self._joy_publisher.publish(message)
 
     def _send_mouse(self, position):
-        """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
-        mouse_client.py, inactive messages surround the active messages."""
+        """Publish `mouse_info`. `position` is (x, y), or None if nobody holds the mouse. As in
+        mouse_client.py, publish an inactive mouse before and after the active mouse."""
         is_active = position is not None
         if is_active != self._is_mouse_active:
             self._publish_mouse(is_active=False)
@@ -228,6 +239,6 @@ class RobotControl:
     def _read_pad_config(self):
         try:
             self._pad_config = read_config(PadConfig, other_node=rospy.resolve_name('gamepad'))
-        except Exception as error:    # no exception may end the panel, which must stop robots
+        except Exception as error:    # the panel must go on, because it must stop robots
             rospy.logwarn('the pad has the usual numbers: %s', error)
             self._pad_config = PadConfig()

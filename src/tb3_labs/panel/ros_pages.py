@@ -1,4 +1,5 @@
-"""Connects pages with the robot. Pages get pictures and lines of the log. Pages send requests."""
+"""Connects pages with the robot. The panel sends pictures and lines of the log to the pages. Pages
+send requests to the panel."""
 import threading
 import time
 from collections import deque
@@ -26,7 +27,8 @@ LEVEL_NAMES = {Log.FATAL: 'error', Log.ERROR: 'error', Log.WARN: 'warn', Log.INF
 
 
 class Pages:
-    """The open pages and their robot. Unless said otherwise, methods run in the thread `server`."""
+    """The open pages and their robot. Methods run in the thread `server`, unless their docstring
+    names other threads."""
 
     def __init__(self, config, body_radius):
         """`config` is a PanelConfig. `body_radius` is the radius [m] of the robot's body."""
@@ -44,17 +46,20 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since the node ends. Any thread may call this method."""
-        released = threading.Event()
+        """Stop the robot if a page drives, because this node ends. Any thread may call this
+        method."""
+        has_released = threading.Event()
 
-        def release():
+        def stop_driving():
             if self._robot.dead_man.driving_page is not None:
                 self._robot.stop()
-            released.set()
-        self._server.call_soon(release)
-        released.wait(RELEASE_TIMEOUT)
+            has_released.set()
+        self._server.call_soon(stop_driving)
+        has_released.wait(RELEASE_TIMEOUT)
 
     def _open_page(self, send):
+        """Add a page, to which `send(text)` sends a message. Returns two functions: the server
+        calls the first with each message of the page, and the second when the page is closed."""
         page = OpenPage(send)
         if not self._pages:
             self._robot.dead_man.start(steady_time())
@@ -98,7 +103,7 @@ class Pages:
         self._robot.subscriptions.use_view(lambda view: view.on_log_line(message.msg))
         line = {'time': time.strftime('%H:%M:%S'), 'level': LEVEL_NAMES[message.level],
                 'node': message.name, 'text': message.msg[:MAX_LINE_LENGTH]}
-        self._server.call_soon(lambda: self._add_line(line))
+        self._server.call_soon(partial(self._add_line, line))
 
     def _add_line(self, line):
         self._lines.append(line)
@@ -116,7 +121,7 @@ class Pages:
             answer = self._robot.carry_out(page, request)
         except ValueError as error:
             page.answer(request, is_fulfilled=False, text=str(error))
-        except Exception as error:    # no exception may end the panel, which must stop robots
+        except Exception as error:    # the panel must go on, because it must stop robots
             rospy.logerr('a page asked for what cannot be done (%s): %s', error, text)
             self._robot.on_page_lost(page)
             page.answer(request, is_fulfilled=False, text=f'this cannot be done: {error}')

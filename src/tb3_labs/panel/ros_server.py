@@ -1,4 +1,5 @@
-"""The web server serves the page's files, and a websocket for each page. Source: tornado 6."""
+"""The web server sends the page's files to browsers, and opens a websocket for each page. Source:
+tornado 6."""
 import asyncio
 import errno
 import os
@@ -18,16 +19,20 @@ from tb3_labs.panel.access import LOOPBACK, Access
 from tb3_labs.panel.requests import MAX_REQUEST_LENGTH
 from tb3_labs.ros.node import guarded
 
-#: Requests for files with these suffixes need no token. The page and the socket need the token.
+#: Requests for files with these suffixes need no token, because these files contain no data of a
+#: robot. Requests for the page and the socket need the token.
 PUBLIC_SUFFIXES = ('.css', '.js', '.svg')
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
+#: A regular expression that matches the names of the files in drawing.FOLDER.
 DRAWING_FILE = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
                         if path.suffix in PUBLIC_SUFFIXES)
 PING_PERIOD = 1.0           # [s]
-#: If a page does not answer a ping within this time [s], the server disconnects the page. The
-#: page's computer may be suspended, or the network may stall. The page tries to connect again.
+#: If a page does not answer a ping within this time [s], the server disconnects the page. For
+#: example, the page's computer is suspended, or the network stalls. The page then tries to connect
+#: again.
 PONG_TIMEOUT = 3.0
-REQUEST_TIMEOUT = 10.0      # [s] until a connection without a complete request is closed
+#: The server closes a connection that sends no complete request within this time [s].
+REQUEST_TIMEOUT = 10.0
 MAX_TRIED_PORTS = 10
 #: The page loads only files of this server, and no other site can show the page in a frame.
 HEADERS = {
@@ -42,15 +47,18 @@ class Server:
     """Offers the page at the address of a PanelConfig, in a separate thread.
 
     The server calls `open_page(send)` for each page that connects. `send(text)` sends a message to
-    the page. `open_page` returns two functions: `on_text(text)` is called with each message of the
-    page, and `on_end()` when the page is closed. An unusable address raises ``ValueError``.
+    the page. `open_page` returns two functions. The server calls the first, `on_text(text)`, with
+    each message of the page, and the second, `on_end()`, when the page is closed. An unusable
+    address raises ``ValueError``.
     """
 
     def __init__(self, config, open_page):
-        is_local = config.address == LOOPBACK
-        names = [] if is_local else _names_of_this_computer(config.address)
-        token = '' if is_local else secrets.token_urlsafe(12)
-        shown_name = 'localhost' if is_local else config.address
+        if config.address == LOOPBACK:
+            names, token, shown_name = [], '', 'localhost'
+        else:
+            names = _names_of_this_computer(config.address)
+            token = secrets.token_urlsafe(12)
+            shown_name = config.address
         if config.address == '0.0.0.0':
             shown_name = rosgraph.network.get_local_address()
         self._access = Access(names, token)
@@ -82,8 +90,8 @@ class Server:
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * MAX_REQUEST_LENGTH,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_TIMEOUT)
-        # tornado reads a request's body before Access checks the request, so the body has at most
-        # 1 byte. The page sends no body. In tornado 5, the limit 0 means that there is no limit.
+        # Tornado reads a request's body before Access checks the request. Therefore the body may
+        # have at most 1 byte. The limit is not 0, because tornado 5 takes 0 for no limit.
         server = httpserver.HTTPServer(application, max_body_size=1, body_timeout=REQUEST_TIMEOUT,
                                        idle_connection_timeout=REQUEST_TIMEOUT)
         server.add_sockets(self._sockets)
@@ -91,13 +99,13 @@ class Server:
 
 
 def run_in_thread(job):
-    """Run `job()` in a separate thread, since `job()` may wait. The thread `server` must not wait,
-    since it receives the stops."""
+    """Run `job()`, which may wait, in a separate thread. The thread `server` must not wait, because
+    the thread `server` receives the stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
 
 class _CheckedHandler:
-    """If Access refuses a request, the answer is one line with the reason."""
+    """Answers a request that Access refuses with one line, which gives the reason."""
 
     def initialize(self, access, **options):
         self._access = access
@@ -141,9 +149,9 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
             self._on_end()
 
     def _send(self, text):
-        # write_message() fails if the page closes now; on_close() handles this case
+        # the page may be closed during write_message(); then tornado calls on_close()
         with suppress(websocket.WebSocketClosedError):
-            # the exception is read, so that asyncio does not log it
+            # asyncio would log an exception that nobody reads
             self.write_message(text).add_done_callback(lambda sent: sent.exception())
 
 
@@ -154,7 +162,7 @@ def _bind(port, address):
             sockets = netutil.bind_sockets(tried_port, address)
         except OSError as error:
             last_problem = error
-            if error.errno != errno.EADDRINUSE:
+            if error.errno != errno.EADDRINUSE:    # another port would not help
                 break
         else:
             if tried_port != port:

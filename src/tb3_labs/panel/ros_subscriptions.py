@@ -1,4 +1,4 @@
-"""Subscribes to the robot's topics and skips messages of fast topics to save computing time."""
+"""Subscribes to the robot's topics. Skips messages of fast topics to save computing time."""
 import threading
 from operator import attrgetter
 
@@ -18,9 +18,11 @@ from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
-#: Each reading of `odom` moves the drawn robot.
-ODOMETRY_PERIOD = 0.045     # [s]
-FAST_TOPIC_PERIOD = 0.2     # [s]
+#: The panel reads one message of `odom` in this time [s], and each such message moves the drawn
+#: robot.
+ODOMETRY_PERIOD = 0.045
+#: The panel reads one message of each other fast topic in this time [s].
+FAST_TOPIC_PERIOD = 0.2
 _data_of = attrgetter('data')
 
 
@@ -30,6 +32,10 @@ def _pose_of(message):
 
 def _truth_of(message):
     return to_pose2(message.pose), message.header.stamp.to_sec()
+
+
+def _yaw_of(message):
+    return to_imu_sample(message).yaw
 
 
 class RobotSubscriptions:
@@ -43,10 +49,10 @@ class RobotSubscriptions:
         self._odom = frame_name('odom')
         self._local = frame_name('local')
 
-        def subscribe_all(topic, *arguments):    # the callback gets every message
+        def subscribe_all(topic, *arguments):    # every message
             subscribe(topic, *arguments, queue_size=None)
 
-        def subscribe_some(topic, *arguments, period=FAST_TOPIC_PERIOD):    # one in each `period`
+        def subscribe_some(topic, *arguments, period=FAST_TOPIC_PERIOD):    # one in `period`
             return subscribe(topic, *arguments, idle_time=lambda now: period)
 
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
@@ -54,17 +60,18 @@ class RobotSubscriptions:
         subscribe_all('has_control', Bool, self._on_control, _data_of)
         subscribe_all('control_holder', String, self._store_as('holder'), _data_of)
         subscribe_all('current_goal', PoseStamped, self._store_as('goal'), _pose_of)
-        subscribe_all('move2goal/cancel', GoalID, lambda goal: on_stop())
+        subscribe_all('move2goal/cancel', GoalID, self._on_cancel)
         subscribe_some('odom', Odometry, self._callback(RobotView.on_odometry),
                        to_odometry_sample, period=ODOMETRY_PERIOD)
         subscribe_some('local_pose', PoseStamped, self._store_as('local'), _pose_of)
         subscribe_some('ground_truth', PoseStamped, self._store_as('truth'), _truth_of)
-        subscribe_some('imu', Imu, self._store_as('imu'), lambda imu: to_imu_sample(imu).yaw)
+        subscribe_some('imu', Imu, self._store_as('imu'), _yaw_of)
         subscribe_some('cmd_vel', Twist, self._callback(_store_command))
         subscribe_some('variables', DiagnosticArray, self._callback(_store_variables))
         store_transforms = self._callback(_store_transforms)
         subscribe_all('/tf_static', TFMessage, store_transforms, self._read_transforms)
         subscribe_some('/tf', TFMessage, store_transforms, self._read_transforms)
+        # this subscriber only counts the publishers of `joy`
         self._joy = subscribe_some('joy', Joy, lambda joy: None)
 
     def use_view(self, function):
@@ -78,14 +85,16 @@ class RobotSubscriptions:
     @property
     def has_another_pad(self):
         """Another node publishes `joy`."""
-        return self._joy.get_num_connections() > 1    # one is this node's own publisher
+        return self._joy.get_num_connections() > 1    # this node's own publisher is also connected
 
     def _callback(self, store):
+        """Returns a callback that calls `store(view, value, now)` with the value of a message."""
         def callback(value):
             self.use_view(lambda view: store(view, value, steady_time()))
         return callback
 
     def _store_as(self, entry):
+        """Returns a callback that stores the value of a message as `entry` of the view."""
         return self._callback(lambda view, value, now: view.on_message(entry, value, now))
 
     def _read_transforms(self, message):
@@ -98,6 +107,9 @@ class RobotSubscriptions:
             if frames in entries:
                 poses.append((entries[frames], transform_to_pose2(stamped.transform)))
         return poses
+
+    def _on_cancel(self, _goal):
+        self._on_stop()
 
     def _on_permission(self, event):
         if not event.content and event.sender != rospy.get_name():
