@@ -29,7 +29,7 @@ class DriveReport:
     begin: float
     end: float
     goal: Optional[Pose2]             # in local
-    is_goal_assumed: bool             # the goal is the lab's, because no goal was recorded
+    is_goal_assumed: bool             # no goal was recorded, so `goal` is the lab's
     outcome: str                      # 'reached', or why the drive ended
     error: Tuple[float, float]        # (distance [m], angle [rad]) to the goal, by local_pose
     true_error: Tuple[float, float]   # (distance, angle) to the goal, by the ground truth

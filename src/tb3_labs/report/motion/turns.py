@@ -1,8 +1,8 @@
 """Finds the turns of the IMU lab in a recorded run, and measures each turn from rest to rest.
 
-The requested angle is the recorded one (`recorded_requests`). If none was recorded for a turn, the
-requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. Angles are positive to
-the left. The IMU's yaw is unwrapped, so an angle may be larger than half a turn.
+The requested angle of a turn comes from `recorded_requests`. If no request was recorded for a turn,
+the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. Angles are
+positive to the left. The IMU's yaw is unwrapped, so an angle may be larger than half a turn.
 """
 import math
 from dataclasses import dataclass
@@ -128,21 +128,34 @@ def _turned_angle(imu: ImuSamples, rest_before: float, rest_after: float) -> flo
 
 @lru_cache(maxsize=1)
 def recorded_requests(run: RunData) -> Numbers:
-    """Returns the requested angles [rad]: the messages on the topic `turn`, else the letters that a
-    trial typed, else the changes of a node's goal_yaw."""
+    """Returns the requested angles [rad] of all turns. They are the messages on the topic `turn`.
+    Without messages, they are the letters that a trial typed. Without letters, they are computed
+    from a node's variables."""
     if len(run.turn_requests):
         return run.turn_requests
+    typed = _typed_requests(run)
+    return typed if len(typed) else _requests_by_goal_yaw(run)
+
+
+def _typed_requests(run: RunData) -> Numbers:
+    """Returns the angles [rad] of the letters that a trial typed."""
     typed = Numbers.without_stamps(
         [(time, math.radians(TURN_OF_LETTER_DEG[line]))
          for time, text in zip(run.printed.arrival.tolist(), run.printed.text)
          for line in text.splitlines() if line in (LEFT_KEY, RIGHT_KEY)])
-    if len(typed):      # the terminal shows each letter, and a node may print the letter again
-        return typed.take(np.diff(typed.time, prepend=-np.inf) > MIN_PAUSE_BETWEEN_TURNS)
-    first_errors = [(turn.begin, turn.error[0]) for node in sorted(set(run.variables.node))
-                    for turn in letter_turns(NodeRun(run, node)) if len(turn.error)]
-    # an error is rounded, because the probe shows curr_yaw and goal_yaw a moment late
-    return Numbers.without_stamps([(time, math.radians(round(error)))
-                                   for time, error in sorted(first_errors) if math.isfinite(error)])
+    # the terminal shows each letter, and a node may print the letter again
+    is_first_print = np.diff(typed.time, prepend=-np.inf) > MIN_PAUSE_BETWEEN_TURNS
+    return typed.take(is_first_print)
+
+
+def _requests_by_goal_yaw(run: RunData) -> Numbers:
+    """Returns the angles [rad] from curr_yaw to goal_yaw at the begin of each turn, in whole
+    degrees. The angles are rounded, because the probe shows both variables a moment late."""
+    first_errors_deg = [(turn.begin, turn.error[0]) for node in sorted(set(run.variables.node))
+                        for turn in letter_turns(NodeRun(run, node)) if len(turn.error)]
+    return Numbers.without_stamps(
+        [(time, math.radians(round(error_deg))) for time, error_deg in sorted(first_errors_deg)
+         if math.isfinite(error_deg)])
 
 
 def _requested_angle(run: RunData, begin: float, end: float, turned: float) -> float:
