@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """The demonstration of the Transformation lab, judged by the simulated robot's true pose.
 
-The node gives control to move_to_goal, which drives to its goal. Then it resets the local frame to
-the robot's place, and the robot drives again. If every drive ends within tolerance, it makes a file
-for demo.sh. demo.launch ends with this node.
+This node gives control to move_to_goal, which drives to its goal. Then this node resets the local
+frame to the robot's place, and the robot drives again. If every drive ends within tolerance, this
+node makes a file, from which demo.sh knows the success. demo.launch ends with this node.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -25,6 +25,7 @@ import math
 import os
 import threading
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 
 import rosgraph
@@ -44,10 +45,10 @@ from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
 
 MESSAGE_TIMEOUT = 120.0    # [s, wall clock]
-RECORDER_TIMEOUT = 15.0    # [s, wall clock]; a recorder ends if the disk is full
+RECORDER_TIMEOUT = 15.0    # [s, wall clock]; the recorder may have ended, because the disk is full
 GRANT_PERIOD = 1.0         # [s, wall clock]
-SETTLING_TIME = 0.5        # [s], before the true pose is read
-MAX_ATTEMPTS = 10          # to begin a drive
+SETTLING_TIME = 0.5        # [s] between the end of a drive and the reading of the true pose
+MAX_ATTEMPTS = 10          # the node tries to begin a drive at most this often
 #: A recording must contain these topics from its start on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
                    'ctrl_relinq', '/tf')
@@ -71,13 +72,13 @@ class DemoDrive:
 
     last_state: str
     goal: Pose2
-    measured_pose: Pose2     # at rest, by move_to_goal
-    true_pose: Pose2         # at rest
+    measured_pose: Pose2     # of the resting robot, by move_to_goal
+    true_pose: Pose2         # of the resting robot
     duration: float          # [s]
 
     @property
     def true_error(self):
-        """(distance [m], angle [deg]) from the true pose to the goal."""
+        """Returns (distance [m], angle [deg]) from the true pose to the goal."""
         angle = abs(difference(self.true_pose.yaw, self.goal.yaw))
         return self.true_pose.distance_to(self.goal), math.degrees(angle)
 
@@ -109,17 +110,18 @@ class Demo:
         self._received = {}          # {topic: [(time of arrival [s], value)]}
         self._has_granted = False    # True after this node gave move_to_goal control
         self._is_control_taken = False
-        # not latched: a latched permission may be old
+        # this publisher does not latch, because a latched permission may be old
         self._permission = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        self._subscribe('goal_state', String, lambda message: message.data)
-        self._subscribe('has_control', Bool, lambda message: message.data)
+        self._subscribe('goal_state', String, attrgetter('data'))
+        self._subscribe('has_control', Bool, attrgetter('data'))
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._subscribe(topic, PoseStamped, lambda message: to_pose2(message.pose))
         rospy.Subscriber('ctrl_relinq', Bool, guarded(self._on_control), tcp_nodelay=True)
         threading.Thread(target=guarded(self._judge_drives), daemon=True).start()
 
     def _subscribe(self, topic, message_type, read):
-        """Subscribe to `topic`. Store its latest value, but all values of goal_state."""
+        """Subscribe to `topic`, and store the latest value that `read(message)` returns. The values
+        of goal_state are all stored."""
         received = self._received.setdefault(topic, [])
 
         def store(message):
@@ -146,7 +148,7 @@ class Demo:
             begin_shutdown(problem)
 
     def _demonstrate(self):
-        """Let the robot drive, and print the table. Returns the problem, or ''."""
+        """Let the robot drive, and print the table. Returns the problem, or '' if all is well."""
         drives = []
         try:
             for number in range(1, self._config.drives + 1):
@@ -163,7 +165,7 @@ class Demo:
 
     def _drive(self, needs_reset):
         """Let the robot drive once. Returns the DemoDrive. If late sensors end a drive before the
-        robot moves, the drive begins again, after a reset."""
+        robot moves, a reset is made, and the drive begins again."""
         if self._wait_for_value('has_control'):
             needs_reset = True
         world_T_local = self._wait_for_value('ground_truth', rospy.get_time())
@@ -183,8 +185,9 @@ class Demo:
             true_pose=world_T_local.inverse() @ world_T_robot, duration=end - begin)
 
     def _give_control(self):
-        """Publish permissions until move_to_goal has control, or a person stops the robot. A node
-        that has just started ignores a permission that may be old."""
+        """Publish permissions until move_to_goal has control, or a person stops the robot. One
+        permission may not suffice, because a node that has just started ignores a permission that
+        may be old."""
         def try_to_give():
             if self._is_control_taken or self._wait_for_value('has_control'):
                 return True
@@ -195,6 +198,7 @@ class Demo:
         self._has_granted = True
 
     def _wait_for_value(self, topic, since=0.0):
+        """Returns a value of `topic` that arrived at `since` [s] or later."""
         _, value = self._wait_for_arrival(topic, since)
         return value
 
@@ -223,7 +227,7 @@ def has_begun_or_ended(state):
 
 def try_reset():
     """Reset the local frame to the robot's place. Returns True if move_to_goal accepts the reset.
-    While sensors are late, move_to_goal refuses a reset."""
+    move_to_goal refuses a reset while sensors are late."""
     with contextlib.suppress(rospy.ServiceException):
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 
@@ -231,8 +235,9 @@ def try_reset():
 def is_recorder_listening():
     """Returns True if the node `record` subscribes to all RECORDED_TOPICS."""
     _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
-    heard = {topic for topic, nodes in subscribers if rospy.resolve_name('record') in nodes}
-    return heard.issuperset(map(rospy.resolve_name, RECORDED_TOPICS))
+    recorder = rospy.resolve_name('record')
+    recorded_topics = {topic for topic, nodes in subscribers if recorder in nodes}
+    return recorded_topics.issuperset(map(rospy.resolve_name, RECORDED_TOPICS))
 
 
 def drives_table(drives):

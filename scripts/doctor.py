@@ -22,9 +22,13 @@ except ImportError as error:
     sys.exit(f'no package {error.name}: source scripts/setup.sh')
 
 
+#: Names with slashes between them, such as robot3 or /room/robot3/. The text may also be empty.
+NAMESPACE = re.compile(r'/?([A-Za-z]\w*(/[A-Za-z]\w*)*)?/?')
+
+
 def checked_namespace(word):
     """Returns a typed namespace with slashes: '/robot3/' for 'robot3', and '/' for ''."""
-    if not re.fullmatch(r'/?([A-Za-z]\w*(/[A-Za-z]\w*)*)?/?', word):
+    if not NAMESPACE.fullmatch(word):
         raise argparse.ArgumentTypeError(f'{word} is not a namespace, such as robot3')
     return f'/{word.strip("/")}/'.replace('//', '/')
 
@@ -48,5 +52,5 @@ def main(argv):
 
 
 if __name__ == '__main__':
-    # rosrun can append the words __name:=NAME and __log:=FILE
+    # ROS can append the words __name:=NAME and __log:=FILE, which the doctor must not read
     run_tool(lambda argv: main([word for word in argv if ':=' not in word]))

@@ -74,7 +74,8 @@ def start_robot():
 
 
 def _with_values(settings, values):
-    """Returns `settings` with `values`. A setting that the user gave stays the same."""
+    """Returns `settings` with `values` in place of defaults. A setting that the user gave stays the
+    same."""
     defaults = SimulatorConfig()
     changes = {name: value for name, value in values.items()
                if getattr(settings, name) == getattr(defaults, name)}

@@ -71,8 +71,9 @@ def main(argv):
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         try:
             for number in END_SIGNALS:
-                is_nohup = number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
-                if not is_nohup:
+                is_ignored = signal.getsignal(number) == signal.SIG_IGN
+                is_under_nohup = number == signal.SIGHUP and is_ignored
+                if not is_under_nohup:
                     signal.signal(number, interrupt)
             return mark_class(arguments, Path(work))
         except (OSError, ValueError, NotJudged) as error:
@@ -89,19 +90,22 @@ def mark_class(arguments, work):
     environment = make_marking_environment(work / 'ros', os.environ)
     os.environ.clear()
     os.environ.update(environment)
+
     parts = LABS[arguments.lab].read_parts(arguments.parts)
     criterion_points = points_of(arguments.lab, read_points(arguments.points))
     pad_called(arguments.pad)       # raises ValueError for an unknown pad
     submissions = _chosen_submissions(arguments)
     has_sandbox = _choose_protection(arguments, work)
     options = Options(arguments.package, arguments.type, arguments.pad, has_sandbox)
+
     with locked(arguments.folder):
         folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options,
                              is_for_class=not arguments.only)
         marker = ClassMarker(TrialRunner(folder, INTERRUPTED), must_retry=bool(arguments.only))
         has_failed = marker.mark_all(submissions, arguments.jobs)
-        with ThreadPoolExecutor(1) as pool:     # Ctrl+C does not end this thread
+        with ThreadPoolExecutor(1) as pool:     # Ctrl+C does not interrupt a thread of a pool
             page, notes = pool.submit(folder.write_overview).result()
+
     for note in notes:
         print_line(note)
     if page is not None:
@@ -128,8 +132,8 @@ def _chosen_submissions(arguments):
 
 
 def _choose_protection(arguments, work):
-    """Returns True if sandboxes work on this computer. If they do not, returns False with the
-    option --unprotected, and raises ``ValueError`` without this option."""
+    """Returns True if sandboxes work on this computer. If sandboxes do not work, returns False if
+    the user typed --unprotected, and raises ``ValueError`` if the user did not."""
     problem = protection_problem(Sandbox([]))
     if not problem:
         return True
@@ -138,7 +142,7 @@ def _choose_protection(arguments, work):
                          f'sandboxes here ({problem}); --unprotected marks without them: '
                          f'{NO_SANDBOX_WARNING}')
     print_line(f'{problem}: the marking goes on without sandboxes.')
-    work.chmod(0o711)       # OtherUser must be able to enter this folder
+    work.chmod(0o711)       # so that OtherUser can enter this folder
     if os.geteuid() == 0:
         problem = protection_problem(OtherUser())
         if problem:
@@ -149,9 +153,11 @@ def _choose_protection(arguments, work):
 
 def interrupt(*_):
     """Interrupt the marking. Later signals are ignored, so that the marking can end its trials."""
-    for number in END_SIGNALS:      # a signal during set() would block this process for ever
+    # the signals are ignored first, because a signal during set() would block this process for ever
+    for number in END_SIGNALS:
         signal.signal(number, lambda *_: None)
-    INTERRUPTED.set()       # Python ignores KeyboardInterrupt in some places
+    # the event also tells of the interruption where Python ignores the KeyboardInterrupt
+    INTERRUPTED.set()
     raise KeyboardInterrupt
 
 
@@ -168,7 +174,7 @@ class ClassMarker:
     """Marks the submissions of a class."""
 
     def __init__(self, runner, must_retry):
-        """If `must_retry` is true, unchanged submissions are also tried again."""
+        """If `must_retry` is true, the marker also tries unchanged submissions again."""
         self._runner = runner
         self._must_retry = must_retry
         self._has_failed = False        # True if a submission has no points
@@ -183,14 +189,9 @@ class ClassMarker:
                 for number, submission in enumerate(submissions, 1):
                     label = f'[{number}/{len(submissions)}] {submission.student}'
                     tasks.append(pool.submit(self._mark_submission, submission, label))
-                while wait(tasks, POLL_PERIOD).not_done:
-                    if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
-                        raise KeyboardInterrupt
+                self._wait_for(tasks)
             except KeyboardInterrupt:
-                self._has_failed = True
-                self._runner.interrupted.set()
-                for task in tasks:
-                    task.cancel()
+                self._cancel(tasks)
                 print_error('interrupted; the marks so far are written, and the same command '
                             'goes on from here')
         for task in tasks:
@@ -198,6 +199,17 @@ class ClassMarker:
                 print_error(error_text(task.exception()))      # the marks cannot be written
                 self._has_failed = True
         return self._has_failed
+
+    def _wait_for(self, tasks):
+        while wait(tasks, POLL_PERIOD).not_done:
+            if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
+                raise KeyboardInterrupt
+
+    def _cancel(self, tasks):
+        self._has_failed = True
+        self._runner.interrupted.set()
+        for task in tasks:
+            task.cancel()
 
     def _mark_submission(self, submission, label):
         try:
@@ -213,8 +225,8 @@ class ClassMarker:
             self._write_marks(marks_before_trial(submission, reason), digest='')
 
     def _mark_if_changed(self, submission, label, is_second=False):
-        """Mark a submission if it is new, has changed, or must be tried again. If the machine
-        delayed the robot, try the submission a second time."""
+        """Mark a submission if the submission is new, has changed, or must be tried again. If the
+        computer was too slow for the simulated robot, try the submission a second time."""
         begin = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             parsed = self._runner.read(submission, Path(work))
@@ -227,6 +239,7 @@ class ClassMarker:
                     return
                 print_line(label + ' ...')
             trial_marks = self._runner.try_out(submission, parsed, Path(work))
+
         trial_marks.seconds = time.monotonic() - begin
         marks = self._write_marks(trial_marks, parsed.digest)
         if marks.delay_sentence and not is_second:

@@ -32,12 +32,12 @@ class MouseNode:
         self._send_now = threading.Event()
         self._lock = threading.Lock()    # guards _is_closed and the publisher
         self._is_closed = False
-        # latched, so a controller that starts later gets the state of the mouse
+        # latched, so that a controller that starts later knows if the mouse is active
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
-        except ValueError as error:    # this node ends with exit status 0, and other nodes go on
+        except ValueError as error:    # this node ends without failure, and other nodes go on
             rospy.logwarn(str(error))
             begin_shutdown()
             return
@@ -80,7 +80,7 @@ class MouseNode:
         self._publisher.publish(message)
 
     def _close(self):
-        """Publish an inactive mouse, which stops the robot before a timeout does."""
+        """Publish an inactive mouse, so that the robot stops at once, not only after a timeout."""
         with self._lock:
             self._is_closed = True
             if self._is_active:
@@ -92,8 +92,8 @@ class Pointer:
     Raises ``ValueError`` if the mouse cannot be read, or if the display is lost."""
 
     def __init__(self, on_scroll, on_move):
-        """A thread of pynput calls `on_move()`, and `on_scroll(steps)` with positive steps for
-        scrolling up."""
+        """A thread of pynput calls `on_move()` when the mouse moves, and `on_scroll(steps)` when
+        the wheel turns. `steps` is positive for scrolling up."""
         if os.environ.get('WAYLAND_DISPLAY'):
             raise ValueError('the mouse cannot be read in a Wayland session: log in again with '
                              'an "Xorg" (X11) session')
@@ -122,7 +122,7 @@ class Pointer:
             screen = self._root.get_geometry()
             pixel_x, pixel_y = self._mouse.position
             return screen_position(pixel_x, pixel_y, screen.width, screen.height)
-        except Exception as error:    # some classes of Xlib's exceptions are private
+        except Exception as error:    # Xlib raises several exceptions, some of private classes
             raise ValueError(f'lost the display of the mouse ({error})') from None
 
 

@@ -36,7 +36,7 @@ def offer_pages():
     config = read_config(PanelConfig)
     pages = Pages(config, read_model().body_radius)
     rospy.on_shutdown(pages.release)
-    # not logged, since the address has a token, with which anyone can drive
+    # the address is not logged, because anyone can drive with the token in it
     restriction = '' if config.control else ' (it only shows)'
     print(f'Panel: open {pages.address} in a browser{restriction}')
     return pages

@@ -39,14 +39,15 @@ SHUTDOWN_POLL_PERIOD = 2.0    # [s]
 
 def print_states():
     """Print each new `goal_state`. The latched state of an earlier goal is not printed."""
-    printed = ['']
+    has_printed, last_line = False, ''
 
     def on_state(message):
+        nonlocal has_printed, last_line
         line = message.data
-        is_of_earlier_goal = printed == [''] and is_over(line)
-        if line == printed[-1] or is_of_earlier_goal:
+        is_of_earlier_goal = not has_printed and is_over(line)
+        if line == last_line or is_of_earlier_goal:
             return
-        printed.append(line)
+        has_printed, last_line = True, line
         if line == WAITING_FOR_CONTROL:
             line += f': rostopic pub -1 {rospy.resolve_name("ctrl_relinq")} std_msgs/Bool true'
         print(line, flush=True)
@@ -57,15 +58,16 @@ def drive(goal):
     """Send the goal, and wait until the drive ends. Returns the exit status. A signal cancels the
     goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
+    # SimpleActionClient (1.14.0) would lose an answer that comes before send_goal() returns
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(SERVER_TIMEOUT)):
         print(f'send_goal: {rospy.resolve_name("move2goal")} does not answer: is move_to_goal '
               'running?', file=sys.stderr)
         return 1
+
     ended = threading.Event()
 
     def on_transition(handle):
-        # if an answer comes before send_goal() has returned, SimpleActionClient (1.14.0) loses it
         if handle.get_comm_state() == actionlib.CommState.DONE:
             ended.set()
 
@@ -76,16 +78,18 @@ def drive(goal):
         if not ended.is_set():
             goal_handle.cancel()
     rospy.on_shutdown(cancel_unless_ended)
+
     try:
         print_states()
         while not ended.is_set():
-            interruptible_sleep(0.0)    # raises Interrupted again if rospy caught the first one
+            # rospy may have caught the exception Interrupted, so this call raises it again
+            interruptible_sleep(0.0)
             ended.wait(SHUTDOWN_POLL_PERIOD)
             if rospy.is_shutdown():
                 return 1
     except Interrupted:
         goal_handle.cancel()
-        ended.wait(SERVER_TIMEOUT)    # move_to_goal reports the canceled goal
+        ended.wait(SERVER_TIMEOUT)    # until move_to_goal reports that the goal is canceled
         raise
     print(goal_handle.get_goal_status_text())
     return 0 if goal_handle.get_goal_status() == GoalStatus.SUCCEEDED else 1

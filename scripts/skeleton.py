@@ -34,9 +34,9 @@ def package_files(templates, package):
 
 
 def write_package(files, target):
-    """Write a package into the new folder `target`. Programs become executable. Raises ``OSError``
-    if `target` cannot be written. Raises ``ValueError`` if `target` exists, or if catkin would not
-    find the package."""
+    """Write a package into the new folder `target`, and make its programs executable. Raises
+    ``OSError`` if `target` cannot be written. Raises ``ValueError`` if `target` exists, or if
+    catkin would not find the package."""
     if (target.parent / 'src').is_dir():
         raise ValueError(f'{target.parent} has a folder src, in which catkin looks for packages: '
                          f'give {target.parent}/src')
