@@ -3,8 +3,8 @@
 
     python3 doc/instructor/make_autograder.py turn.zip --lab turn
 
-The options of mark.py follow the name of the zip file. The zip file gets setup.sh, run_autograder,
-the options, and the students' archive of the last commit, which has no solution.
+After the name of the zip file, type options of mark.py. The zip file contains setup.sh,
+run_autograder, these options, and the students' archive of the last commit, which has no solution.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import pathlib
@@ -20,29 +20,36 @@ sys.path.insert(0, str(ROOT / 'scripts'))
 from mark import parse    # noqa: E402 (the path is set before)
 
 HERE = ROOT / 'doc' / 'instructor'
+GIT_STATUS_LETTERS = 'XY '              # git status prints two letters and a blank before a name
+EXECUTABLE_FILE = 0o100755 << 16        # as a zip file stores the mode of an executable file
 
 
 def make(path, options):
-    """Write the zip file. An invalid option ends the program with mark.py's refusal."""
+    """Write the zip file. If an option is invalid, end the program with the message of mark.py."""
     if parse(['.', '-o', '.', *options]).points:
         sys.exit('the points come from launch/checks/points.yaml: edit and commit that file')
     files = ['--', *(HERE / 'students.txt').read_text(encoding='utf-8').split()]
     path.write_bytes(subprocess.check_output(
         ['git', 'archive', '--format=zip', '--prefix=tb3_labs/', 'HEAD', *files], cwd=str(ROOT)))
-    changed = subprocess.check_output(
-        ['git', 'status', '--porcelain', '-uno', *files], cwd=str(ROOT), universal_newlines=True)
-    if changed:
-        names = ', '.join(line[len('XY '):] for line in changed.splitlines())
-        print(f'make_autograder.py: the zip file lacks these changes: {names}; commit them, and '
-              'make it again', file=sys.stderr)
+    warn_of_changes(files)
     texts = {file.name: file.read_text(encoding='utf-8')
              for file in (HERE / 'gradescope').iterdir()}
     texts['options'] = '\n'.join(options) + '\n'
     with zipfile.ZipFile(str(path), 'a') as archive:
         for name, text in texts.items():
             info = zipfile.ZipInfo(name)
-            info.external_attr = 0o100755 << 16
+            info.external_attr = EXECUTABLE_FILE
             archive.writestr(info, text)
+
+
+def warn_of_changes(files):
+    """Print the names of changed files, because the zip file contains the last commit."""
+    changed = subprocess.check_output(
+        ['git', 'status', '--porcelain', '-uno', *files], cwd=str(ROOT), universal_newlines=True)
+    if changed:
+        names = ', '.join(line[len(GIT_STATUS_LETTERS):] for line in changed.splitlines())
+        print(f'make_autograder.py: the zip file lacks these changes: {names}; commit them, and '
+              'make it again', file=sys.stderr)
 
 
 if __name__ == '__main__':

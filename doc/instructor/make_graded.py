@@ -3,8 +3,9 @@
 
     python3 doc/instructor/make_graded.py
 
-A criterion and its numbers stand in `src/tb3_labs/marking/labs/LAB.py`, its points in
-`launch/checks/points.yaml`. `test/unit/test_sheets.py` compares the sheets with this command.
+The criteria and their limits stand in `src/tb3_labs/marking/labs/LAB.py`. Their points stand in
+`launch/checks/points.yaml`. `test/unit/test_sheets.py` compares the sheets with the tables that
+this command writes.
 """
 import pathlib
 import re
@@ -15,8 +16,8 @@ from tb3_labs.marking.marks import LABS, points_of, read_points
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 POINTS = ROOT / 'launch' / 'checks' / 'points.yaml'
-#: A table of a lab, or a list of a lab's extra criteria, with the comment before the table or list.
-#: If a sheet has no list for a lab, the lab's table contains the extra criteria.
+#: A table of a lab's criteria, or a list of a lab's extra criteria. Before it stands a comment with
+#: the lab's name. If a sheet has no list for a lab, the lab's table contains the extra criteria.
 MADE_PART = re.compile(r'(<!-- (\w+)( extras)?: make_graded\.py -->\n\n)((?:[|*].*\n)*)')
 HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
@@ -36,25 +37,27 @@ def extras(lab):
 
 def table(lab, with_extras=True):
     """Returns the table of a lab in Markdown. The criteria of the handout come first."""
-    criteria = [c for c in LABS[lab].criteria if with_extras or not c.is_extra]
+    graded = [criterion for criterion in LABS[lab].criteria if not criterion.is_extra]
+    extra = [criterion for criterion in LABS[lab].criteria if criterion.is_extra]
     criterion_points = points_of(lab, read_points(POINTS))
     rows = []
-    for c in sorted(criteria, key=lambda c: c.is_extra):
-        limits = f' {c.limits}' if c.limits else ''
-        rows.append(f'| `{c.label}` | {c.meaning} |{limits} | {criterion_points[c.name]:g} |\n')
-    total = sum(criterion_points[c.name] for c in criteria if not c.is_extra)
+    for criterion in [*graded, *extra] if with_extras else graded:
+        limits = f' {criterion.limits}' if criterion.limits else ''
+        points = criterion_points[criterion.name]
+        rows.append(f'| `{criterion.label}` | {criterion.meaning} |{limits} | {points:g} |\n')
+    total = sum(criterion_points[criterion.name] for criterion in graded)
     return HEAD + ''.join(rows) + f'| | | full marks | {total:g} |\n'
 
 
 def with_tables(sheet):
     """Returns the text of a sheet with new tables and lists."""
-    listed = {found.group(2) for found in MADE_PART.finditer(sheet) if found.group(3)}
+    labs_with_list = {lab for _, lab, is_list, _ in MADE_PART.findall(sheet) if is_list}
 
     def made(found):
         comment, lab, is_list, _ = found.groups()
         if is_list:
             return comment + extras(lab)
-        return comment + table(lab, with_extras=lab not in listed)
+        return comment + table(lab, with_extras=lab not in labs_with_list)
     return MADE_PART.sub(made, sheet)
 
 

@@ -3,8 +3,8 @@
     python3 doc/instructor/make_parameters.py
 
 The default, unit, bounds and meaning of a setting stand in the node's configuration, a dataclass of
-`tb3_labs.config.setting`. A new node is a new line in `NODES`.
-`test/unit/test_parameters.py` compares the files with this command.
+`tb3_labs.config.setting`. For a new node, add a line to `NODES`.
+`test/unit/test_parameters.py` compares the files with the texts that this command writes.
 """
 import pathlib
 import sys
@@ -36,9 +36,9 @@ class ModelConfig(Config):
     model: str = setting(NOT_GIVEN, 'kind of TurtleBot3', choices=(NOT_GIVEN,) + tuple(MODELS))
 
 
-#: The settings that a launch file reads from the file of a gamepad's numbers.
+#: The launch file reads these settings from the file with the numbers of a gamepad.
 PAD_NUMBERS = tuple(yaml.safe_load((PARAMS / 'pad_handout.yaml').read_text(encoding='utf-8')))
-#: The settings that a user types as words after the node. They are no parameters.
+#: A user types these settings as words after the node's name, so they are no parameters.
 TYPED = ('has_control',)
 #: {configuration that dynamic_reconfigure changes: fields that it cannot change}
 LIVE = {DriveConfig: (), TurnConfig: (), SimulatorConfig: FIXED_FIELDS}
@@ -55,13 +55,15 @@ class NodeParameters(NamedTuple):
 
     @property
     def settings(self):
-        """(field, may it change while the node runs?) for each parameter."""
-        found = {}
+        """Returns (field, is_live) for each setting. `is_live` is True if the setting may change
+        while the node runs."""
+        settings = {}
         for kind in (ModelConfig, *self.configs):
             for item in fields(kind):
-                live = kind in LIVE and item.name not in LIVE[kind]
-                found.setdefault(item.name, (item, live))    # the robot's own model comes second
-        return list(found.values())
+                is_live = kind in LIVE and item.name not in LIVE[kind]
+                # SimulatorConfig also has a model, which must not replace that of ModelConfig
+                settings.setdefault(item.name, (item, is_live))
+        return list(settings.values())
 
 
 NODES = (
@@ -83,14 +85,14 @@ def annotated_yaml(node):
              'to a file of',
              f'# your own: roslaunch tb3_labs {node.launch_file} params:=my.yaml',
              '# A line with # in front is an argument of the launch file; your file overrides it.']
-    for item, live in node.settings:
+    for item, is_live in node.settings:
         if item.name in TYPED:
             continue
         value = yaml.safe_dump({item.name: item.default}, default_flow_style=False).strip()
         if item.name in ('model', *node.arguments, *PAD_NUMBERS):
             value = '#' + value
         meaning = item.metadata['meaning']
-        if live:
+        if is_live:
             meaning += ' (live)'
         lines.append(f'{value:<28} # {valid_values_text(item)}: {meaning}')
     return '\n'.join(lines) + '\n'

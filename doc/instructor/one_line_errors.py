@@ -1,7 +1,8 @@
-"""A program that imports this module first reports each error in one line, because an instructor
-edits the files that the programs of this folder read.
+"""Makes a program report each error in one line instead of a traceback. A program of this folder
+imports this module first, because an instructor edits the files that the program reads.
 
-A ``raise`` statement explains an error itself. The line on any other error has its place."""
+The message of a ``raise`` statement explains its error. For any other error, the line also names
+the place in the code."""
 import os
 import sys
 import traceback

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks a node by the criteria of its lab. The rostest contains a test for each criterion, and a
+"""Checks a node by the criteria of its lab. The rostest reports a test for each criterion, and a
 test for the total.
 
 The terminal shows the stimuli, the verdicts and the points. If `~strict` is false, the criteria
@@ -9,7 +9,7 @@ Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad.
     ~pkg        The package of the node.
     ~type       The file of the node.
-    ~node       finished, or plain, which means the file plain_TYPE. Only for nodes of this package.
+    ~node       finished, or plain for the file plain_TYPE. Only for nodes of this package.
     ~points     A YAML file with the points of each criterion.
     ~parts      Parts of the lab, separated by commas; empty for all parts.
     ~record     The path of the trial's bag; empty if the bag is not kept.
@@ -37,7 +37,7 @@ from tb3_labs.ros.node import begin_shutdown, exit_process
 
 FINISHED = 'finished'
 XML_OPTION = '--gtest_output=xml:'    # rostest adds the path of the results file to this option
-#: {words in a message of rosrun: a remedy for the student}
+#: {words in a message of rosrun: what the student can do}
 REMEDIES = {'not executable': 'Type: chmod +x FILE',
             'not found': 'Build its workspace, and type: source devel/setup.bash',
             'non-unique': 'Give each file its own name, or source only one workspace.'}
@@ -45,17 +45,18 @@ REMEDIES = {'not executable': 'Type: chmod +x FILE',
 
 def run_trial_and_judge():
     """Test the node in a trial. Returns the node's Marks. Returns None if mark.py started this
-    check, since mark.py itself judges the bag of the trial."""
+    check, because mark.py itself judges the bag of the trial."""
     parameters = rospy.get_param('~')
-    lab_name, package, executable = parameters['lab'], parameters['pkg'], parameters['type']
     if parameters['wrong_argument']:
         raise ValueError(parameters['wrong_argument'])
+    lab_name, package, executable = parameters['lab'], parameters['pkg'], parameters['type']
     node = parameters.get('node', FINISHED)
     if package == OWN_PACKAGE and node != FINISHED:
         executable = f'{node}_{executable}'
+
     lab = LABS[lab_name]
     parts = lab.read_parts(parameters['parts'])
-    # no student's node may read these parameters
+    # a student's node must not be able to read these parameters
     for private_name in ('lab', 'points', 'parts', 'record', 'wrong_argument'):
         rospy.delete_param('~' + private_name)
     criterion_points = points_of(lab_name, read_points(parameters['points']))
@@ -84,8 +85,8 @@ def print_line(line):
 
 
 def file_of(package, executable):
-    """Returns the path of the file that ``rosrun PACKAGE FILE`` starts. Raises ``ValueError`` with
-    rosrun's message and a remedy if rosrun finds no program, or several programs."""
+    """Returns the path of the file that ``rosrun PACKAGE FILE`` starts. If rosrun does not find
+    exactly one program, raises ``ValueError`` with rosrun's message and a remedy."""
     rosrun = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                             stderr=subprocess.STDOUT, universal_newlines=True)
@@ -98,7 +99,8 @@ def file_of(package, executable):
 
 
 class Check(unittest.TestCase):
-    """A test whose result is known already. `failure` is a sentence; '' if the test passes."""
+    """A test whose result is known already. `failure` says what is wrong, and is '' if the test
+    passes."""
 
     def __init__(self, name, failure=''):
         super().__init__()
@@ -125,12 +127,13 @@ class Check(unittest.TestCase):
 
 
 def checks_of(marks, is_strict):
-    """Returns a Check for each criterion that may fail a test or is met, and one for the total."""
+    """Returns a Check for each criterion, and one for the total. If `is_strict` is false, the
+    criteria beyond the handout that are not met are left out, because their tests would fail."""
     checks = []
     for verdict in marks.verdicts:
         is_met = verdict.outcome is Outcome.MET
-        is_optional = verdict.criterion.is_extra and not is_strict
-        if is_met or not is_optional:
+        may_fail_test = is_strict or not verdict.criterion.is_extra
+        if is_met or may_fail_test:
             failure = '' if is_met else verdict.line.strip()
             checks.append(Check('test_' + verdict.criterion.label, failure))
     failure = '' if marks.meets_handout else marks.points_text
@@ -142,10 +145,17 @@ def report(checks):
     if '--text' in sys.argv:
         runner = unittest.TextTestRunner(verbosity=2)
     else:
-        files = [word[len(XML_OPTION):] for word in sys.argv if word.startswith(XML_OPTION)]
-        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', files[0] if files else None)
+        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', results_file())
     result = runner.run(unittest.TestSuite(checks))
     return 0 if result.wasSuccessful() else 1
+
+
+def results_file():
+    """Returns the path to which rostest asks to write the results, or None."""
+    for word in sys.argv:
+        if word.startswith(XML_OPTION):
+            return word[len(XML_OPTION):]
+    return None
 
 
 def main():
@@ -157,7 +167,8 @@ def main():
     if marks is None:
         return report([])
     lines = [verdict.line for verdict in marks.graded_verdicts]
-    lines += filter(None, [*marks.remarks, marks.hint, marks.points_text])
+    sentences = [*marks.remarks, marks.hint, marks.points_text]
+    lines += [sentence for sentence in sentences if sentence]
     if marks.extra_verdicts:
         lines += ['Beyond the handout:', *(verdict.line for verdict in marks.extra_verdicts)]
     for line in lines:
