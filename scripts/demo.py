@@ -3,7 +3,7 @@
 
 This node gives control to move_to_goal, which drives to its goal. Then this node resets the local
 frame to the robot's place, and the robot drives again. If every drive ends within tolerance, this
-node makes a file, from which demo.sh knows the success. demo.launch ends with this node.
+node makes a file, which tells demo.sh that all is well. demo.launch ends with this node.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -25,7 +25,6 @@ import math
 import os
 import threading
 from dataclasses import dataclass
-from operator import attrgetter
 from pathlib import Path
 
 import rosgraph
@@ -45,7 +44,7 @@ from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
 
 MESSAGE_TIMEOUT = 120.0    # [s, wall clock]
-RECORDER_TIMEOUT = 15.0    # [s, wall clock]; the recorder may have ended, because the disk is full
+RECORDER_TIMEOUT = 15.0    # [s, wall clock], because a recorder ends if the disk is full
 GRANT_PERIOD = 1.0         # [s, wall clock]
 SETTLING_TIME = 0.5        # [s] between the end of a drive and the reading of the true pose
 MAX_ATTEMPTS = 10          # the node tries to begin a drive at most this often
@@ -112,8 +111,8 @@ class Demo:
         self._is_control_taken = False
         # this publisher does not latch, because a latched permission may be old
         self._permission = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        self._subscribe('goal_state', String, attrgetter('data'))
-        self._subscribe('has_control', Bool, attrgetter('data'))
+        self._subscribe('goal_state', String, lambda message: message.data)
+        self._subscribe('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._subscribe(topic, PoseStamped, lambda message: to_pose2(message.pose))
         rospy.Subscriber('ctrl_relinq', Bool, guarded(self._on_control), tcp_nodelay=True)
@@ -185,9 +184,8 @@ class Demo:
             true_pose=world_T_local.inverse() @ world_T_robot, duration=end - begin)
 
     def _give_control(self):
-        """Publish permissions until move_to_goal has control, or a person stops the robot. One
-        permission may not suffice, because a node that has just started ignores a permission that
-        may be old."""
+        """Publish permissions until move_to_goal has control, or a person stops the robot. One is
+        not enough for a node that has just started, which ignores permissions that may be old."""
         def try_to_give():
             if self._is_control_taken or self._wait_for_value('has_control'):
                 return True

@@ -21,7 +21,6 @@ try:
 except ImportError as error:
     sys.exit(f'no package {error.name}: source scripts/setup.sh')
 
-
 #: Names with slashes between them, such as robot3 or /room/robot3/. The text may also be empty.
 NAMESPACE = re.compile(r'/?([A-Za-z]\w*(/[A-Za-z]\w*)*)?/?')
 

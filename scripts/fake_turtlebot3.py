@@ -74,8 +74,7 @@ def start_robot():
 
 
 def _with_values(settings, values):
-    """Returns `settings` with `values` in place of defaults. A setting that the user gave stays the
-    same."""
+    """Returns `settings` with `values`, but keeps each setting that the user gave."""
     defaults = SimulatorConfig()
     changes = {name: value for name, value in values.items()
                if getattr(settings, name) == getattr(defaults, name)}

@@ -71,9 +71,8 @@ def main(argv):
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         try:
             for number in END_SIGNALS:
-                is_ignored = signal.getsignal(number) == signal.SIG_IGN
-                is_under_nohup = number == signal.SIGHUP and is_ignored
-                if not is_under_nohup:
+                is_nohup = number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
+                if not is_nohup:
                     signal.signal(number, interrupt)
             return mark_class(arguments, Path(work))
         except (OSError, ValueError, NotJudged) as error:
@@ -105,7 +104,6 @@ def mark_class(arguments, work):
         has_failed = marker.mark_all(submissions, arguments.jobs)
         with ThreadPoolExecutor(1) as pool:     # Ctrl+C does not interrupt a thread of a pool
             page, notes = pool.submit(folder.write_overview).result()
-
     for note in notes:
         print_line(note)
     if page is not None:
@@ -191,7 +189,10 @@ class ClassMarker:
                     tasks.append(pool.submit(self._mark_submission, submission, label))
                 self._wait_for(tasks)
             except KeyboardInterrupt:
-                self._cancel(tasks)
+                self._has_failed = True
+                self._runner.interrupted.set()
+                for task in tasks:
+                    task.cancel()
                 print_error('interrupted; the marks so far are written, and the same command '
                             'goes on from here')
         for task in tasks:
@@ -204,12 +205,6 @@ class ClassMarker:
         while wait(tasks, POLL_PERIOD).not_done:
             if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
                 raise KeyboardInterrupt
-
-    def _cancel(self, tasks):
-        self._has_failed = True
-        self._runner.interrupted.set()
-        for task in tasks:
-            task.cancel()
 
     def _mark_submission(self, submission, label):
         try:
@@ -239,7 +234,6 @@ class ClassMarker:
                     return
                 print_line(label + ' ...')
             trial_marks = self._runner.try_out(submission, parsed, Path(work))
-
         trial_marks.seconds = time.monotonic() - begin
         marks = self._write_marks(trial_marks, parsed.digest)
         if marks.delay_sentence and not is_second:

@@ -20,8 +20,8 @@ ROUNDING_ERROR = 1e-9
 
 def judge(number, name, value):
     """Returns (True if the answer is right, text for the student). The answer is the `name` and the
-    `value` of a fault. An angle may be wrong by whole turns. If the name is wrong, the text does
-    not tell the right name. Raises ``ValueError`` for an invalid `number`."""
+    `value` of a fault. An angle is right if whole turns are its only error. If the name is wrong,
+    the text does not tell the right name. Raises ``ValueError`` for an invalid `number`."""
     fault, right_value, _ = fault_of(number)
     if name != fault.name:
         return False, f'Wrong: mystery {number} has another fault.'

@@ -78,12 +78,10 @@ def drive(goal):
         if not ended.is_set():
             goal_handle.cancel()
     rospy.on_shutdown(cancel_unless_ended)
-
     try:
         print_states()
         while not ended.is_set():
-            # rospy may have caught the exception Interrupted, so this call raises it again
-            interruptible_sleep(0.0)
+            interruptible_sleep(0.0)    # raises Interrupted again if rospy caught the first one
             ended.wait(SHUTDOWN_POLL_PERIOD)
             if rospy.is_shutdown():
                 return 1

@@ -31,7 +31,12 @@ def make(path, options):
     files = ['--', *(HERE / 'students.txt').read_text(encoding='utf-8').split()]
     path.write_bytes(subprocess.check_output(
         ['git', 'archive', '--format=zip', '--prefix=tb3_labs/', 'HEAD', *files], cwd=str(ROOT)))
-    warn_of_changes(files)
+    changed = subprocess.check_output(
+        ['git', 'status', '--porcelain', '-uno', *files], cwd=str(ROOT), universal_newlines=True)
+    if changed:
+        names = ', '.join(line[len(GIT_STATUS_LETTERS):] for line in changed.splitlines())
+        print(f'make_autograder.py: the zip file lacks these changes: {names}; commit them, and '
+              'make it again', file=sys.stderr)
     texts = {file.name: file.read_text(encoding='utf-8')
              for file in (HERE / 'gradescope').iterdir()}
     texts['options'] = '\n'.join(options) + '\n'
@@ -40,16 +45,6 @@ def make(path, options):
             info = zipfile.ZipInfo(name)
             info.external_attr = EXECUTABLE_FILE
             archive.writestr(info, text)
-
-
-def warn_of_changes(files):
-    """Print the names of changed files, because the zip file contains the last commit."""
-    changed = subprocess.check_output(
-        ['git', 'status', '--porcelain', '-uno', *files], cwd=str(ROOT), universal_newlines=True)
-    if changed:
-        names = ', '.join(line[len(GIT_STATUS_LETTERS):] for line in changed.splitlines())
-        print(f'make_autograder.py: the zip file lacks these changes: {names}; commit them, and '
-              'make it again', file=sys.stderr)
 
 
 if __name__ == '__main__':

@@ -4,8 +4,7 @@
     python3 doc/instructor/make_graded.py
 
 The criteria and their limits stand in `src/tb3_labs/marking/labs/LAB.py`. Their points stand in
-`launch/checks/points.yaml`. `test/unit/test_sheets.py` compares the sheets with the tables that
-this command writes.
+`launch/checks/points.yaml`. `test/unit/test_sheets.py` compares the sheets with these tables.
 """
 import pathlib
 import re

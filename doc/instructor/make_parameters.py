@@ -36,7 +36,7 @@ class ModelConfig(Config):
     model: str = setting(NOT_GIVEN, 'kind of TurtleBot3', choices=(NOT_GIVEN,) + tuple(MODELS))
 
 
-#: The launch file reads these settings from the file with the numbers of a gamepad.
+#: gamepad.launch reads these settings from a file pad_NAME.yaml.
 PAD_NUMBERS = tuple(yaml.safe_load((PARAMS / 'pad_handout.yaml').read_text(encoding='utf-8')))
 #: A user types these settings as words after the node's name, so they are no parameters.
 TYPED = ('has_control',)

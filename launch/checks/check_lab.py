@@ -99,8 +99,7 @@ def file_of(package, executable):
 
 
 class Check(unittest.TestCase):
-    """A test whose result is known already. `failure` says what is wrong, and is '' if the test
-    passes."""
+    """A test whose result is known already. `failure` is the reason, or '' if the test passes."""
 
     def __init__(self, name, failure=''):
         super().__init__()
@@ -145,17 +144,10 @@ def report(checks):
     if '--text' in sys.argv:
         runner = unittest.TextTestRunner(verbosity=2)
     else:
-        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', results_file())
+        paths = [word[len(XML_OPTION):] for word in sys.argv if word.startswith(XML_OPTION)]
+        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', paths[0] if paths else None)
     result = runner.run(unittest.TestSuite(checks))
     return 0 if result.wasSuccessful() else 1
-
-
-def results_file():
-    """Returns the path to which rostest asks to write the results, or None."""
-    for word in sys.argv:
-        if word.startswith(XML_OPTION):
-            return word[len(XML_OPTION):]
-    return None
 
 
 def main():
@@ -167,8 +159,7 @@ def main():
     if marks is None:
         return report([])
     lines = [verdict.line for verdict in marks.graded_verdicts]
-    sentences = [*marks.remarks, marks.hint, marks.points_text]
-    lines += [sentence for sentence in sentences if sentence]
+    lines += filter(None, [*marks.remarks, marks.hint, marks.points_text])
     if marks.extra_verdicts:
         lines += ['Beyond the handout:', *(verdict.line for verdict in marks.extra_verdicts)]
     for line in lines:

@@ -30,18 +30,16 @@ def judge_motion(samples: Iterable[Tuple[float, Union[Sample, Twist2]]]) -> Opti
         else:
             command, commanded_at = sample, now
 
-        is_a_sensor_silent = not (sensors.are_fresh(now) and wheels.is_fresh(now))
-        if is_a_sensor_silent:
+        if not (sensors.are_fresh(now) and wheels.is_fresh(now)):
             sensors.forget_motion()
             wheels.forget_motion()
 
-        # the wheels must turn by the command; only turning wheels must change the other sensors
+        # a command must turn the wheels, and turning wheels must change the other sensors
         must_move = now - commanded_at <= COMMAND_TIMEOUT and _is_visible(command)
         wheels.update_repetition(must_move, now)
         do_wheels_turn = must_move and wheels.repeated_for <= SENSOR_TIMEOUT
         sensors.last_command = command if do_wheels_turn else Twist2()
         sensors.update_repetitions(has_odometry_turned, now)
-
         if wheels.repeated_for > STALL_TIME:
             return fault('Motion', NO_MOTION, 'free the wheels; look at battery and torque: '
                          'rostopic echo /diagnostics; switch the robot off and on')
@@ -53,14 +51,12 @@ def judge_motion(samples: Iterable[Tuple[float, Union[Sample, Twist2]]]) -> Opti
 
 def _is_visible(command):
     """Returns True if the sensors of a robot that follows the command must change."""
-    return (abs(command.linear) > MIN_VISIBLE_SPEED
-            or abs(command.angular) > MIN_VISIBLE_TURN_RATE)
+    return abs(command.linear) > MIN_VISIBLE_SPEED or abs(command.angular) > MIN_VISIBLE_TURN_RATE
 
 
 def _without_jitter(angles, previous):
-    """Returns the `angles` [rad] of the wheels. If no wheel has turned by more than
-    MAX_STANDING_ANGLE since the `previous` angles, returns `previous`, because a standing wheel
-    also jitters."""
+    """Returns the wheels' `angles` [rad]. Returns the `previous` angles if no wheel has turned by
+    more than MAX_STANDING_ANGLE, because a standing wheel also jitters."""
     has_turned = previous is None or any(
         abs(angle - before) > MAX_STANDING_ANGLE for angle, before in zip(angles, previous))
     return angles if has_turned else previous

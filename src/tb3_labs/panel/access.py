@@ -42,8 +42,7 @@ class Access:
     """Checks the host, the origin and the token of requests."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
-        """`names` contains the names and addresses of this computer. The names localhost and
-        127.0.0.1 are valid without being in `names`."""
+        """`names` has names and addresses of this computer. Loopback names are always valid."""
         self._valid_names = {name.lower() for name in ('localhost', LOOPBACK, *names)}
         self._token = token
 
@@ -52,8 +51,7 @@ class Access:
         """Returns the reason why a request is refused; None if the request is accepted.
 
         `host` and `origin` are headers of the request, or None if the header is missing. Only
-        browsers send an origin. `token` is the token in the request, or None if the request needs
-        no token.
+        browsers send an origin. `token` is from the request, or None if the request needs none.
         """
         host = (host or '').lower()
         name = PORT_SUFFIX.sub('', host)

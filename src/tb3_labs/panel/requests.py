@@ -85,8 +85,7 @@ class PageRequest(NamedTuple):
     sent_at: float = 0.0                 # the entry "t", or 0 if it is missing
 
     def lateness(self, now: float) -> float:
-        """Returns the delay [s] of the message. Raises ``ValueError`` if `sent_at` is later than
-        `now`."""
+        """Returns the delay [s]. Raises ``ValueError`` if `sent_at` is later than `now`."""
         if self.sent_at > now + MAX_CLOCK_AHEAD:
             raise ValueError(f't = {self.sent_at} is not valid: at most {now:.1f}, which is now')
         return max(0.0, now - self.sent_at)
@@ -166,18 +165,9 @@ def _read_mouse(mouse: List) -> Tuple[float, float]:
     return _valid_number(x, 'mouse', 1.0), _valid_number(y, 'mouse', 1.0)
 
 
-def _read_degrees(message: Dict) -> float:
-    return _read_number(message, 'degrees', MAX_TURN_DEG, 'deg')
-
-
-def _read_nothing(_message: Dict) -> None:
-    pass
-
-
-#: {type of a request: the function that reads its value}
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'joy': _read_held_inputs, 'stop': _read_nothing, 'turn': _read_degrees, 'goal': _read_pose,
-    'reset': _read_pose}
+    'joy': _read_held_inputs, 'goal': _read_pose, 'reset': _read_pose, 'stop': lambda message: None,
+    'turn': lambda message: _read_number(message, 'degrees', MAX_TURN_DEG, 'deg')}
 
 
 def _read_number(message: Dict, name: str, limit: float, unit: str = '') -> float:
@@ -198,7 +188,6 @@ def _read_optional(message: Dict, name: str, value_type: type, missing: Any = No
     """Returns the value called `name`, or `missing` if the message does not have it. Raises
     ``ValueError`` if the type of the value is not `value_type`."""
     value = message.get(name, missing)
-    # isinstance() would accept True as an int
-    if value is not missing and type(value) is not value_type:
+    if value is not missing and type(value) is not value_type:    # for isinstance, True is an int
         raise ValueError(f'{name} is not valid: {value_type.__name__}')
     return value

@@ -3,8 +3,7 @@
 A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 
     "odom", "local"      pose of the robot in odom, and in local. If no node publishes local, the
-                         panel computes it from the odometry, after a node printed the line
-                         "Local pose set to"
+                         panel computes local from the odometry and a log line "Local pose set to"
     "frame"              pose of the frame local, in odom
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
@@ -22,7 +21,7 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "stops"              number of stops so far; see tb3_labs.supervision.dead_man
     "pad"                "ready", or why the pad of a page does not drive
 
-If a node publishes NaN or infinity, a picture contains null, since JSON has no such numbers.
+If a node publishes NaN or infinity, a picture contains null, because JSON has no such numbers.
 
 Units in the code: metres and radians. Times of arrival and `now` are in seconds on the same clock.
 """
@@ -41,8 +40,8 @@ MAX_POSITION_JUMP = 0.2         # [m]
 MAX_YAW_JUMP = math.radians(60.0)
 #: If the stamps of true pose and odometry differ by more [s], the true pose is not extrapolated.
 MAX_TRUTH_DELAY = 0.3
-#: A robot stands if its speed and its rate of turn are lower.
-STANDSTILL_SPEED = 0.02    # [m/s, rad/s]
+#: Below this speed and this rate of turn [m/s, rad/s], a robot stands still.
+STANDSTILL_SPEED = 0.02
 #: If a node has been silent for a longer time [s], a page does not show the node's variables.
 VARIABLES_TIMEOUT = 2.0
 
@@ -61,12 +60,9 @@ class RobotView:
         self._computed_odom_T_local: Optional[Pose2] = None
 
     def on_message(self, entry: str, value: Any, now: float) -> None:
-        """Store `value` as the latest value of `entry`.
-
-        `entry` is an entry of the picture or one of these: 'origin' (the pose of odom in world),
-        'imu' (the yaw [rad]), 'holder' (the text of control_holder). The value of 'truth' is (the
-        true pose in world, its stamp [s]).
-        """
+        """Store `value` as the latest value of `entry`. `entry` is an entry of the picture, or
+        'origin' (the pose of odom in world), 'imu' (the yaw [rad]) or 'holder' (the text of
+        control_holder). The value of 'truth' is (the true pose in world, its stamp [s])."""
         self._latest[entry] = value
         self._arrivals[entry] = now
 
@@ -76,8 +72,7 @@ class RobotView:
         if last is not None:
             moved = last.pose.distance_to(sample.pose)
             turned = abs(difference(sample.pose.yaw, last.pose.yaw))
-            was_reset = moved > MAX_POSITION_JUMP or turned > MAX_YAW_JUMP
-            if was_reset:
+            if moved > MAX_POSITION_JUMP or turned > MAX_YAW_JUMP:
                 self._computed_odom_T_local = None
         self.on_message('odom', sample, now)
 
@@ -137,16 +132,18 @@ class RobotView:
         odom = self.latest('odom')
         local, frame = self._local_and_frame()
         goal = self.latest('goal')
-        distance, angle_deg = _distance_and_angle_deg(local, goal)
+        distance, angle_deg = None, None
+        if goal and local:
+            distance = local.distance_to(goal)
+            angle_deg = math.degrees(difference(goal.yaw, local.yaw))
         poses = {'odom': odom.pose if odom else None, 'local': local, 'frame': frame,
                  'truth': self._truth_in_odom(), 'goal': goal}
         return {
             **{entry: _pose_numbers(pose) for entry, pose in poses.items()},
             'distance': _rounded(distance, 4), 'angle': _rounded(angle_deg, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
-            'has_control': self.latest('has_control'),
-            'driver': driver, 'command': self._command_of(driver),
-            'heading_deg': _heading_deg(self.latest('imu')),
+            'has_control': self.latest('has_control'), 'driver': driver,
+            'command': self._command_of(driver), 'heading_deg': _heading_deg(self.latest('imu')),
             'ages': {'imu': self._age('imu', now), 'odom': self._age('odom', now)},
             'inside': [{'node': node, 'values': values}
                        for node, (arrived_at, values) in sorted(self._variables.items())
@@ -184,14 +181,6 @@ class RobotView:
             motion = Pose2(delay * odom.linear, 0.0, delay * odom.angular)
             pose = pose @ motion.inverse()
         return origin.inverse() @ pose
-
-
-def _distance_and_angle_deg(
-        local: Optional[Pose2], goal: Optional[Pose2]) -> Tuple[Optional[float], Optional[float]]:
-    """Returns the distance [m] and the angle [deg] from the robot's pose in local to the goal."""
-    if not goal or not local:
-        return None, None
-    return local.distance_to(goal), math.degrees(difference(goal.yaw, local.yaw))
 
 
 def _pose_numbers(pose: Optional[Pose2]) -> Optional[List[float]]:

@@ -32,8 +32,7 @@ CONFIRM_PERIOD = 0.05       # [s]
 
 
 class RobotControl:
-    """Controls the robot in this node's namespace. Only the thread `server` calls public
-    methods."""
+    """Controls this namespace's robot. Only the thread `server` calls public methods."""
 
     def __init__(self, server):
         self._server = server
@@ -187,8 +186,8 @@ class RobotControl:
             self.stop()
 
     def _confirm_stop(self, page, request, since):
-        """Answer the "stop" that `page` sent at the time `since` [s], when the robot stands still.
-        If the robot does not stand still after CONFIRM_TIMEOUT, answer with the reason."""
+        """Confirm the stop that `page` made at the time `since` [s] as soon as the robot stands
+        still. After CONFIRM_TIMEOUT, answer why the stop cannot be confirmed."""
         listeners = (subscribers_of(self._control_publisher)
                      | subscribers_of(self._cmd_vel_publisher))
         if not listeners - {rospy.get_name()}:

@@ -1,5 +1,4 @@
-"""Connects pages with the robot. The panel sends pictures and lines of the log to the pages. Pages
-send requests to the panel."""
+"""Sends pictures and lines of the log to the pages, and answers the requests of the pages."""
 import threading
 import time
 from collections import deque
@@ -27,8 +26,7 @@ LEVEL_NAMES = {Log.FATAL: 'error', Log.ERROR: 'error', Log.WARN: 'warn', Log.INF
 
 
 class Pages:
-    """The open pages and their robot. Methods run in the thread `server`, unless their docstring
-    names other threads."""
+    """The open pages and their robot. Unless said otherwise, methods run in the thread `server`."""
 
     def __init__(self, config, body_radius):
         """`config` is a PanelConfig. `body_radius` is the radius [m] of the robot's body."""
@@ -46,8 +44,7 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, because this node ends. Any thread may call this
-        method."""
+        """Stop the robot if a page drives. Any thread may call this method when the node ends."""
         has_released = threading.Event()
 
         def stop_driving():

@@ -1,5 +1,4 @@
-"""The web server sends the page's files to browsers, and opens a websocket for each page. Source:
-tornado 6."""
+"""Sends the page's files to browsers, and opens a websocket for each page. Source: tornado 6."""
 import asyncio
 import errno
 import os
@@ -19,17 +18,14 @@ from tb3_labs.panel.access import LOOPBACK, Access
 from tb3_labs.panel.requests import MAX_REQUEST_LENGTH
 from tb3_labs.ros.node import guarded
 
-#: Requests for files with these suffixes need no token, because these files contain no data of a
-#: robot. Requests for the page and the socket need the token.
+#: Requests for files with these suffixes need no token, because such files show no robot.
 PUBLIC_SUFFIXES = ('.css', '.js', '.svg')
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
-#: A regular expression that matches the names of the files in drawing.FOLDER.
-DRAWING_FILE = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
-                        if path.suffix in PUBLIC_SUFFIXES)
+DRAWING_FILE_PATTERN = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
+                                if path.suffix in PUBLIC_SUFFIXES)
 PING_PERIOD = 1.0           # [s]
-#: If a page does not answer a ping within this time [s], the server disconnects the page. For
-#: example, the page's computer is suspended, or the network stalls. The page then tries to connect
-#: again.
+#: If a page does not answer a ping within this time [s], the server disconnects the page. The
+#: page's computer may be suspended, or the network may stall. The page tries to connect again.
 PONG_TIMEOUT = 3.0
 #: The server closes a connection that sends no complete request within this time [s].
 REQUEST_TIMEOUT = 10.0
@@ -85,7 +81,8 @@ class Server:
         asyncio.set_event_loop(self._loop)
         application = web.Application([
             (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page}),
-            (f'/({DRAWING_FILE})', _File, {'access': self._access, 'path': str(drawing.FOLDER)}),
+            (f'/({DRAWING_FILE_PATTERN})', _File,
+             {'access': self._access, 'path': str(drawing.FOLDER)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * MAX_REQUEST_LENGTH,
@@ -105,7 +102,7 @@ def run_in_thread(job):
 
 
 class _CheckedHandler:
-    """Answers a request that Access refuses with one line, which gives the reason."""
+    """If Access refuses a request, answers with the reason in one line."""
 
     def initialize(self, access, **options):
         self._access = access
@@ -149,7 +146,7 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
             self._on_end()
 
     def _send(self, text):
-        # the page may be closed during write_message(); then tornado calls on_close()
+        # if the page is closed during write_message(), tornado calls on_close()
         with suppress(websocket.WebSocketClosedError):
             # asyncio would log an exception that nobody reads
             self.write_message(text).add_done_callback(lambda sent: sent.exception())

@@ -18,8 +18,7 @@ from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
-#: The panel reads one message of `odom` in this time [s], and each such message moves the drawn
-#: robot.
+#: The panel reads one message of `odom` in this time [s], and then moves the drawn robot.
 ODOMETRY_PERIOD = 0.045
 #: The panel reads one message of each other fast topic in this time [s].
 FAST_TOPIC_PERIOD = 0.2
@@ -32,10 +31,6 @@ def _pose_of(message):
 
 def _truth_of(message):
     return to_pose2(message.pose), message.header.stamp.to_sec()
-
-
-def _yaw_of(message):
-    return to_imu_sample(message).yaw
 
 
 class RobotSubscriptions:
@@ -60,12 +55,12 @@ class RobotSubscriptions:
         subscribe_all('has_control', Bool, self._on_control, _data_of)
         subscribe_all('control_holder', String, self._store_as('holder'), _data_of)
         subscribe_all('current_goal', PoseStamped, self._store_as('goal'), _pose_of)
-        subscribe_all('move2goal/cancel', GoalID, self._on_cancel)
+        subscribe_all('move2goal/cancel', GoalID, lambda goal: on_stop())
         subscribe_some('odom', Odometry, self._callback(RobotView.on_odometry),
                        to_odometry_sample, period=ODOMETRY_PERIOD)
         subscribe_some('local_pose', PoseStamped, self._store_as('local'), _pose_of)
         subscribe_some('ground_truth', PoseStamped, self._store_as('truth'), _truth_of)
-        subscribe_some('imu', Imu, self._store_as('imu'), _yaw_of)
+        subscribe_some('imu', Imu, self._store_as('imu'), lambda imu: to_imu_sample(imu).yaw)
         subscribe_some('cmd_vel', Twist, self._callback(_store_command))
         subscribe_some('variables', DiagnosticArray, self._callback(_store_variables))
         store_transforms = self._callback(_store_transforms)
@@ -107,9 +102,6 @@ class RobotSubscriptions:
             if frames in entries:
                 poses.append((entries[frames], transform_to_pose2(stamped.transform)))
         return poses
-
-    def _on_cancel(self, _goal):
-        self._on_stop()
 
     def _on_permission(self, event):
         if not event.content and event.sender != rospy.get_name():

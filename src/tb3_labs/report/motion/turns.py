@@ -128,9 +128,8 @@ def _turned_angle(imu: ImuSamples, rest_before: float, rest_after: float) -> flo
 
 @lru_cache(maxsize=1)
 def recorded_requests(run: RunData) -> Numbers:
-    """Returns the requested angles [rad] of all turns. They are the messages on the topic `turn`.
-    Without messages, they are the letters that a trial typed. Without letters, they are computed
-    from a node's variables."""
+    """Returns the requested angles [rad] from the first of these sources that has any: the topic
+    `turn`, the letters that a trial typed, the variables curr_yaw and goal_yaw of nodes."""
     if len(run.turn_requests):
         return run.turn_requests
     typed = _typed_requests(run)
@@ -138,7 +137,6 @@ def recorded_requests(run: RunData) -> Numbers:
 
 
 def _typed_requests(run: RunData) -> Numbers:
-    """Returns the angles [rad] of the letters that a trial typed."""
     typed = Numbers.without_stamps(
         [(time, math.radians(TURN_OF_LETTER_DEG[line]))
          for time, text in zip(run.printed.arrival.tolist(), run.printed.text)
@@ -149,7 +147,7 @@ def _typed_requests(run: RunData) -> Numbers:
 
 
 def _requests_by_goal_yaw(run: RunData) -> Numbers:
-    """Returns the angles [rad] from curr_yaw to goal_yaw at the begin of each turn, in whole
+    """Returns the angles [rad] from curr_yaw to goal_yaw at the start of each turn, in whole
     degrees. The angles are rounded, because the probe shows both variables a moment late."""
     first_errors_deg = [(turn.begin, turn.error[0]) for node in sorted(set(run.variables.node))
                         for turn in letter_turns(NodeRun(run, node)) if len(turn.error)]
