@@ -9,6 +9,8 @@ turns.csv or drives.csv into one spreadsheet. TURTLEBOT3_MODEL gives the robot's
 """
 import os
 import sys
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from tb3_labs.command_line import Parser, error_text, number_or_text, printable
@@ -40,15 +42,26 @@ def parse(argv):
     return arguments
 
 
+def read_bag(path, namespace):
+    """Returns the RunData of a bag. If the bag is of a trial, the goals and the resets are those
+    that the marker gave to the node."""
+    from tb3_labs.recording.ros_bag import read_run
+    run = read_run(str(path), namespace)
+    if len(run.events):
+        from tb3_labs.marking.trial.from_bag import read_trial
+        with suppress(ValueError):      # the events of a stranger's bag are of another kind
+            trial = read_trial(path).recording
+            run = replace(run, goals=trial.goals, resets=trial.resets)
+    return run
+
+
 def main(argv):
     """Write the report. Returns the exit status."""
     arguments = parse(argv)
     try:
         from tb3_labs.report.motion.movements import with_derived_fields
         from tb3_labs.report.page.files import write_report    # needs matplotlib
-        from tb3_labs.recording.ros_bag import read_run
-        recorded_run = read_run(str(arguments.bag), arguments.ns)
-        run = with_derived_fields(recorded_run, arguments.goal)
+        run = with_derived_fields(read_bag(arguments.bag, arguments.ns), arguments.goal)
         for note in run.notes:
             _print(f'{arguments.bag}: {note}')
         folder = arguments.folder or arguments.bag.with_name(arguments.bag.stem + '_report')

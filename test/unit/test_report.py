@@ -18,9 +18,11 @@ from made_run import (
 from pages import SCRIPTS
 from recorded_run import (  # noqa: F401
     BURGER, bag, odometry_jumps, run, sensors, write_bag)
+from recorded_trial import write_trial
 
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.recording.run_data import MIN_LEAP, LogLines, OdometrySamples, Poses, Texts
 from tb3_labs.report.page.document import number_text, table
 
@@ -43,6 +45,14 @@ def words_of(run, folder):
 
 
 # The command --------------------------------------------------------------------------------------
+
+def test_the_bag_of_a_trial_has_the_goals_and_resets_of_the_marker(tmp_path):
+    drive_stimulus = Stimulus('first drive', 1.0, 5.0, facts={'goal': [0.8, -0.4, 0.15]})
+    seen = Observation('move2goal', 'lab7_tf/move2goal_tf.py', processes=[NodeProcess(0.0)], stimuli=[drive_stimulus])
+    write_trial(tmp_path / 'trial.bag', seen)
+    read_bag = runpy.run_path(str(SCRIPTS / 'lab_report.py'))['read_bag']
+    assert read_bag(tmp_path / 'trial.bag', None).goals.pose(0) == Pose2(0.8, -0.4, 0.15)
+
 
 def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     (tmp_path / 'out').mkdir()                                   # a report may be written again

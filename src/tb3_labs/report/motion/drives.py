@@ -35,6 +35,10 @@ class DriveReport:
     true_error: Tuple[float, float]   # (distance, angle) to the goal, by the ground truth
     drift: float                      # [rad], change of the heading in MOVE_FORWARD
 
+    @property
+    def outcome_text(self) -> str:
+        return f'{self.outcome} (the goal is assumed)' if self.is_goal_assumed else self.outcome
+
 
 def drive_reports(run: RunData) -> List[DriveReport]:
     frames = frame_intervals(run)

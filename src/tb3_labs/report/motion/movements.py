@@ -34,8 +34,6 @@ MOVEMENT_PAUSE_TIME = 1.0       # [s]
 MIN_MOVING_SPEED = 1e-3         # [m/s, rad/s]
 MIN_DRIVE_LENGTH = 0.1          # [m] forward
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
-#: Finds the goal of a trial in the JSON of its events: x [m], y [m], yaw [rad].
-TRIAL_GOAL = re.compile(r'"goal": \[{0}, {0}, {0}\]'.format(r'(-?\d+\.?\d*(?:e[-+]?\d+)?)'))
 CAME_TO_REST = 'came to rest'     # nothing was recorded that says why the drive ended
 #: What ends a drive is recorded at most this time [s] before or after its last command.
 MAX_CAUSE_DELAY = 0.5
@@ -115,8 +113,8 @@ def has_control(run: RunData, time: float) -> bool:
 
 def with_derived_fields(run: RunData, goal: Optional[Pose2] = None) -> RunData:
     """Returns the run with local_pose, frames, states and goals. A field that was not recorded is
-    computed, and its name is added to `derived`. Goals that were not recorded are all `goal`, or
-    the goal of a trial. Without these, the lab's goal is assumed, and `derived` has 'goals'."""
+    computed, and its name is added to `derived`. Goals that were not recorded are all `goal`. If
+    `goal` is None, the lab's goal is assumed, and `derived` has 'goals'."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ run.odometry.at(run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
@@ -159,9 +157,6 @@ def _with_states(run: RunData, goal: Optional[Pose2]) -> RunData:
     run = replace(run, states=Texts.without_stamps(states), derived=run.derived + ('states',))
     if len(run.goals):
         return run
-    in_trial = TRIAL_GOAL.search(' '.join(run.events.text))
-    if goal is None and in_trial is not None:
-        goal = Pose2(*map(float, in_trial.groups()))
     if goal is None:
         goal = LAB_GOAL
         run = replace(run, derived=run.derived + ('goals',))

@@ -38,10 +38,6 @@ COMPUTED_NOTE = (
     'option --goal.')
 
 
-def _outcome_text(drive: DriveReport) -> str:
-    return drive.outcome + (' (the goal is assumed)' if drive.is_goal_assumed else '')
-
-
 def _goal_of(drive: DriveReport) -> Pose2:
     return drive.goal or Pose2(math.nan, math.nan, math.nan)
 
@@ -75,7 +71,7 @@ DRIVE_COLUMNS = (
     Column('goal_x_m', 'asked x [m]', lambda drive: _goal_of(drive).x, '{:.2f}'),
     Column('goal_y_m', 'y [m]', lambda drive: _goal_of(drive).y, '{:.2f}'),
     Column('goal_yaw_deg', 'yaw [deg]', lambda drive: math.degrees(_goal_of(drive).yaw), '{:.1f}'),
-    Column('outcome', 'outcome', _outcome_text, ''),
+    Column('outcome', 'outcome', lambda drive: drive.outcome_text, ''),
     Column('time_s', 'time [s]', lambda drive: drive.end - drive.begin, '{:.2f}'),
     Column('distance_error_m', 'off by [m]', lambda drive: drive.error[0], '{:.4f}'),
     Column('angle_error_deg', 'off by [deg]', lambda drive: math.degrees(drive.error[1]),
