@@ -118,8 +118,6 @@ class FaultsTest(DriveCase):
             rospy.get_time() - self.observer.all(topic)[-1][0] > 0.1 for topic in topics), 5.0)
         return min(self.observer.all(topic)[-1][0] for topic in topics)
 
-    # -- sensors
-
     def test_silent_sensors_in_a_drive(self):
         self.drive()
         for lost in (('imu',), ('odom',), ('imu', 'odom')):
@@ -184,8 +182,6 @@ class FaultsTest(DriveCase):
         good = [at for at, imu in self.observer.all('imu') if abs(imu.orientation.w) <= 1.0][-1]
         flood_until('cmd_vel', ZERO, 3.0)
         self.zero_since(good, SILENCE)
-
-    # -- the nodes
 
     def test_a_node_that_raises(self):
         for executable, where, *arguments in (

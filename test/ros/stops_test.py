@@ -251,8 +251,6 @@ class StopsTest(WithThumb, DriveCase):
         first.wait_for('/second drives the robot, too: stop one of the two')
         second.wait_for('/move_to_goal drives the robot, too: stop one of the two')
 
-    # -- sleep
-
     def test_nodes_that_slept_wait_for_a_new_request(self):
         mover = self.move_to_goal()
         self.let_it_drive(self.give_control)
@@ -264,8 +262,6 @@ class StopsTest(WithThumb, DriveCase):
         self.wait_until_turns_are_heard()
         self.let_it_drive(lambda: self.turns.publish(3600.0))
         self.stands_after_sleep(controller)
-
-    # -- terminals
 
     def test_a_terminal_that_is_closed_ends_a_node_with_a_zero(self):
         self.end_move_to_goal()

@@ -102,8 +102,6 @@ def test_a_senders_name_is_short_and_plain_and_may_be_missing(header, name):
     assert sender_of(message) == name
 
 
-# Any numbers --------------------------------------------------------------------------------------
-
 def numbers_in(value):
     """All numbers of a sample."""
     if isinstance(value, (int, float)):

@@ -119,8 +119,6 @@ def test_only_topics_that_the_report_reads_are_named_as_unread(tmp_path):
     assert re.findall(r'/\w+ \([^)]*\)', note) == ['/imu (std_msgs/String)', '/turn (std_msgs/String)']
 
 
-# A clock that was set -----------------------------------------------------------------------------
-
 def set_at(moment, by):
     return lambda time: time + (by if time > BEGIN + moment else 0.0)
 

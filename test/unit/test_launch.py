@@ -71,8 +71,6 @@ def test_only_required_arguments_have_no_default(path):
     assert required - {'user'} == expected
 
 
-# ----- unknown and missing arguments -----
-
 @pytest.mark.parametrize('file, given, line', [
     ('turn', 'sm:=true', 'sm:=true: turn.launch has no argument sm; is sim:= meant?'),
     ('turn', 'slip:=0.1', 'turn.launch has no argument slip; its arguments: roslaunch --ros-args'),
@@ -128,8 +126,6 @@ def test_a_decimal_comma_and_a_name_without_a_value_are_reported(value, is_right
     words = ['tb3_labs', 'fake_robot.launch', 'set:=' + value]
     assert (launch_arguments.problem_of(words, LAUNCH / 'fake_robot.launch') == '') == is_right
 
-
-# ----- included files and parameters -----
 
 def test_a_later_way_to_give_a_parameter_goes_before_an_earlier_one(tmp_path):
     mine = tmp_path / 'my.yaml'

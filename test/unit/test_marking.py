@@ -61,8 +61,6 @@ def turned(degrees):
         commands=[[0.1, 0.0, math.copysign(1.5, degrees)], [1.9, 0.0, 0.0]])
 
 
-# -- the tables
-
 @pytest.mark.parametrize('lab', LABS)
 def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
     criteria = LABS[lab].criteria
@@ -127,8 +125,6 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
         assert said in words
 
 
-# -- findings, for the instructor
-
 @pytest.mark.parametrize('was_moving, waits, took', [
     (False, True, True), (False, False, False), (True, True, False)])
 def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, took):
@@ -150,8 +146,6 @@ def test_findings_are_kept_once_and_not_without_end():
     assert marks_of('', seen).observation.findings == ['first', *map(str, range(MAX_FINDINGS - 1))]
 
 
-# -- pads
-
 def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
     assert PadConfig(**pad_called('handout')) == PadConfig()
     assert pad_text('f310_d') == ('The pad was "f310_d": axis 1 drives, axis 2 turns; button 1 '
@@ -164,8 +158,6 @@ def test_the_sticks_and_buttons_of_every_pad_are_there():
         assert max(pad.linear_axis, pad.angular_axis) < PAD_AXES
         assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < PAD_BUTTONS
 
-
-# -- files, pages
 
 def handed_in(student, **more):
     return Marks(student, 'lab2/node.py', remarks=['A "remark", <b>.'], **more)

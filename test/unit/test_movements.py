@@ -81,8 +81,6 @@ def test_a_run_without_commands_has_no_movements():
     assert movements(driven([(2.0, 3.0, 0.0, 0.0)])) == []
 
 
-# Runs that are completed -----------------------------------------------------------------------
-
 START, OFFSET = (1.0, -0.5, 2.8), 2.45
 #: A turn to the left, 0.8 m, and a turn back by 133 deg, so that the robot faces 2 deg at the end.
 BACK = drive(2.0, 135.0, 0.8, -133.0)

@@ -57,8 +57,6 @@ def test_each_kind_of_message_has_an_entry_in_the_picture(view):
     assert str(view.picture(100.0)['angle']) == '0.0'    # -0.0 would be shown with its sign
 
 
-# -- words
-
 @pytest.mark.parametrize('words, phase', [
     *[(state.name, 'reached' if state is GoalState.GOAL_REACHED else 'driving')
       for state in GoalState],
@@ -79,8 +77,6 @@ def test_move_to_goal_drives_with_control_in_a_driving_state(view, has_control, 
     assert view.is_driving is drives
 
 
-# -- who drives
-
 @pytest.mark.parametrize('command, age, drives', [
     ([0.1, 0.0], 0.5, True), ([0.1, 0.0], 0.5 + 2.0 ** -20, False), ([-0.1, 0.0], 0.0, True),
     ([0.0, 0.1], 0.0, True), ([-0.0, 0.0], 0.0, False)])
@@ -91,8 +87,6 @@ def test_a_command_moves_the_robot_for_half_a_second(
     shown = picture(view, 100.0 + age)
     assert (shown['driver'], shown['command']) == (('/pad', command) if drives else ('', None))
 
-
-# -- frames
 
 def test_the_true_pose_is_shown_in_odom(view):
     """The axis x of odom points along y of the world. So (1, 5) is 3 m along x from the origin (1, 2), and a robot that
@@ -184,8 +178,6 @@ def test_every_picture_is_valid_json(heard):
     assert shown['heading_deg'] is None or 0.0 <= shown['heading_deg'] < 360.0
 
 
-# -- the variables of nodes
-
 def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
     view.on_variables('/b', [('goal_yaw', '440')], 100.0)
     view.on_variables('/a', [('curr_yaw', '1')], 101.0)
@@ -195,8 +187,6 @@ def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
     assert [each['node'] for each in picture(view, 103.0)['inside']] == ['/a']
     assert picture(view, 104.0)['inside'] == []
 
-
-# -- when is a stop confirmed?
 
 @pytest.mark.parametrize('control, heard_at, speed, problem', [
     (False, 100.1, 0.0, None), (None, 100.1, 0.0, None), (False, 100.1, 0.2, 'the robot still moves'),

@@ -121,8 +121,6 @@ def test_every_question_has_an_answer():
         assert asked_in_steps(read(sheet)) == [place or f'{section}, {step}' for place, section, step in steps]
 
 
-# Figures --------------------------------------------------------------------------------------------
-
 def words_of(figure):
     """The texts of a figure of the sheets, each without its blanks, such as 'p_A=(1,3)' without its underscore."""
     root = ET.parse(str(ROOT / 'doc' / 'figures' / (figure + '.svg'))).getroot()

@@ -54,8 +54,6 @@ def write(folder, student, seen, digest='digest', **more):
     return folder.write_student(handed_in(student, **more), digest)
 
 
-# -- what is written
-
 @pytest.fixture(scope='module')
 def written(tmp_path_factory):
     """(The folder of a class, its notes). The class has a good node, a wrong node of a student with an odd name, a
@@ -159,8 +157,6 @@ def test_marks_are_not_written_through_a_link(tmp_path):
     with pytest.raises(OSError, match='link'):
         folder_of(tmp_path / 'link')
 
-
-# -- what a person writes into the table
 
 @pytest.mark.parametrize('cells, decision', [
     ({'decided': '12,5'}, (12.5, '')), ({'decided': '0', 'reason': 'copied'}, (0.0, 'copied')),
@@ -414,8 +410,6 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
             folder_of(tmp_path)
 
 
-# -- a class with odd submissions
-
 def marked(path, acts):
     """(A class whose marker needs no robot, its submissions). `acts` is {student: a function that returns the
     Observation, an exception, or None for a good turn}."""
@@ -518,8 +512,6 @@ def test_what_the_preparation_of_a_node_finds_reaches_the_instructor(tmp_path, m
     assert marks.remarks == ['It was read.', 'It was repaired.'] and marks.findings == ['It names another Python.']
 
 
-# -- a machine that is too busy
-
 @pytest.mark.parametrize('gaps, remark', [([0.21, 0.02], False), ([0.21, 0.3], True)])
 def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, remark):
     gaps = list(gaps)
@@ -556,8 +548,6 @@ def test_two_marks_of_one_folder_are_refused(tmp_path):
     with locked(tmp_path):
         pass
 
-
-# -- names
 
 STUDENTS = 'Ann Miller', 'Bo Lee', 'Bo Leeds'
 

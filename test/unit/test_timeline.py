@@ -34,8 +34,6 @@ def data_of(run):
     return timeline.timeline_data(run, BURGER, timeline_events(run, [], drive_reports(run)))
 
 
-# Tracks -------------------------------------------------------------------------------------------
-
 @given(strategies.lists(strategies.floats(-0.02, 0.02), min_size=2, max_size=300),
        strategies.integers(0, 2 ** 32 - 1))
 def test_no_value_is_farther_from_its_track_than_the_bound(steps, seed):
@@ -69,8 +67,6 @@ def test_ten_minutes_with_noise_fit_a_page():
         2.0 / 3.0 * np.cos(time / 3.0) + 0.01 * noise[1]))
     assert len(timeline.timeline_html(data_of(run))) < 1e6
 
-
-# The run ------------------------------------------------------------------------------------------
 
 def test_the_robot_is_where_it_was_recorded():
     data = data_of(made())
@@ -115,8 +111,6 @@ def test_a_command_ends_with_the_robots_timeout():
     assert data_of(run)['commands'] == [
         [1.0, 0.1, 0.0], [1.6, None, None], [4.0, 0.2, 0.0], [4.5, None, None]]
 
-
-# The page -----------------------------------------------------------------------------------------
 
 LINE = '</script><b>&amp; "'
 
