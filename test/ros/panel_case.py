@@ -17,8 +17,6 @@ from node_case import SILENCE, STARTING, ZERO, NodeCase
 LOSS = 0.3
 #: Words of the panel about a page that was late.
 VOID = 'stopped meanwhile', 'came late', 'is silent for'
-
-
 #: Topics of the panel, to which move_to_goal, the gamepad and the controller listen.
 HEARD = {'/ctrl_relinq', '/joy', '/mouse_info', '/turn', '/move_base_simple/goal'}
 

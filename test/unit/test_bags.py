@@ -25,7 +25,6 @@ from tb3_labs.recording import bag_reader
 from tb3_labs.recording.bag_reader import CLOCK_JUMPED, BagProblem
 from tb3_labs.recording.ros_bag import read_run
 
-
 DROPPED = 'invalid messages of /{} that were dropped: 1'
 
 
@@ -190,8 +189,6 @@ def imu_connection():
 
 EMPTY_MESSAGE = record(b'', op=b'\2', conn=bytes(4), time=bytes(8))
 SPARSE = 2 * 10 ** 9
-
-
 DAMAGED = 'the recording was cut off, or is damaged'
 
 

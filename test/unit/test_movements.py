@@ -26,8 +26,6 @@ def control(*times_and_values):
 
 
 ARC = [(2.0, 6.0, 0.2, 0.5)]
-
-
 MOUSE, PAD = {'devices': ('mouse_info',)}, {'devices': ('joy',)}
 
 

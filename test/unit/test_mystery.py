@@ -124,7 +124,6 @@ def test_an_invalid_answer_is_refused_in_one_line(command, words, reason):
 
 def test_the_key_agrees_with_the_judge(monkeypatch, capsys):
     monkeypatch.setattr('sys.argv', ['mystery_key.py', '1', '30'])
-    monkeypatch.syspath_prepend(str(ROOT / 'doc' / 'instructor'))
     runpy.run_path(str(ROOT / 'doc' / 'instructor' / 'mystery_key.py'))
     rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
     assert [int(row[0]) for row in rows] == list(range(1, 31))

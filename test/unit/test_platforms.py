@@ -12,18 +12,13 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
-pytest.importorskip('rosbag', reason='rosbag cannot be imported')
-
 from sandboxes import skip_if_closed
 from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
-from test_term import folder_of, write
+from test_term import folder_of, mark, write
 from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, OtherUser, protection_problem
 from tb3_labs.marking.limits import MAX_FILE_BYTES, MAX_THREADS_AND_PROCESSES
 from tb3_labs.marking.student_nodes import LAB_NODES
-
-sys.path.insert(0, str(ROOT / 'scripts'))
-import mark
 
 MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
 RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'

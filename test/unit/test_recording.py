@@ -6,9 +6,7 @@ import threading
 from io import BytesIO
 
 import pytest
-
-rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
-
+import rosbag
 from sensor_msgs.msg import Joy
 from std_msgs.msg import String
 

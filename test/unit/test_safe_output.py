@@ -11,16 +11,14 @@ import zipfile
 
 import pytest
 
+from pages import ROOT as REPOSITORY, needs_setup
 from sandboxes import skip_if_closed
 
 pytestmark = pytest.mark.usefixtures('among_namesakes')
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SETUP = REPOSITORY / 'scripts' / 'setup.sh'
 BUILT = REPOSITORY / 'build' / '.ws'
 DEVEL = BUILT / 'devel'
 NOBODY = 65534
-needs_setup = pytest.mark.skipif(not (BUILT / 'build.stamp').exists(),
-                                 reason='scripts/setup.sh has not set this repository up')
 
 
 def shell(home, script, *wrapper, **variables):

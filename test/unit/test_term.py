@@ -4,9 +4,7 @@ import gc
 import io
 import json
 import os
-import pathlib
 import re
-import sys
 import threading
 import weakref
 import zipfile
@@ -31,7 +29,6 @@ from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
 from tb3_labs.marking.trial_runner import TrialRunner
 from tb3_labs.report.page.document import safe_cell
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'scripts'))
 import mark
 from mark import ClassMarker
 
