@@ -39,7 +39,6 @@ class PanelCase(NodeCase):
         return shown is not None and Pose2(*shown).distance_to(place) < within
 
     def assert_drives_forward(self, start):
-        """The robot drives forward from the true pose `start`."""
         there = self.observer.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.1)
         self.assertGreater((start.inverse() @ there).x, 0.09)
 

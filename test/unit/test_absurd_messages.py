@@ -103,7 +103,6 @@ def test_a_senders_name_is_short_and_plain_and_may_be_missing(header, name):
 
 
 def numbers_in(value):
-    """All numbers of a sample."""
     if isinstance(value, (int, float)):
         return [value]
     return [number for part in (value if isinstance(value, tuple) else vars(value).values())

@@ -96,7 +96,6 @@ def test_a_wrong_argument_is_one_line_with_a_correction(file, given, line):
 
 
 def test_the_arguments_of_a_students_launch_file_are_checked(tmp_path):
-    """roslaunch lab2 turn.launch sym:=true"""
     path = tmp_path / 'lab1' / 'launch' / 'turn.launch'
     path.parent.mkdir(parents=True)
     path.write_text('<launch><arg name="sim" default="false"/></launch>')
@@ -109,7 +108,6 @@ def test_the_arguments_of_a_students_launch_file_are_checked(tmp_path):
 
 @pytest.mark.parametrize('lab', sorted(LABS))
 def test_a_check_gets_the_sentence_on_a_wrong_argument(lab):
-    """rostest tb3_labs check_turn.test part:=mouse"""
     path = LAUNCH / 'checks' / 'check_{}.test'.format(lab)
     assert '"$(find tb3_labs)/launch/run.py" launch "$(find tb3_labs)/launch/checks/{}"'.format(path.name) in (
         path.read_text(encoding='utf-8'))

@@ -35,7 +35,6 @@ TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='
 
 
 def stimulus(name, begin=0.0, end=2.0, **more):
-    """A stimulus that lasts for two seconds."""
     return Stimulus(name, begin, end, **more)
 
 
@@ -193,7 +192,6 @@ class Strict(HTMLParser):
 
 
 def test_a_criterion_that_is_not_met_leads_to_its_moment():
-    """The stimulus of a turn that was too small began at 0.4 s."""
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)

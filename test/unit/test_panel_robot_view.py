@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from known_motion import odometry_sample
 from tb3_labs.control.goal_state import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState)
 from tb3_labs.geometry.se2 import Pose2
@@ -27,10 +28,6 @@ def picture(view, now=100.0):
     return json.loads(json.dumps(view.picture(now), allow_nan=False))
 
 
-def sample(*pose, stamp=0.0, linear=0.0, angular=0.0):
-    return OdometrySample(stamp, Pose2(*pose), linear, angular)
-
-
 def test_the_picture_of_a_silent_robot_is_empty(view):
     assert picture(view) == {
         **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'distance',
@@ -41,7 +38,7 @@ def test_the_picture_of_a_silent_robot_is_empty(view):
 
 
 def test_each_kind_of_message_has_an_entry_in_the_picture(view):
-    view.on_odometry(sample(1.0, 2.0, 3.0), 99.5)
+    view.on_odometry(odometry_sample(1.0, 2.0, 3.0), 99.5)
     for kind, value in (('frame', Pose2(0.5, -0.25, HALF_PI)), ('local', Pose2(-1.0, -2.0, 0.0000001)),
                         ('goal', Pose2(2.0, 2.0, 0.0)), ('state', 'MOVE_FORWARD'),
                         ('has_control', True)):
@@ -100,10 +97,10 @@ def test_the_true_pose_is_shown_in_odom(view):
 def test_the_true_pose_is_moved_to_the_stamp_of_the_odometry(view):
     """At 0.2 m/s and 0.1 s later the robot is truly 20 mm ahead of its odometry, which is right."""
     view.on_message('origin', Pose2(), 99.0)
-    view.on_odometry(sample(1.0, 2.0, QUARTER, stamp=50.0, linear=0.2), 99.0)
+    view.on_odometry(odometry_sample(1.0, 2.0, QUARTER, stamp=50.0, linear=0.2), 99.0)
     view.on_message('truth', (Pose2(1.0, 2.02, QUARTER), 50.1), 99.1)
     assert picture(view)['truth'] == [1.0, 2.0, QUARTER]
-    view.on_odometry(sample(1.0, 2.0, QUARTER, stamp=50.2, angular=1.0), 99.2)
+    view.on_odometry(odometry_sample(1.0, 2.0, QUARTER, stamp=50.2, angular=1.0), 99.2)
     assert picture(view)['truth'] == [1.0, 2.02, round(HALF_PI + 0.1, 5)]    # 0.1 rad less far
     view.on_message('truth', (Pose2(1.0, 2.02, QUARTER), 40.0), 99.3)    # too old to be compared
     assert picture(view)['truth'] == [1.0, 2.02, QUARTER]
@@ -125,10 +122,10 @@ LINE = 'Local pose set to x=0.5, y=-1e-05, yaw=1.5707963.'
 def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(view):
     """The robot is at (0.5, 0), 90 deg in local. Then it drives 0.15 m, and turns left by 0.5 rad."""
     view.on_log_line(LINE)
-    view.on_odometry(sample(2.0, 3.0, 0.0), 99.0)
+    view.on_odometry(odometry_sample(2.0, 3.0, 0.0), 99.0)
     assert picture(view)['local'] is None       # the line came before the odometry
     view.on_log_line(LINE)
-    view.on_odometry(sample(2.15, 3.0, 0.5), 99.1)
+    view.on_odometry(odometry_sample(2.15, 3.0, 0.5), 99.1)
     seen = picture(view)
     assert seen['local'] == [0.5, 0.15, round(HALF_PI + 0.5, 5)]
     assert seen['frame'] == [2.0, 3.5, -QUARTER] and seen['distance'] is None
@@ -144,16 +141,16 @@ def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(vi
     'Local pose set to x=1e999, y=2, yaw=1', 'Local pose set to x=1, y=2, yaw=1e999',
     'Local pose set to x=nan, y=2, yaw=1', 'Local pose set to x=1-2, y=2, yaw=1', 'set to x=1'])
 def test_a_line_without_a_valid_pose_declares_nothing(view, line):
-    view.on_odometry(sample(), 99.0)
+    view.on_odometry(odometry_sample(), 99.0)
     view.on_log_line(line)
     assert picture(view)['local'] is None
 
 
 @pytest.mark.parametrize('at', [(0.0, 0.0, math.pi), (0.25, 0.0, 0.0)])
 def test_a_computed_frame_ends_when_the_odometry_is_zeroed(view, at):
-    view.on_odometry(sample(*at), 99.0)
+    view.on_odometry(odometry_sample(*at), 99.0)
     view.on_log_line(LINE)
-    view.on_odometry(sample(), 99.1)
+    view.on_odometry(odometry_sample(), 99.1)
     assert picture(view)['frame'] is None
 
 

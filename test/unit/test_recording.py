@@ -166,7 +166,6 @@ def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
 
 
 def test_a_recording_that_a_full_disk_cut_off_is_none(tmp_path, monkeypatch):
-    """The first part of a trial alone would cost the node points."""
     write = rosbag.Bag.write
 
     def full(bag, topic, *arguments, **options):

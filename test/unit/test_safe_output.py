@@ -25,8 +25,7 @@ def shell(home, script, *wrapper, **variables):
     """Run `script` in a bash with a new environment. Returns (words of the output, errors)."""
     environment = dict({'PATH': '/usr/bin:/bin', 'HOME': str(home)}, **variables)
     done = subprocess.run(list(wrapper) + ['bash', '-c', script], env=environment, timeout=600.0,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          universal_newlines=True)
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True)
     return done.stdout.split(), done.stderr
 
 

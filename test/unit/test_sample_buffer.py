@@ -17,7 +17,6 @@ SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offse
 
 
 def filled(messages):
-    """A SampleBuffer with these messages."""
     history = TimedPart(SampleBuffer())
     for arrival, sample in messages:
         history.add(sample, arrival)

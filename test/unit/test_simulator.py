@@ -27,7 +27,6 @@ def test_the_imu_shows_the_true_yaw_plus_its_offset_and_its_drift():
 
 
 def numbers(sample):
-    """All numbers in a sample, in order."""
     return np.hstack([astuple(part) if isinstance(part, Pose2) else part for part in sample])
 
 

@@ -12,8 +12,6 @@ from hypothesis import given, strategies
 from made_run import (
     TIME, X, ZERO, imu_samples, made, poses, reset_lines, speeds_sent, variables)
 
-pytest.importorskip('matplotlib', reason='matplotlib is not installed')
-
 from tb3_labs.recording.run_data import LogLines, Numbers, Samples
 from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
