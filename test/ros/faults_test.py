@@ -51,8 +51,6 @@ class FaultsTest(DriveCase):
         self.rest()
         self.printed = {name: len(node.text) for name, node in self.nodes.items()}
 
-    # -- parts of the tests
-
     def set(self, **settings):
         self.robot.update_configuration(settings)
 

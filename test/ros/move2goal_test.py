@@ -56,8 +56,6 @@ class Move2GoalTest(DriveCase):
         self.wait_for_state('waiting for control')
         self.wait_for_rest()
 
-    # -- parts of the tests
-
     def wait_for_rest(self):
         self.observer.wait_for_rest('ground_truth', lambda sample: sample[1])
 

@@ -114,8 +114,7 @@ def test_the_heading_is_from_0_to_less_than_360(view, yaw_deg, shown):
     assert picture(view)['heading_deg'] == shown
 
 
-# -- a student's own node, which publishes neither local_pose nor a goal
-
+#: A line of a student's own node, which publishes neither local_pose nor a goal.
 LINE = 'Local pose set to x=0.5, y=-1e-05, yaw=1.5707963.'
 
 
@@ -154,8 +153,6 @@ def test_a_computed_frame_ends_when_the_odometry_is_zeroed(view, at):
     assert picture(view)['frame'] is None
 
 
-# -- a student's node may publish any value, but JSON has no NaN
-
 POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.pi))
 
 
@@ -167,6 +164,7 @@ POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.p
     st.tuples(st.just('on_message'), st.tuples(st.just('truth'), st.tuples(POSES, st.floats(0.0, 1e9)))),
     st.tuples(st.just('on_message'), st.tuples(st.just('imu'), st.floats()))), max_size=12))
 def test_every_picture_is_valid_json(heard):
+    """A student's node may publish any value, but JSON has no NaN."""
     view = RobotView()
     for method, values in heard:
         getattr(view, method)(*values, 99.9)

@@ -42,6 +42,8 @@ def words_of(run, folder):
         return write_report(run, BURGER, folder)[0].read_text(encoding='utf-8')
 
 
+# The command --------------------------------------------------------------------------------------
+
 def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     (tmp_path / 'out').mkdir()                                   # a report may be written again
     assert lab_report(bag, '-o', tmp_path / 'out') == 0
@@ -178,6 +180,8 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     assert true_in_local.get_xydata()[-1] == pytest.approx((0.97, 0.04), abs=1e-3)
 
 
+# The tables as CSV --------------------------------------------------------------------------------
+
 def test_the_rows_of_two_runs_fit_into_one_spreadsheet(tmp_path):
     """Turns beyond 90 deg, and a drive: a turn to the left, 0.8 m, a turn back. It ends 0.2 m beyond its goal."""
     runs = (('lab', [turn(2.0, 92.0), turn(6.0, 94.0)]), ('precise', [turn(2.0, -91.5)]),
@@ -229,6 +233,8 @@ def test_a_command_holds_until_the_next_one_or_its_timeout():
     assert rows[1.0] == rows[1.15] == ('0.1000', '1.0000')
     assert rows[1.2] == rows[1.65] == ('0.2000', '2.0000')
 
+
+# The page -----------------------------------------------------------------------------------------
 
 def test_the_page_has_a_row_for_each_drive(tmp_path):
     """The odometry keeps 0. The IMU is at 0.5 rad until 1.3 s, then turns by 3 deg until 6 s."""

@@ -489,8 +489,6 @@ def test_a_node_that_a_failed_import_ends_at_once_is_not_judged(printed, ready, 
     assert trial_runner.import_error([]) == ''
 
 
-# -- the instructor's own workspaces
-
 def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_path, monkeypatch):
     """The workspace `one` has this package and a lab2, and lies over Noetic. A workspace with a lab1 lies over
     `one`, a workspace with a lab3 under it. The instructor's own modules and programs come first."""

@@ -283,8 +283,6 @@ def test_no_text_of_a_submission_is_a_formula(text, cell):
     assert safe_cell(text) == cell == safe_cell(cell)
 
 
-# -- marks of an earlier run
-
 def marked_once(path, digest='digest'):
     folder = folder_of(path)
     marks = write(folder, 'Ann', turned(90.0), digest)
