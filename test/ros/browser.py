@@ -139,7 +139,6 @@ class Browser:
                 self.run('return document.getElementById("message").textContent'), self.errors()))
 
     def wait_for(self, seconds=20.0, **values):
-        """Wait for a picture with these values."""
         self.wait_until(lambda: all(self.picture(name) == value for name, value in values.items()),
                         seconds, str(values))
 
@@ -152,7 +151,6 @@ class Browser:
             return []
 
     def errors(self):
-        """Returns the browser's warnings and errors."""
         return [entry['message'] for entry in self._driver.get_log('browser')
                 if entry['level'] in ('SEVERE', 'WARNING')]
 

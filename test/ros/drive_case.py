@@ -39,7 +39,6 @@ class DriveCase(NodeCase):
             self.control.publish(word)
 
     def go_to(self, goal, frame='local'):
-        """Send move_to_goal to the Pose2 `goal`."""
         self.goals.publish(to_pose_stamped(goal, frame, 0.0))
 
     @classmethod

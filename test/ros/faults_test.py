@@ -51,8 +51,6 @@ class FaultsTest(DriveCase):
         self.rest()
         self.printed = {name: len(node.text) for name, node in self.nodes.items()}
 
-    # -- parts of the tests
-
     def set(self, **settings):
         self.robot.update_configuration(settings)
 
@@ -118,8 +116,6 @@ class FaultsTest(DriveCase):
             rospy.get_time() - self.observer.all(topic)[-1][0] > 0.1 for topic in topics), 5.0)
         return min(self.observer.all(topic)[-1][0] for topic in topics)
 
-    # -- sensors
-
     def test_silent_sensors_in_a_drive(self):
         self.drive()
         for lost in (('imu',), ('odom',), ('imu', 'odom')):
@@ -184,8 +180,6 @@ class FaultsTest(DriveCase):
         good = [at for at, imu in self.observer.all('imu') if abs(imu.orientation.w) <= 1.0][-1]
         flood_until('cmd_vel', ZERO, 3.0)
         self.zero_since(good, SILENCE)
-
-    # -- the nodes
 
     def test_a_node_that_raises(self):
         for executable, where, *arguments in (

@@ -56,8 +56,6 @@ class Move2GoalTest(DriveCase):
         self.wait_for_state('waiting for control')
         self.wait_for_rest()
 
-    # -- parts of the tests
-
     def wait_for_rest(self):
         self.observer.wait_for_rest('ground_truth', lambda sample: sample[1])
 
@@ -91,8 +89,6 @@ class Move2GoalTest(DriveCase):
         self.assertLess(pose.distance_to(expected), metres)
         self.assertLess(abs(math.degrees(difference(pose.yaw, expected.yaw))), degrees)
 
-    # -- drives
-
     def test_declared_pose_is_honoured(self):
         goal = Pose2(1.6, 2.4, math.radians(90.0))
         local_T_world = self.declared(1.0, 2.0, -120.0)
@@ -109,8 +105,6 @@ class Move2GoalTest(DriveCase):
         x, y, yaw_deg = answer.before
         self.assert_pose(Pose2(x, y, math.radians(yaw_deg)), goal, 0.02, 1.0)
         self.assertEqual(list(answer.after), [-2.0, 0.5, -10.0])
-
-    # -- resets
 
     def test_the_last_of_many_resets_at_once_holds_at_rest_and_while_turning(self):
         def call(caller, begun):

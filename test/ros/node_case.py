@@ -91,7 +91,6 @@ class TestProgram(processes.RunningProgram):
 
     @property
     def lines(self):
-        """The lines printed so far."""
         return self.text.splitlines()
 
     def wait_for(self, words, seconds=STARTING, times=1):
@@ -143,7 +142,6 @@ class NodeCase(unittest.TestCase):
 
     @classmethod
     def watch(cls):
-        """Watch the robot."""
         watch_robot(cls.observer)
 
     @classmethod

@@ -56,7 +56,6 @@ class Observer:
             return self._seen[topic][-1][1] if self._seen[topic] else None
 
     def forget(self, topic):
-        """Drop the values of `topic`."""
         with self._changed:
             self._seen[topic].clear()
 

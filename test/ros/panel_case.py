@@ -17,8 +17,6 @@ from node_case import SILENCE, STARTING, ZERO, NodeCase
 LOSS = 0.3
 #: Words of the panel about a page that was late.
 VOID = 'stopped meanwhile', 'came late', 'is silent for'
-
-
 #: Topics of the panel, to which move_to_goal, the gamepad and the controller listen.
 HEARD = {'/ctrl_relinq', '/joy', '/mouse_info', '/turn', '/move_base_simple/goal'}
 
@@ -41,7 +39,6 @@ class PanelCase(NodeCase):
         return shown is not None and Pose2(*shown).distance_to(place) < within
 
     def assert_drives_forward(self, start):
-        """The robot drives forward from the true pose `start`."""
         there = self.observer.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.1)
         self.assertGreater((start.inverse() @ there).x, 0.09)
 

@@ -97,8 +97,6 @@ class PanelTest(PanelCase):
         self.page.wait_for(phase='driving', pad='move_to_goal has control: B takes it')
         self.wait_until_it_moves()
 
-    # -- what a page shows
-
     def test_a_frozen_page_disturbs_no_other_page_and_is_closed(self):
         frozen = self.open()
         frozen.freeze(4.5)
@@ -129,8 +127,6 @@ class PanelTest(PanelCase):
         self.assertLess(abs(wrap_all(
             seen['heading_deg'] - math.degrees(pose.yaw) - 140.6, 360.0)), 1.5)
         self.assertEqual((seen['state'], seen['phase']), ('waiting for control', 'waiting'))
-
-    # -- driving
 
     def test_a_silent_or_closed_page_stops_its_robot(self):
         for drive in self.drive_to_goal, self.drive_by_stick:
@@ -226,8 +222,6 @@ class PanelTest(PanelCase):
         finally:
             self.panel.send(signal.SIGCONT)
         self.assert_stands(2 * SILENCE)    # the messages of that time arrive all at once
-
-    # -- what is refused
 
     def test_an_invalid_message_ends_neither_the_node_nor_the_stop_of_other_pages(self):
         """test_panel_requests.py has the messages that are refused."""

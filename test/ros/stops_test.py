@@ -61,8 +61,6 @@ class StopsTest(WithThumb, DriveCase):
     def tearDown(self):
         self.control.publish(False)
 
-    # -- parts of the tests
-
     def move_to_goal(self):
         """A node with a goal far away, without control."""
         if self.mover is None or self.mover.status is not None:
@@ -136,8 +134,6 @@ class StopsTest(WithThumb, DriveCase):
         sent = [command for _, command in self.observer.all('cmd_vel', woke)]
         self.assertTrue(not sent or sent[-1] == ZERO, sent)
         node.wait_for('this node did not run for')
-
-    # -- grants, and control taken
 
     def test_the_first_word_of_a_sender_that_latches_is_a_stop_and_its_last_gives_once(self):
         """The sender was connected all the time, and had sent no permission, so its False is not an old one. But a True
@@ -251,8 +247,6 @@ class StopsTest(WithThumb, DriveCase):
         first.wait_for('/second drives the robot, too: stop one of the two')
         second.wait_for('/move_to_goal drives the robot, too: stop one of the two')
 
-    # -- sleep
-
     def test_nodes_that_slept_wait_for_a_new_request(self):
         mover = self.move_to_goal()
         self.let_it_drive(self.give_control)
@@ -264,8 +258,6 @@ class StopsTest(WithThumb, DriveCase):
         self.wait_until_turns_are_heard()
         self.let_it_drive(lambda: self.turns.publish(3600.0))
         self.stands_after_sleep(controller)
-
-    # -- terminals
 
     def test_a_terminal_that_is_closed_ends_a_node_with_a_zero(self):
         self.end_move_to_goal()

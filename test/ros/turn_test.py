@@ -98,8 +98,6 @@ class TurnTest(NodeCase):
         node.type('b')
         self.observer.wait_for('cmd_vel', lambda command: command[1] > 1.0)
 
-    # -- keyboard
-
     def test_a_pipe_then_the_topic(self):
         before = math.degrees(self.rest().yaw)    # the node turns as soon as it runs
         # one line is empty, and the last line has no end
@@ -122,8 +120,6 @@ class TurnTest(NodeCase):
         node.wait_for('nan degrees: a number from')
         self.assertEqual(node.text.count('No keyboard'), 1)
         self.assertEqual(node.end(), 0)
-
-    # -- the mouse, and both together
 
     def test_keyboard_and_mouse_together(self):
         if not (HAS_PYNPUT and shutil.which('Xvfb') and shutil.which('xdotool')):

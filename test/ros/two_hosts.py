@@ -42,7 +42,6 @@ class TwoHosts:
 
     @staticmethod
     def address(name):
-        """Returns the address of a host."""
         return HOSTS[name] + '.2'
 
     def environment(self, name):

@@ -2,13 +2,13 @@
 as well, as in an editor: those that need it are skipped."""
 import gc
 import importlib.util
-import os
 import pkgutil
 import sys
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pages import ROOT
 
 #: Parts of ROS, and packages that a set-up installs beside it.
 WITH_ROS = {
@@ -29,11 +29,12 @@ class WithoutRos:
 
 
 if not importlib.util.find_spec('rospy'):
-    sys.path.append(os.path.join(os.path.dirname(__file__), os.pardir, os.pardir, 'src'))
+    sys.path.append(str(ROOT / 'src'))
     sys.meta_path.append(WithoutRos)
 
-# the roll-outs of test/benchmark have tests, too
-sys.path.insert(0, os.path.join(os.path.dirname(__file__), os.pardir, 'benchmark'))
+# programs and the roll-outs have tests, too
+sys.path += [str(ROOT / folder) for folder in (
+    'test', 'test/benchmark', 'test/ros', 'scripts', 'doc/instructor', 'launch/checks')]
 
 settings.register_profile('repeatable', derandomize=True, deadline=None, database=None,
                           max_examples=50)

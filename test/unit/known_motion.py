@@ -43,6 +43,10 @@ def assert_pose(pose, truth, metres=1e-9, radians=1e-9):
     assert -math.pi < pose.yaw <= math.pi
 
 
+def odometry_sample(x=0.0, y=0.0, yaw=0.0, stamp=0.0, linear=0.0, angular=0.0):
+    return OdometrySample(stamp, Pose2(x, y, yaw), linear, angular)
+
+
 def held_back(messages, begin, end):
     """The messages of a network that stalls, then delivers the delayed ones, source by source."""
     late = [(end, sample) for arrival, sample in messages if begin < arrival < end]

@@ -88,8 +88,6 @@ def variables(nodes=None, time=TIME, **texts):
     return Variables(np.array(at), np.array(at), *(np.array(each, dtype=object) for each in columns))
 
 
-# Made from commands -------------------------------------------------------------------------------
-
 #: Messages of the IMU, of the odometry, and commands [1/s].
 IMU_RATE, ODOM_RATE, COMMAND_RATE = 100.0, 30.0, 10.0
 

@@ -23,6 +23,9 @@ LAUNCHABLE = {path.name: path for folder, kind in (
 #: Launch files of the students' packages, which skeleton.py writes. A name may also be in LAUNCHABLE.
 SKELETONS = {path.name[:-len('.in')]: path
              for path in (ROOT / 'doc' / 'skeletons').glob('*/launch/*.launch.in')}
+#: For tests of what the set-up makes.
+needs_setup = pytest.mark.skipif(not (ROOT / 'build' / '.ws' / 'build.stamp').exists(),
+                                 reason='scripts/setup.sh has not set this repository up')
 #: Folders of this package.
 FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
 

@@ -94,8 +94,6 @@ def known_run():
         frames=Poses(TIME, TIME, *columns(*frame_at(TIME))), resets=reset_lines(RESET))
 
 
-# As a bag -----------------------------------------------------------------------------------------
-
 def sensors(run):
     """(time, topic, message) of each message of the robot."""
     for time, yaw in zip(run.imu.time, run.imu.yaw):
@@ -149,8 +147,6 @@ def write_bag(path, run=None, namespaces=('',), sources=(sensors, lab_topics),
 def bag(tmp_path_factory):
     return write_bag(tmp_path_factory.mktemp('bags') / 'run.bag')
 
-
-# Changes of the run -------------------------------------------------------------------------------
 
 def in_degrees(miss):
     return miss[0], abs(math.degrees(miss[1]))

@@ -20,7 +20,6 @@ def drive(robot, seconds, linear, angular):
 
 
 def switch(robot, **settings):
-    """Change these settings from now on."""
     robot.configure(replace(robot.config, **settings))
 
 

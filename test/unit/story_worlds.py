@@ -312,6 +312,4 @@ class GoneRobot(OnePad):
 
 
 class LateRobot(GoneRobot):
-    """It comes late."""
-
     ROBOT_IS_ON = False

@@ -102,10 +102,7 @@ def test_a_senders_name_is_short_and_plain_and_may_be_missing(header, name):
     assert sender_of(message) == name
 
 
-# Any numbers --------------------------------------------------------------------------------------
-
 def numbers_in(value):
-    """All numbers of a sample."""
     if isinstance(value, (int, float)):
         return [value]
     return [number for part in (value if isinstance(value, tuple) else vars(value).values())

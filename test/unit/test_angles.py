@@ -83,8 +83,6 @@ def test_clamp(value, expected):
     assert math.isnan(clamp(math.nan, -1.0, 1.0))
 
 
-# Quaternions --------------------------------------------------------------------------------------
-
 YAWS = st.floats(-math.pi, math.pi)
 AWKWARD = [0.0, -0.0, math.pi, -math.pi, math.pi / 2, -math.pi / 2, 1e-12, -1e-12]
 

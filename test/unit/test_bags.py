@@ -25,7 +25,6 @@ from tb3_labs.recording import bag_reader
 from tb3_labs.recording.bag_reader import CLOCK_JUMPED, BagProblem
 from tb3_labs.recording.ros_bag import read_run
 
-
 DROPPED = 'invalid messages of /{} that were dropped: 1'
 
 
@@ -119,8 +118,6 @@ def test_only_topics_that_the_report_reads_are_named_as_unread(tmp_path):
     assert re.findall(r'/\w+ \([^)]*\)', note) == ['/imu (std_msgs/String)', '/turn (std_msgs/String)']
 
 
-# A clock that was set -----------------------------------------------------------------------------
-
 def set_at(moment, by):
     return lambda time: time + (by if time > BEGIN + moment else 0.0)
 
@@ -192,8 +189,6 @@ def imu_connection():
 
 EMPTY_MESSAGE = record(b'', op=b'\2', conn=bytes(4), time=bytes(8))
 SPARSE = 2 * 10 ** 9
-
-
 DAMAGED = 'the recording was cut off, or is damaged'
 
 

@@ -1,7 +1,5 @@
 """The words of a check on the criteria, and on a node that cannot be started."""
 import io
-import pathlib
-import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
 
@@ -12,7 +10,6 @@ from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.marks import Marks
 from tb3_labs.watch.mistake import SheetStep
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
 import check_lab
 from check_lab import checks_of, file_of
 

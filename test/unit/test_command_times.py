@@ -45,8 +45,6 @@ def test_a_pace_is_idle_until_the_next_step():
     assert pace.idle_time(-100.0) <= 2.0 / 30.0
 
 
-# The travel that is commanded and not yet driven ---------------------------------------------------
-
 def history_of(commands, extra=0.0):
     """A history of one command in each period, `extra` seconds after the last period's begin."""
     history = CommandHistory(PERIOD)
@@ -88,8 +86,6 @@ def test_commands_are_forgotten_but_not_their_travel():
     assert history.commanded_travel(history.now) == pytest.approx(1.5)
     assert history.travel_under_way(10.0) == pytest.approx(10.0 * 0.2)
 
-
-# An estimate: the mean of equal samples, the newest of those that say more ------------------------
 
 def estimate_of(*samples, noise=0.1):
     estimate = FilteredNumber()

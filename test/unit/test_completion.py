@@ -5,11 +5,10 @@ import pty
 import subprocess
 
 import pytest
-from pages import ROOT, SCRIPTS
+from pages import ROOT, SCRIPTS, needs_setup
 
 SETUP = SCRIPTS / 'setup.sh'
-pytestmark = pytest.mark.skipif(not (ROOT / 'build' / '.ws' / 'build.stamp').exists(),
-                                reason='scripts/setup.sh has not set this repository up')
+pytestmark = needs_setup
 
 
 def test_roscd_leads_to_the_package(tmp_path):

@@ -238,8 +238,6 @@ def test_the_result_of_a_turn(requested, turned, words):
     assert turn.result_text(7.5) == 'Turned ' + words
 
 
-# -- the mouse
-
 def test_the_mouse_drives_outside_the_middle_while_it_is_active(desk):
     desk.hold(True, 0.0, 1.0)
     assert set(desk.run(0.5)) == {Twist2(0.5, 0.0)}
@@ -291,8 +289,6 @@ def test_a_mouse_that_was_active_before_is_logged_once():
     assert output.command is None
     assert ['The mouse was active before: move' in line.text for line in output.log_lines] == [True]
 
-
-# -- on the simulated robot
 
 def turn_that_is_changed(degrees, change, total):
     """Ask for a turn [deg], and `change(core, now)` after 0.4 s. The robot turns by `total` [deg].

@@ -9,7 +9,6 @@ from unittest import mock
 import pytest
 
 TEST = pathlib.Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(TEST))
 from count_results import main
 
 PASSED = '<testcase classname="C" name="a"/>'
@@ -58,7 +57,6 @@ def test_no_result_overwrites_another():
 
 
 def test_a_rostest_reports_skipped_and_broken_tests(tmp_path, run, monkeypatch):
-    monkeypatch.syspath_prepend(str(TEST / 'ros'))
     from rosunit_internals import rospy, rosrun, xmlrunner
 
     class Some(unittest.TestCase):
@@ -94,7 +92,6 @@ def test_a_rostest_reports_skipped_and_broken_tests(tmp_path, run, monkeypatch):
 
 @pytest.mark.parametrize('load, attempts', [(0.0, 1), (1000.0, 3)])
 def test_a_rostest_that_fails_is_tried_again_on_a_busy_machine_alone(monkeypatch, load, attempts):
-    monkeypatch.syspath_prepend(str(TEST / 'ros'))
     import rosunit_internals
     ran = []
     monkeypatch.setattr(rosunit_internals.os, 'getloadavg', lambda: (load,))

@@ -367,8 +367,6 @@ def test_turns_across_180_and_0_degrees_cross_them_and_no_others_do(name):
     assert turn.crossing in name
 
 
-# ----- other observations -----
-
 def missed_of(lab, name, seen):
     """Returns the Reason of the criterion `name`; '' if the criterion is met."""
     criterion, = [criterion for criterion in LABS[lab].criteria if criterion.name == name]
@@ -467,8 +465,6 @@ def test_one_zero_at_ctrl_c_is_enough(first, second, met):
     seen = observed('turn', **{'Ctrl+C': first, 'Ctrl+C again': second})
     assert (missed_of('turn', 'stops_robot', seen) == '') is met
 
-
-# ----- the message of the mouse -----
 
 @pytest.mark.parametrize('message, fields, taken', [
     # the message of the handout

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pages import SCRIPTS
+from pages import SCRIPTS, needs_setup
 from tb3_labs.geometry.se2 import Pose2
 
 PROGRAM = runpy.run_path(str(SCRIPTS / 'demo.py'))
@@ -60,8 +60,7 @@ def demo(monkeypatch):
     return made
 
 
-@pytest.mark.skipif(not (SCRIPTS.parent / 'build' / '.ws' / 'build.stamp').exists(),
-                    reason='scripts/setup.sh has not set this repository up')
+@needs_setup
 def test_a_second_master_is_refused_with_the_keys_that_end_the_first():
     with socket.create_server(('127.0.0.1', 0)) as master:
         uri = 'http://localhost:{}'.format(master.getsockname()[1])

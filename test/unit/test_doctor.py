@@ -51,8 +51,6 @@ def test_the_last_line_has_the_numbers_of_faults_and_warnings(verdicts, words):
     assert summary_text([kinds[letter] for letter in verdicts]) == words
 
 
-# ----- judgements
-
 CORE, HERE, AFAR = '/turtlebot3_core', 'http://localhost:40001/', 'http://robot3:40001/'
 LAN = dict(addresses=('192.168.0.5', '10.8.0.2'), outgoing_address='192.168.0.5', is_master_here=False)
 GOOD = Computer(ros_ip='192.168.0.5', resolved_address='192.168.0.5', **LAN)

@@ -21,8 +21,6 @@ def drive_of(run):
     return drive
 
 
-# Place and time of the measurement ----------------------------------------------------------------
-
 @pytest.mark.parametrize('moves_at, counts', [(7.9, True), (8.02, False)])
 def test_a_drive_is_measured_at_rest_within_a_second_of_its_end(moves_at, counts):
     late = np.where(TIME > moves_at, SHIFT, 0.0)
@@ -46,8 +44,6 @@ def test_the_true_error_is_measured_in_the_true_local_frame():
     assert drive.error == pytest.approx((0.0, 0.0))
 
 
-# Drift --------------------------------------------------------------------------------------------
-
 def heading(times, degrees):
     yaw = np.radians(np.interp(TIME, times, degrees))
     return imu_samples(TIME, TIME, yaw, ZERO)
@@ -58,8 +54,6 @@ def test_drift_counts_from_three_tenths_into_the_straight_part():
     drive = drive_of(made(imu=heading([1.0, 1.3, 4.0, 5.9], [40.0, 0.0, 2.0, -1.0])))
     assert math.degrees(drive.drift) == pytest.approx(-1.0, abs=0.01)
 
-
-# Errors over time, and goals that belong to states ------------------------------------------------
 
 def test_errors_are_those_of_the_goal_in_force():
     run = made(states=states((2.0, 'ROTATE_TO_GOAL'), (4.0, 'ROTATE_TO_GOAL')),
@@ -80,8 +74,6 @@ def test_a_goal_may_arrive_a_tenth_of_a_second_after_its_state(later, is_own):
     assert (span.begin, span.end) == (5.0, 10.0)
     assert span.goal == (Pose2(1.0, 0.0, 0.0) if is_own else None)
 
-
-# How drives end ------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('words, outcomes', [
     ([('ROTATE_TO_GOAL', 1), ('MOVE_FORWARD', 1)], ['recording ended']),

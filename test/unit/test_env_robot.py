@@ -39,8 +39,7 @@ def robot(tmp_path):
         environment = dict({'PATH': str(programs), 'HOME': str(tmp_path),
                             'SSH_CONNECTION': FROM_HERE}, **variables)
         done = subprocess.run([str(loader), *command], env=environment, timeout=600.0,
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, universal_newlines=True)
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True)
         return done.returncode, done.stdout, done.stderr
     return call
 

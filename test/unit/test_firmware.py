@@ -29,8 +29,6 @@ def test_a_command_is_whole_steps_of_both_motors(linear, angular, left, right):
     assert motor_speeds(linear, angular, BURGER) == pytest.approx((left * STEP, right * STEP))
 
 
-# Stamps --------------------------------------------------------------------------------------------
-
 def test_all_stamps_step_together_every_5_seconds():
     robot, true = Simulator(replace(STIFF, stamp_step=0.02)), Simulator(STIFF)
     errors = [[round(sample.stamp - right.stamp, 9) for sample, right in zip(
@@ -41,8 +39,6 @@ def test_all_stamps_step_together_every_5_seconds():
     assert all(len(kind) <= 2 for kind in kinds) and len(set.union(*kinds)) >= 8
     assert 0.01 < max(map(abs, set.union(*kinds))) <= 0.02
 
-
-# Motors, wheels and their pose -------------------------------------------------------------------
 
 def train(left=0.0, right=0.0, start=Pose2(), **physics):
     drivetrain = Drivetrain(BURGER, start)

@@ -45,7 +45,6 @@ def test_the_line_of_a_reset_may_come_a_moment_before_or_after_the_jump(line):
 
 
 def test_a_reset_that_moves_nothing_is_at_the_time_of_its_line():
-    """Are they equal within a millimetre of noise?"""
     noise = 0.001 * np.random.RandomState(1).standard_normal(len(TIME))
     run = replace(shifted(0.0), local_pose=poses(X + noise))
     assert [interval.begin for interval in frame_intervals(run)][1:] == [pytest.approx(8.0, abs=0.06)]

@@ -172,8 +172,6 @@ def test_after_a_silence_the_sticks_of_a_pad_must_rest_again(pad, silence, drive
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
 
 
-# B, for any holder of the robot -------------------------------------------------------------------
-
 def test_no_press_is_lost_if_messages_arrive_together(pad):
     """A person taps B between two messages that arrive together."""
     pad.press(A)
@@ -256,8 +254,6 @@ def test_a_pad_is_lost_if_its_driver_repeats_one_message(stamped, clock_runs):
     repeat(0.1, B)
     assert stamped.take('control_messages') == [False]        # a stop is obeyed
 
-
-# Other nodes --------------------------------------------------------------------------------------
 
 def test_a_stop_of_another_node_ends_a_drive_by_the_stick(pad):
     """The robot gets one zero. The stick drives again only after it was in its middle."""

@@ -13,8 +13,6 @@ from tb3_labs.supervision.timeouts import STALL_TIME
 GOAL = Pose2(1.0, 0.0, 0.5)
 STANDING = Motion(Pose2(), 0.0, 0.0)
 MOVING = Motion(Pose2(), 0.1, 0.0)
-
-
 STATES = 'rotate_to_goal', 'move_forward', 'rotate_to_final'
 
 

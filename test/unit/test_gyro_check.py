@@ -197,8 +197,6 @@ def test_a_wrong_gyro_is_found_before_5_degrees(speeds, bias_deg, settings):
     assert 'rostopic pub -1 /robot3/reset' in watched.problem_text()
 
 
-# -- the cores of both nodes
-
 @pytest.mark.parametrize('settings, begins', [
     ({'gyro_noise': 0.05, 'imu_noise_deg': 1.0}, True), (SLOW, True),
     ({'gyro_bias_deg': 5.0}, False), ({'gyro_bias_deg': -86.0}, False)], ids=str)

@@ -168,8 +168,6 @@ def test_a_node_reads_the_clock_while_it_holds_the_lock():
             and getattr(given.func, 'id', '').endswith('_time')] == []
 
 
-# ----- the form of the lines -----
-
 @pytest.mark.skipif(importlib.util.find_spec('flake8') is None,
                     reason='flake8 is not installed (TB3_LABS_TESTS=1 ./scripts/setup.sh installs it)')
 def test_flake8_finds_nothing():
@@ -219,8 +217,6 @@ def test_no_program_starts_a_python_that_looks_into_the_current_folder():
             if (start.search(line.partition('# ')[0]) or [0, ' -I'])[1] != ' -I'] == []
 
 
-# ----- what must be read for one node -----
-
 def closure(script):
     """Returns the script, and all modules of the package that it imports, directly or not."""
     read, waiting = set(), [script]
@@ -247,8 +243,6 @@ def test_a_node_is_read_in_one_sitting(node, files, lines):
     read = closure(ROOT / 'scripts' / node)
     assert len(read) <= files and sum(len(path.read_text(encoding='utf-8').splitlines()) for path in read) <= lines
 
-
-# ----- scripts/ -----
 
 #: rosrun completes at most this number of programs.
 MAX_PROGRAMS = 21

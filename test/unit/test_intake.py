@@ -17,8 +17,6 @@ from tb3_labs.marking.student_nodes import LAB_NODES
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
 
-# -- names
-
 @pytest.mark.parametrize('name, is_folder, said', [
     ('Ann Miller_12345_assignsubmission_file_', True, ('Ann Miller', '12345', '')),
     ('Ann-Li de Groot_7_assignsubmission_file_my_work.zip', False,
@@ -57,8 +55,6 @@ def test_every_name_becomes_a_different_one_that_files_and_lines_can_have():
     found = grouped_by_student({name: platform_name_of(name, True) for name in names})
     assert sorted(name for name, in found.values()) == sorted(names)
 
-
-# -- archives
 
 def zipped(path, files, **changes):
     """Write a zip file. `files` is a dict {name: text}, or a list of (name, text). Returns the path."""
@@ -173,8 +169,6 @@ def test_odd_paths_in_an_archive_end_nothing(tmp_path):
     with pytest.raises(NotJudged, match='deeper than 50'):
         unpacked(zipped(tmp_path / 'b.zip', {'a/' * 1500 + 'x.py': 'x'}), tmp_path / 'b')
 
-
-# -- submissions
 
 def test_what_canvas_numbers_was_handed_in_again_and_the_highest_number_counts(tmp_path):
     for name, text in (('lee_1_30_lab7.zip', 'first'), ('lee_LATE_1_29_lab7-2.zip', 'third'),

@@ -71,8 +71,6 @@ def test_only_required_arguments_have_no_default(path):
     assert required - {'user'} == expected
 
 
-# ----- unknown and missing arguments -----
-
 @pytest.mark.parametrize('file, given, line', [
     ('turn', 'sm:=true', 'sm:=true: turn.launch has no argument sm; is sim:= meant?'),
     ('turn', 'slip:=0.1', 'turn.launch has no argument slip; its arguments: roslaunch --ros-args'),
@@ -98,7 +96,6 @@ def test_a_wrong_argument_is_one_line_with_a_correction(file, given, line):
 
 
 def test_the_arguments_of_a_students_launch_file_are_checked(tmp_path):
-    """roslaunch lab2 turn.launch sym:=true"""
     path = tmp_path / 'lab1' / 'launch' / 'turn.launch'
     path.parent.mkdir(parents=True)
     path.write_text('<launch><arg name="sim" default="false"/></launch>')
@@ -111,7 +108,6 @@ def test_the_arguments_of_a_students_launch_file_are_checked(tmp_path):
 
 @pytest.mark.parametrize('lab', sorted(LABS))
 def test_a_check_gets_the_sentence_on_a_wrong_argument(lab):
-    """rostest tb3_labs check_turn.test part:=mouse"""
     path = LAUNCH / 'checks' / 'check_{}.test'.format(lab)
     assert '"$(find tb3_labs)/launch/run.py" launch "$(find tb3_labs)/launch/checks/{}"'.format(path.name) in (
         path.read_text(encoding='utf-8'))
@@ -128,8 +124,6 @@ def test_a_decimal_comma_and_a_name_without_a_value_are_reported(value, is_right
     words = ['tb3_labs', 'fake_robot.launch', 'set:=' + value]
     assert (launch_arguments.problem_of(words, LAUNCH / 'fake_robot.launch') == '') == is_right
 
-
-# ----- included files and parameters -----
 
 def test_a_later_way_to_give_a_parameter_goes_before_an_earlier_one(tmp_path):
     mine = tmp_path / 'my.yaml'

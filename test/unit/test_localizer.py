@@ -81,8 +81,6 @@ def test_a_dropout_does_not_change_the_frame(silent):
     assert_poses(poses, CURVING, ZERO, since=0.0)
 
 
-# Resets -------------------------------------------------------------------------------------------
-
 @pytest.mark.parametrize('seed', [1, 2, 3])
 @pytest.mark.parametrize('robot', [
     RESTING, STRAIGHT, CURVING, SPINNING, replace(SPINNING, angular=-2.6)])
@@ -160,8 +158,6 @@ def test_a_reset_may_be_the_first_frame():
     assert reset.pose_before is None and reset.is_done
     assert_pose(localizer.pop_pose().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
 
-
-# Motion -------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('robot', [STRAIGHT, SPINNING])
 @pytest.mark.parametrize('later', [0.0, 0.04])

@@ -35,7 +35,6 @@ TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='
 
 
 def stimulus(name, begin=0.0, end=2.0, **more):
-    """A stimulus that lasts for two seconds."""
     return Stimulus(name, begin, end, **more)
 
 
@@ -60,8 +59,6 @@ def turned(degrees):
         truth=[[0.02 * k, 0.0, 0.0, 3.0 + angle * k / 100.0] for k in range(101)],
         commands=[[0.1, 0.0, math.copysign(1.5, degrees)], [1.9, 0.0, 0.0]])
 
-
-# -- the tables
 
 @pytest.mark.parametrize('lab', LABS)
 def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
@@ -127,8 +124,6 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
         assert said in words
 
 
-# -- findings, for the instructor
-
 @pytest.mark.parametrize('was_moving, waits, took', [
     (False, True, True), (False, False, False), (True, True, False)])
 def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, took):
@@ -150,8 +145,6 @@ def test_findings_are_kept_once_and_not_without_end():
     assert marks_of('', seen).observation.findings == ['first', *map(str, range(MAX_FINDINGS - 1))]
 
 
-# -- pads
-
 def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
     assert PadConfig(**pad_called('handout')) == PadConfig()
     assert pad_text('f310_d') == ('The pad was "f310_d": axis 1 drives, axis 2 turns; button 1 '
@@ -164,8 +157,6 @@ def test_the_sticks_and_buttons_of_every_pad_are_there():
         assert max(pad.linear_axis, pad.angular_axis) < PAD_AXES
         assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < PAD_BUTTONS
 
-
-# -- files, pages
 
 def handed_in(student, **more):
     return Marks(student, 'lab2/node.py', remarks=['A "remark", <b>.'], **more)
@@ -201,7 +192,6 @@ class Strict(HTMLParser):
 
 
 def test_a_criterion_that_is_not_met_leads_to_its_moment():
-    """The stimulus of a turn that was too small began at 0.4 s."""
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)

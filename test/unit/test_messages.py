@@ -11,8 +11,6 @@ from tb3_labs.watch.printed_pose import declared_pose
 #: The robot's clock is ahead of the recorder's by this much [s].
 AHEAD = 0.775
 SENT = np.arange(100) / 10.0
-
-
 ROBOT, NUMBER = RecordedClock.of(SENT, SENT + AHEAD), np.arange(100)
 
 

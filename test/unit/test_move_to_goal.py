@@ -199,8 +199,6 @@ def test_a_new_grant_does_not_start_the_drive_to_a_reached_goal():
     assert set(robot.run(0.5)) == {None}
 
 
-# Status and events --------------------------------------------------------------------------------
-
 def test_the_status_text_from_waiting_to_the_end_of_a_drive():
     robot = CoreRobot(has_control=False)
     assert robot.status.goal is None and robot.tick().stamped_pose is None

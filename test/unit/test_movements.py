@@ -26,8 +26,6 @@ def control(*times_and_values):
 
 
 ARC = [(2.0, 6.0, 0.2, 0.5)]
-
-
 MOUSE, PAD = {'devices': ('mouse_info',)}, {'devices': ('joy',)}
 
 
@@ -80,8 +78,6 @@ def test_a_run_without_commands_has_no_movements():
     assert movements(driven([], commands=Commands.none())) == []
     assert movements(driven([(2.0, 3.0, 0.0, 0.0)])) == []
 
-
-# Runs that are completed -----------------------------------------------------------------------
 
 START, OFFSET = (1.0, -0.5, 2.8), 2.45
 #: A turn to the left, 0.8 m, and a turn back by 133 deg, so that the robot faces 2 deg at the end.

@@ -29,8 +29,6 @@ def test_a_fault_is_a_change_of_the_robot_in_the_unit_of_its_value(kind, monkeyp
     assert faulty == replace(sound, seed=7, **CHANGES[kind.name])
 
 
-# ----- the numbers -----
-
 #: Answers in an instructor's key. They must stay the same in each Python, and in each later version.
 KEPT = {1: ('network stalls', 0.65), 3: ('wheel mismatch', 7.7), 4: ('imu offset', 115.0),
         7: ('command latency', 0.52), 15: ('wheel mismatch', -3.5), 19: ('imu drift', -25.0),
@@ -72,8 +70,6 @@ def test_a_fault_comes_and_goes_or_is_always_there():
     assert len({id(constant.settings_at(0.1 * step)) for step in range(300)}) == 1
 
 
-# ----- the verdict on an answer -----
-
 RIGHT, WRONG = 'Right', 'The fault is right, its value is not'
 
 
@@ -96,8 +92,6 @@ def test_the_verdict_on_a_wrong_fault_hides_the_right_fault(number):
         is_right, words = judge(number, kind.name, value)
         assert is_right == (kind is hidden) == (words != wrong)
 
-
-# ----- the command -----
 
 @pytest.fixture
 def command(capsys):
@@ -130,7 +124,6 @@ def test_an_invalid_answer_is_refused_in_one_line(command, words, reason):
 
 def test_the_key_agrees_with_the_judge(monkeypatch, capsys):
     monkeypatch.setattr('sys.argv', ['mystery_key.py', '1', '30'])
-    monkeypatch.syspath_prepend(str(ROOT / 'doc' / 'instructor'))
     runpy.run_path(str(ROOT / 'doc' / 'instructor' / 'mystery_key.py'))
     rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
     assert [int(row[0]) for row in rows] == list(range(1, 31))

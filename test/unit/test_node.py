@@ -121,8 +121,6 @@ def test_only_a_roslaunch_is_ended(tmp_path, monkeypatch, name):
     assert parent.returncode == (-signal.SIGTERM if name == 'roslaunch' else 0)
 
 
-# ----- terminals
-
 #: test_house.py shows that all nodes and tools run as these do.
 NODE, MODULE, TOOL = 'scripts/gamepad.py --help', 'launch/run.py robot_description burger', 'scripts/mystery.py --help'
 
@@ -143,8 +141,6 @@ def test_a_deleted_folder_is_reported(tmp_path):
                           sys.executable, str(SCRIPTS / 'skeleton.py'), 'turn', '.'], stderr=subprocess.PIPE, text=True)
     assert ran.stderr == 'skeleton.py: the current folder was deleted: go to another one, such as cd ~\n'
 
-
-# ----- Ctrl+C while a node imports its modules
 
 RUNS = re.compile(r'^from tb3_labs\.ros\.node import .*\brun_node\b', re.MULTILINE)
 LAB_NODES = sorted(path.name for path in SCRIPTS.glob('*.py') if RUNS.search(path.read_text()))
@@ -171,8 +167,6 @@ def test_ctrl_c_ends_a_node_that_still_imports(name, before_it):
         node.wait()
         node.stderr.close()
 
-
-# ----- private parts of rospy
 
 def test_a_hanging_subscriber_delays_no_other_subscriber_and_gets_the_last_message():
     topic, readers = _PublisherImpl('/cmd_vel', Twist), []
@@ -243,8 +237,6 @@ def test_a_connection_that_its_client_has_closed_is_not_served():
     second.close()
     server.shutdown()
 
-
-# ----- missing packages
 
 @pytest.mark.parametrize('program, name, remedy', [
     (early_signals.__file__, 'squaternion', 'rosdep install --from-paths src --ignore-src -y.'),

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from known_motion import angle_between
+from known_motion import angle_between, odometry_sample
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_KEPT, POSE_LOST, JumpFinder
 from tb3_labs.localization.sample_timing import SampleTiming
@@ -16,13 +16,7 @@ from timed_part import TimedPart
 IMU = ImuSample(0.0, 1.0, 0.0)
 
 
-def sample(x, y, yaw, stamp=0.0, linear=0.0, angular=0.0):
-    return OdometrySample(stamp, Pose2(x, y, yaw), linear, angular)
-
-
 class DrivenRobot:
-    """A robot that is driven, and its localizer."""
-
     def __init__(self, **settings):
         self.robot, self.localizer = Simulator(SimulatorConfig(**settings)), TimedPart.localizer()
         self._start, self.jumps = self.robot.truth, []
@@ -87,8 +81,8 @@ def test_a_reversed_displacement_is_mirrored_forwards_and_backwards(linear, yaw)
     for k in range(10):
         way += -step if k == 5 else step
         at, jump = steady.take(
-            sample(way * math.cos(yaw), way * math.sin(yaw), yaw, k / 30.0, linear,
-                   -188.0 if k == 5 else 0.0), k / 30.0, IMU)
+            odometry_sample(way * math.cos(yaw), way * math.sin(yaw), yaw, k / 30.0, linear,
+                            -188.0 if k == 5 else 0.0), k / 30.0, IMU)
         assert (jump is None) is (k != 5)
     assert jump is None or not jump.text
     assert (at.x, at.y) == pytest.approx(
@@ -125,8 +119,8 @@ def test_two_messages_show_a_jump_or_none(before, after, gap, how, outcome, word
     turned, arrived = how.get('turned', 0.0), 10.0 + how.get('arrived', gap)
     imu = ImuSample(0.0, 1.0, how.get('rate', 0.0))
     imu_after, steady = imu._replace(yaw=1.0 + turned), Steady()
-    steady.take(sample(*before), 10.0, imu)
-    at, jump = steady.take(sample(*after, stamp=gap), arrived, imu_after,
+    steady.take(odometry_sample(*before), 10.0, imu)
+    at, jump = steady.take(odometry_sample(*after, stamp=gap), arrived, imu_after,
                            how.get('commanded_at', -math.inf))
     assert (jump and jump.outcome) == outcome
     if jump:
@@ -168,7 +162,7 @@ def test_after_a_silence_the_odometry_waits_for_the_imu(heard_before):
     localizer, turn = TimedPart.localizer(), 0.033
 
     def hear(now, x, odom_yaw, imu_yaw):
-        localizer.on_odometry(sample(x, 0.0, odom_yaw, now), now)
+        localizer.on_odometry(odometry_sample(x, 0.0, odom_yaw, now), now)
         localizer.on_imu(ImuSample(now, imu_yaw, 0.0), now + 0.004)
         localizer.pop_pose()
     for k in range(-heard_before, 30):
@@ -179,7 +173,7 @@ def test_after_a_silence_the_odometry_waits_for_the_imu(heard_before):
     pose = localizer.motion(13.7).pose
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
     # forward is where the robot faces, also for the odometry
-    localizer.on_odometry(sample(0.1 * math.cos(turn), 0.1 * math.sin(turn), turn, 13.8), 13.8)
+    localizer.on_odometry(odometry_sample(0.1 * math.cos(turn), 0.1 * math.sin(turn), turn, 13.8), 13.8)
     pose = localizer.motion(13.8).pose
     assert (pose.x, pose.y) == pytest.approx((0.1, 0.0), abs=1e-9)
 

@@ -15,8 +15,6 @@ def refusal(host=HOST, origin=ORIGIN, token=None, access=None):
     return (access or Access()).refusal_reason(host, origin, token)
 
 
-# -- Host
-
 @pytest.mark.parametrize('host', [
     None, '', ':8080', 'evil.com:8080', 'localhost.evil.com', 'evil-localhost', 'localhost.',
     '127.0.0.2', '2130706433', '0.0.0.0', '::1', '[::1]', '[::1]:8080', '[::1', '[::2]:8080', '[::ffff:127.0.0.1]',
@@ -41,8 +39,6 @@ def test_names_of_the_loopback_and_of_the_computer_are_accepted(host):
         'robot-pc.local')
 
 
-# -- Origin
-
 @pytest.mark.parametrize('host, origin', [
     ('LOCALHOST:8080', 'http://localhost:8080'), ('localhost:8080', 'HTTP://LocalHost:8080'),
     ('localhost', 'https://localhost'),
@@ -61,8 +57,6 @@ def test_pages_of_other_sites_are_refused(origin):
     assert refusal(HOST, origin) == 'requests of pages of other sites ({}) are refused'.format(
         origin)
 
-
-# -- the token
 
 @pytest.mark.parametrize('token, valid', [
     (TOKEN, True), (None, True), ('', False), (TOKEN + 'x', False), (TOKEN[:-1], False),
@@ -85,8 +79,6 @@ def test_the_token_of_another_name_or_site_is_refused():
     # DNS rebinding: Host and Origin agree, but name the attacker's site
     assert refusal('evil.com:8080', 'http://evil.com:8080', TOKEN, access)
 
-
-# -- whatever comes
 
 NEARLY = st.lists(st.sampled_from([
     'localhost', '127.0.0.1', '[::1]', '::1', 'evil.com', ':', '8080', '@', '#', '/', '?', '\\', '.',

@@ -47,8 +47,6 @@ def refusal(text):
     return reason
 
 
-# -- what is valid
-
 @pytest.mark.parametrize('kind', VALID)
 def test_each_type_is_read(kind):
     assert read_request(text_of(kind)) == PageRequest(kind, VALID[kind][1])
@@ -101,8 +99,6 @@ def test_inputs_that_nobody_holds_are_null_or_missing(text):
     assert read_request(text) == PageRequest('joy', HeldInputs())
 
 
-# -- what is refused
-
 @pytest.mark.parametrize('literal, shown', [
     ('NaN', 'NaN'), ('-Infinity', '-Infinity'), ('1e400', 'Infinity'), ('true', 'true'),
     ('null', 'null'), ('"1"', '"1"'), ('[1]', '[1]'), ('{}', '{}'),
@@ -147,8 +143,6 @@ def test_the_longest_message():
         'a message of 501 characters is refused: at most 500 are valid')
 
 
-# -- a pad with the numbers of the node gamepad
-
 OWN = dict(relinquish_button=4, regain_button=9, reset_button=0, hold_button=7)
 
 
@@ -169,8 +163,6 @@ def test_a_pad_is_a_joy_with_the_numbers_of_its_functions(pad, config, axes, but
     assert (len(shown), len(states)) == sizes and set(map(type, states)) == {int}    # as in Joy
 
 
-# -- what is sent to a page
-
 def test_nan_is_never_sent():
     with pytest.raises(ValueError):
         OpenPage(print).send('picture', heading_deg=math.nan)
@@ -187,8 +179,6 @@ def test_answers_have_the_number_of_their_request():
         {'type': 'answer', 'id': 7, 'ok': True, 'text': 'done'},
         {'type': 'refused', 'text': 'why'}, {'type': 'refused', 'text': 'unreadable'}]
 
-
-# -- whatever comes
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)

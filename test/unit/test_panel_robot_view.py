@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from known_motion import odometry_sample
 from tb3_labs.control.goal_state import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState)
 from tb3_labs.geometry.se2 import Pose2
@@ -27,10 +28,6 @@ def picture(view, now=100.0):
     return json.loads(json.dumps(view.picture(now), allow_nan=False))
 
 
-def sample(*pose, stamp=0.0, linear=0.0, angular=0.0):
-    return OdometrySample(stamp, Pose2(*pose), linear, angular)
-
-
 def test_the_picture_of_a_silent_robot_is_empty(view):
     assert picture(view) == {
         **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'distance',
@@ -41,7 +38,7 @@ def test_the_picture_of_a_silent_robot_is_empty(view):
 
 
 def test_each_kind_of_message_has_an_entry_in_the_picture(view):
-    view.on_odometry(sample(1.0, 2.0, 3.0), 99.5)
+    view.on_odometry(odometry_sample(1.0, 2.0, 3.0), 99.5)
     for kind, value in (('frame', Pose2(0.5, -0.25, HALF_PI)), ('local', Pose2(-1.0, -2.0, 0.0000001)),
                         ('goal', Pose2(2.0, 2.0, 0.0)), ('state', 'MOVE_FORWARD'),
                         ('has_control', True)):
@@ -56,8 +53,6 @@ def test_each_kind_of_message_has_an_entry_in_the_picture(view):
         'ages': {'imu': 0.5, 'odom': 0.5}, 'inside': []}
     assert str(view.picture(100.0)['angle']) == '0.0'    # -0.0 would be shown with its sign
 
-
-# -- words
 
 @pytest.mark.parametrize('words, phase', [
     *[(state.name, 'reached' if state is GoalState.GOAL_REACHED else 'driving')
@@ -79,8 +74,6 @@ def test_move_to_goal_drives_with_control_in_a_driving_state(view, has_control, 
     assert view.is_driving is drives
 
 
-# -- who drives
-
 @pytest.mark.parametrize('command, age, drives', [
     ([0.1, 0.0], 0.5, True), ([0.1, 0.0], 0.5 + 2.0 ** -20, False), ([-0.1, 0.0], 0.0, True),
     ([0.0, 0.1], 0.0, True), ([-0.0, 0.0], 0.0, False)])
@@ -91,8 +84,6 @@ def test_a_command_moves_the_robot_for_half_a_second(
     shown = picture(view, 100.0 + age)
     assert (shown['driver'], shown['command']) == (('/pad', command) if drives else ('', None))
 
-
-# -- frames
 
 def test_the_true_pose_is_shown_in_odom(view):
     """The axis x of odom points along y of the world. So (1, 5) is 3 m along x from the origin (1, 2), and a robot that
@@ -106,10 +97,10 @@ def test_the_true_pose_is_shown_in_odom(view):
 def test_the_true_pose_is_moved_to_the_stamp_of_the_odometry(view):
     """At 0.2 m/s and 0.1 s later the robot is truly 20 mm ahead of its odometry, which is right."""
     view.on_message('origin', Pose2(), 99.0)
-    view.on_odometry(sample(1.0, 2.0, QUARTER, stamp=50.0, linear=0.2), 99.0)
+    view.on_odometry(odometry_sample(1.0, 2.0, QUARTER, stamp=50.0, linear=0.2), 99.0)
     view.on_message('truth', (Pose2(1.0, 2.02, QUARTER), 50.1), 99.1)
     assert picture(view)['truth'] == [1.0, 2.0, QUARTER]
-    view.on_odometry(sample(1.0, 2.0, QUARTER, stamp=50.2, angular=1.0), 99.2)
+    view.on_odometry(odometry_sample(1.0, 2.0, QUARTER, stamp=50.2, angular=1.0), 99.2)
     assert picture(view)['truth'] == [1.0, 2.02, round(HALF_PI + 0.1, 5)]    # 0.1 rad less far
     view.on_message('truth', (Pose2(1.0, 2.02, QUARTER), 40.0), 99.3)    # too old to be compared
     assert picture(view)['truth'] == [1.0, 2.02, QUARTER]
@@ -123,18 +114,17 @@ def test_the_heading_is_from_0_to_less_than_360(view, yaw_deg, shown):
     assert picture(view)['heading_deg'] == shown
 
 
-# -- a student's own node, which publishes neither local_pose nor a goal
-
+#: A line of a student's own node, which publishes neither local_pose nor a goal.
 LINE = 'Local pose set to x=0.5, y=-1e-05, yaw=1.5707963.'
 
 
 def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(view):
     """The robot is at (0.5, 0), 90 deg in local. Then it drives 0.15 m, and turns left by 0.5 rad."""
     view.on_log_line(LINE)
-    view.on_odometry(sample(2.0, 3.0, 0.0), 99.0)
+    view.on_odometry(odometry_sample(2.0, 3.0, 0.0), 99.0)
     assert picture(view)['local'] is None       # the line came before the odometry
     view.on_log_line(LINE)
-    view.on_odometry(sample(2.15, 3.0, 0.5), 99.1)
+    view.on_odometry(odometry_sample(2.15, 3.0, 0.5), 99.1)
     seen = picture(view)
     assert seen['local'] == [0.5, 0.15, round(HALF_PI + 0.5, 5)]
     assert seen['frame'] == [2.0, 3.5, -QUARTER] and seen['distance'] is None
@@ -150,20 +140,18 @@ def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(vi
     'Local pose set to x=1e999, y=2, yaw=1', 'Local pose set to x=1, y=2, yaw=1e999',
     'Local pose set to x=nan, y=2, yaw=1', 'Local pose set to x=1-2, y=2, yaw=1', 'set to x=1'])
 def test_a_line_without_a_valid_pose_declares_nothing(view, line):
-    view.on_odometry(sample(), 99.0)
+    view.on_odometry(odometry_sample(), 99.0)
     view.on_log_line(line)
     assert picture(view)['local'] is None
 
 
 @pytest.mark.parametrize('at', [(0.0, 0.0, math.pi), (0.25, 0.0, 0.0)])
 def test_a_computed_frame_ends_when_the_odometry_is_zeroed(view, at):
-    view.on_odometry(sample(*at), 99.0)
+    view.on_odometry(odometry_sample(*at), 99.0)
     view.on_log_line(LINE)
-    view.on_odometry(sample(), 99.1)
+    view.on_odometry(odometry_sample(), 99.1)
     assert picture(view)['frame'] is None
 
-
-# -- a student's node may publish any value, but JSON has no NaN
 
 POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.pi))
 
@@ -176,6 +164,7 @@ POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.p
     st.tuples(st.just('on_message'), st.tuples(st.just('truth'), st.tuples(POSES, st.floats(0.0, 1e9)))),
     st.tuples(st.just('on_message'), st.tuples(st.just('imu'), st.floats()))), max_size=12))
 def test_every_picture_is_valid_json(heard):
+    """A student's node may publish any value, but JSON has no NaN."""
     view = RobotView()
     for method, values in heard:
         getattr(view, method)(*values, 99.9)
@@ -183,8 +172,6 @@ def test_every_picture_is_valid_json(heard):
     shown = picture(view)
     assert shown['heading_deg'] is None or 0.0 <= shown['heading_deg'] < 360.0
 
-
-# -- the variables of nodes
 
 def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
     view.on_variables('/b', [('goal_yaw', '440')], 100.0)
@@ -195,8 +182,6 @@ def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
     assert [each['node'] for each in picture(view, 103.0)['inside']] == ['/a']
     assert picture(view, 104.0)['inside'] == []
 
-
-# -- when is a stop confirmed?
 
 @pytest.mark.parametrize('control, heard_at, speed, problem', [
     (False, 100.1, 0.0, None), (None, 100.1, 0.0, None), (False, 100.1, 0.2, 'the robot still moves'),

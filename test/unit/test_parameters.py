@@ -13,8 +13,6 @@ from pages import PAGES, ROOT, by_name, commands
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.ros.parameters import read_config
 
-sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
-
 import make_parameters
 
 LAB_NODES = make_parameters.NODES

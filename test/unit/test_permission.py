@@ -213,8 +213,6 @@ def test_a_restarted_sender_may_give_a_grant_again(senders):
     assert senders.run(0.25) and senders.permission.pop_new_grant()
 
 
-# How old is a message? ---------------------------------------------------------------------------
-
 HERE = SenderConnection('/a', 'http://a:1', connected_at=100.0)
 
 

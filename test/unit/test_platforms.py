@@ -12,18 +12,13 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
-pytest.importorskip('rosbag', reason='rosbag cannot be imported')
-
 from sandboxes import skip_if_closed
 from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
-from test_term import folder_of, write
+from test_term import folder_of, mark, write
 from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, OtherUser, protection_problem
 from tb3_labs.marking.limits import MAX_FILE_BYTES, MAX_THREADS_AND_PROCESSES
 from tb3_labs.marking.student_nodes import LAB_NODES
-
-sys.path.insert(0, str(ROOT / 'scripts'))
-import mark
 
 MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
 RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'
@@ -50,8 +45,6 @@ def checked(text):
     return found
 
 
-# -- results.json
-
 @pytest.mark.parametrize('handed, seen, score, words', [
     ({}, turned(90.0), None, ['what the node printed last', 'node: lab2/node.py.']),
     ({}, turned(70.0), None, ['short of the goal, where 10 are allowed; see doc/imu_lab.md']),
@@ -68,8 +61,6 @@ def test_each_submission_has_results_with_the_sentences_of_its_page(tmp_path, ha
     assert found['score'] == (marks.points if score is None else score)
     assert bool(found['tests']) is marks.has_known_points
 
-
-# -- Gradescope
 
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
 def test_the_zip_file_has_what_gradescope_starts_and_no_solution(tmp_path, monkeypatch):
@@ -189,8 +180,6 @@ def test_only_a_person_switches_the_sandbox_off(
         assert mark._choose_protection(given, tmp_path) is (said == '')
         assert capsys.readouterr().out.startswith(said)
 
-
-# -- GitHub Classroom
 
 def marked(folder, labs, made, *nodes):
     """Run the step that marks, as GitHub does. `made` maps a lab to its results.json. `nodes` are the files of the

@@ -2,13 +2,10 @@
 types the commands of the blocks."""
 import fnmatch
 import re
-import sys
 
 from pages import (
     FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SKELETONS, anchors,
     arguments_of, by_name, commands, in_backticks, own_paths, words_of)
-
-sys.path.insert(0, str(ROOT / 'test' / 'ros'))
 
 from sheets_steps import KINDS, steps_of
 

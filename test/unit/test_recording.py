@@ -6,9 +6,7 @@ import threading
 from io import BytesIO
 
 import pytest
-
-rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
-
+import rosbag
 from sensor_msgs.msg import Joy
 from std_msgs.msg import String
 
@@ -168,7 +166,6 @@ def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
 
 
 def test_a_recording_that_a_full_disk_cut_off_is_none(tmp_path, monkeypatch):
-    """The first part of a trial alone would cost the node points."""
     write = rosbag.Bag.write
 
     def full(bag, topic, *arguments, **options):

@@ -10,7 +10,6 @@ LINKS = {'base_footprint', 'base_link', 'wheel_left_link', 'wheel_right_link'}
 
 
 def described(capsys, *words):
-    """The robot that the script prints."""
     assert main(*words) == 0
     return ElementTree.fromstring(capsys.readouterr().out)
 

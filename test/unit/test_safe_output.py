@@ -11,24 +11,21 @@ import zipfile
 
 import pytest
 
+from pages import ROOT as REPOSITORY, needs_setup
 from sandboxes import skip_if_closed
 
 pytestmark = pytest.mark.usefixtures('among_namesakes')
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SETUP = REPOSITORY / 'scripts' / 'setup.sh'
 BUILT = REPOSITORY / 'build' / '.ws'
 DEVEL = BUILT / 'devel'
 NOBODY = 65534
-needs_setup = pytest.mark.skipif(not (BUILT / 'build.stamp').exists(),
-                                 reason='scripts/setup.sh has not set this repository up')
 
 
 def shell(home, script, *wrapper, **variables):
     """Run `script` in a bash with a new environment. Returns (words of the output, errors)."""
     environment = dict({'PATH': '/usr/bin:/bin', 'HOME': str(home)}, **variables)
     done = subprocess.run(list(wrapper) + ['bash', '-c', script], env=environment, timeout=600.0,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          universal_newlines=True)
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True)
     return done.stdout.split(), done.stderr
 
 

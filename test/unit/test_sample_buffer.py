@@ -17,7 +17,6 @@ SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offse
 
 
 def filled(messages):
-    """A SampleBuffer with these messages."""
     history = TimedPart(SampleBuffer())
     for arrival, sample in messages:
         history.add(sample, arrival)
@@ -112,8 +111,6 @@ def test_a_bridge_ends_at_the_yaw_of_the_imu_in_spite_of_slip():
     assert pose.yaw == pytest.approx(0.36)
 
 
-# Stamps that cannot be used -----------------------------------------------------------------------
-
 @pytest.mark.parametrize('whose, new_stamp', [
     (ImuSample, lambda stamp: 0.0), (OdometrySample, lambda stamp: 0.0),
     (object, lambda stamp: 0.0), (ImuSample, lambda stamp: 1234.5),
@@ -162,8 +159,6 @@ def test_late_messages_do_not_begin_an_epoch(stall):
     assert history.clock.uses_stamps
     assert_instant(instant_at(history, end + 0.7), SPINNING, end + 0.7)
 
-
-# The least delay ----------------------------------------------------------------------------------
 
 def test_a_stamp_that_is_repeated_three_times_is_not_a_clock():
     timing = SampleTiming()

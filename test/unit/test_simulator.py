@@ -27,7 +27,6 @@ def test_the_imu_shows_the_true_yaw_plus_its_offset_and_its_drift():
 
 
 def numbers(sample):
-    """All numbers in a sample, in order."""
     return np.hstack([astuple(part) if isinstance(part, Pose2) else part for part in sample])
 
 
@@ -68,8 +67,6 @@ def test_small_steps_give_the_samples_of_large_steps(cuts, seed, network):
     assert close(fine.truth, coarse.truth)
 
 
-# Settings -----------------------------------------------------------------------------------------
-
 @pytest.mark.parametrize('name', sorted(
     {item.name for item in fields(SimulatorConfig)} - set(FIXED_FIELDS)
     - {'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'network_cut'}))
@@ -90,8 +87,6 @@ def test_physics_may_change_while_the_robot_drives(name):
     assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
     assert drive(robot, 1.0, 0.1, 0.5)
 
-
-# Its own reset, and faults -------------------------------------------------------------------------
 
 def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,

@@ -66,8 +66,6 @@ def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
     assert analyse([right.encode()])['remarks'] == []
 
 
-# ----- the lines that assign a variable -----
-
 @pytest.mark.parametrize('begin, more, times', [
     ('', '[', MAX_TEXT_BYTES), ('', '[', 10 ** 7), ('1', '-1', 90000), ('', '(a\n)', 40000),
     ('if a: pass\n', 'elif a: pass\n', 15000)])

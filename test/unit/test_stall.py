@@ -9,7 +9,6 @@ STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
 
 
 def after(progress, seconds, remaining, rests=True, **told):
-    """Returns the problem after this time."""
     for k in range(round(seconds / DT)):
         problem = progress.update(
             remaining(k * DT) if callable(remaining) else remaining, rests, DT, **told)

@@ -297,8 +297,6 @@ def test_whatever_eats_the_memory_of_its_reader_ends_the_reader_alone(tmp_path, 
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < max(3.3e5, before + 1)
 
 
-# -- the choice of a node
-
 MOUSE_ONLY = """class Controller:
     rospy.Subscriber('mouse_info', M, f)
 rospy.init_node('controller')"""
@@ -448,8 +446,6 @@ def test_the_package_of_a_node_has_the_package_xml_above_it(tmp_path):
         assert node_package(folder / node, folder) == folder / package
 
 
-# -- messages
-
 def test_messages_that_cannot_be_read_are_told(tmp_path):
     class Fails(Protection):
         def program_command(self, words):
@@ -493,8 +489,6 @@ def test_a_node_that_a_failed_import_ends_at_once_is_not_judged(printed, ready, 
     assert trial_runner.import_error([]) == ''
 
 
-# -- the instructor's own workspaces
-
 def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_path, monkeypatch):
     """The workspace `one` has this package and a lab2, and lies over Noetic. A workspace with a lab1 lies over
     `one`, a workspace with a lab3 under it. The instructor's own modules and programs come first."""
@@ -524,8 +518,6 @@ def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_
                   if path.is_symlink()) == ['lib/python3/dist-packages/tb3_labs/msg',
                                             'lib/tb3_labs/mark.py', 'share/tb3_labs/launch']
 
-
-# -- services
 
 def message(**fields):
     """A message with these float64 fields."""

@@ -4,9 +4,7 @@ import gc
 import io
 import json
 import os
-import pathlib
 import re
-import sys
 import threading
 import weakref
 import zipfile
@@ -31,7 +29,6 @@ from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
 from tb3_labs.marking.trial_runner import TrialRunner
 from tb3_labs.report.page.document import safe_cell
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'scripts'))
 import mark
 from mark import ClassMarker
 
@@ -53,8 +50,6 @@ def write(folder, student, seen, digest='digest', **more):
         write_trial(folder.bag(student), seen)
     return folder.write_student(handed_in(student, **more), digest)
 
-
-# -- what is written
 
 @pytest.fixture(scope='module')
 def written(tmp_path_factory):
@@ -159,8 +154,6 @@ def test_marks_are_not_written_through_a_link(tmp_path):
     with pytest.raises(OSError, match='link'):
         folder_of(tmp_path / 'link')
 
-
-# -- what a person writes into the table
 
 @pytest.mark.parametrize('cells, decision', [
     ({'decided': '12,5'}, (12.5, '')), ({'decided': '0', 'reason': 'copied'}, (0.0, 'copied')),
@@ -290,8 +283,6 @@ def test_no_text_of_a_submission_is_a_formula(text, cell):
     assert safe_cell(text) == cell == safe_cell(cell)
 
 
-# -- marks of an earlier run
-
 def marked_once(path, digest='digest'):
     folder = folder_of(path)
     marks = write(folder, 'Ann', turned(90.0), digest)
@@ -414,8 +405,6 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
             folder_of(tmp_path)
 
 
-# -- a class with odd submissions
-
 def marked(path, acts):
     """(A class whose marker needs no robot, its submissions). `acts` is {student: a function that returns the
     Observation, an exception, or None for a good turn}."""
@@ -518,8 +507,6 @@ def test_what_the_preparation_of_a_node_finds_reaches_the_instructor(tmp_path, m
     assert marks.remarks == ['It was read.', 'It was repaired.'] and marks.findings == ['It names another Python.']
 
 
-# -- a machine that is too busy
-
 @pytest.mark.parametrize('gaps, remark', [([0.21, 0.02], False), ([0.21, 0.3], True)])
 def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, remark):
     gaps = list(gaps)
@@ -556,8 +543,6 @@ def test_two_marks_of_one_folder_are_refused(tmp_path):
     with locked(tmp_path):
         pass
 
-
-# -- names
 
 STUDENTS = 'Ann Miller', 'Bo Lee', 'Bo Leeds'
 

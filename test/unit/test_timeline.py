@@ -12,8 +12,6 @@ from hypothesis import given, strategies
 from made_run import (
     TIME, X, ZERO, imu_samples, made, poses, reset_lines, speeds_sent, variables)
 
-pytest.importorskip('matplotlib', reason='matplotlib is not installed')
-
 from tb3_labs.recording.run_data import LogLines, Numbers, Samples
 from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.resets_and_goals import frame_intervals
@@ -33,8 +31,6 @@ def decoded(track):
 def data_of(run):
     return timeline.timeline_data(run, BURGER, timeline_events(run, [], drive_reports(run)))
 
-
-# Tracks -------------------------------------------------------------------------------------------
 
 @given(strategies.lists(strategies.floats(-0.02, 0.02), min_size=2, max_size=300),
        strategies.integers(0, 2 ** 32 - 1))
@@ -69,8 +65,6 @@ def test_ten_minutes_with_noise_fit_a_page():
         2.0 / 3.0 * np.cos(time / 3.0) + 0.01 * noise[1]))
     assert len(timeline.timeline_html(data_of(run))) < 1e6
 
-
-# The run ------------------------------------------------------------------------------------------
 
 def test_the_robot_is_where_it_was_recorded():
     data = data_of(made())
@@ -115,8 +109,6 @@ def test_a_command_ends_with_the_robots_timeout():
     assert data_of(run)['commands'] == [
         [1.0, 0.1, 0.0], [1.6, None, None], [4.0, 0.2, 0.0], [4.5, None, None]]
 
-
-# The page -----------------------------------------------------------------------------------------
 
 LINE = '</script><b>&amp; "'
 

@@ -1,8 +1,5 @@
 """The texts of the variables of a node on the timeline's page."""
-import pytest
 from made_run import TIME, X, made, variables
-
-pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.page import timeline
 

@@ -63,8 +63,6 @@ def test_a_silence_is_found_after_the_clock_went_back():
         assert status_at(watch, now) is sight
 
 
-# Sensors that repeat themselves although the robot is told to move --------------------------------
-
 DT = 0.05
 #: This many looks are longer than FROZEN_TIME.
 MANY = round(FROZEN_TIME / DT) + 2

@@ -244,8 +244,6 @@ def test_a_right_node_with_a_queue_is_not_accused():
     assert told(untyped(run)) == ''
 
 
-# -- what a variable follows
-
 TIMES = np.arange(0.0, 12.0, 0.01)
 
 

@@ -66,8 +66,6 @@ def test_turns_of_different_robots_end_at_the_requested_angle(lag, mismatch, noi
     assert sorted(turn.time for turn in made)[1] <= 1.1 * least
 
 
-# Noise --------------------------------------------------------------------------------------------
-
 @pytest.mark.parametrize('noise, error', [(0.3, 0.6), (1.0, 2.0)])
 def test_turns_by_a_noisy_imu_end_within_its_noise(noise, error):
     """None of twelve turns is given up; with 0.3 deg each sample alone would miss the tolerance.

@@ -73,7 +73,6 @@ def test_the_goal_of_a_node_is_the_requested_angle(goal_before, goal, requested)
 
 
 def test_a_turn_that_goes_too_far_and_comes_back():
-    """A turn by 100 degrees, then by 8 back."""
     first = turn(3.0, 100.0)
     found = one([first, turn(first[1] + 0.3, -8.0, 0.5)])
     assert math.degrees(found.error) == pytest.approx(2.0, abs=0.15)

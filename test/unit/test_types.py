@@ -20,7 +20,6 @@ pytestmark = pytest.mark.skipif(not str(MYPY).startswith('1.0.'), reason='only m
 
 
 def lines_of_mypy(*words):
-    """Returns the lines that mypy prints."""
     command = [sys.executable, '-m', 'mypy', '--config-file', str(HERE / 'types.ini'), '--no-error-summary',
                '--cache-dir', str(HERE.parents[1] / 'build' / '.ws' / 'mypy'), *words]
     result = subprocess.run(

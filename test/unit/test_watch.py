@@ -2,7 +2,6 @@
 with a small rospy beside it whose spin() prints what the probe published, and goes on."""
 import json
 import os
-import pathlib
 import pty
 import runpy
 import shutil
@@ -12,9 +11,9 @@ import sys
 
 import pytest
 
+from pages import ROOT
 from tb3_labs.watch import with_probe
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 WATCH = [sys.executable, str(ROOT / 'scripts' / 'watch.py')]
 PROBE = str(ROOT / 'src' / 'tb3_labs' / 'watch' / 'probe')
 FAKE = {

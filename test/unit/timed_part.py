@@ -12,7 +12,6 @@ class TimedPart:
 
     @classmethod
     def localizer(cls):
-        """A Localizer."""
         timed = cls(None)
         timed.part = Localizer(timed.timing)
         return timed
@@ -27,7 +26,6 @@ class TimedPart:
         self.part.on_odometry(self.timing.on_odometry(sample, now))
 
     def reset(self, requested, *when):
-        """A Reset to an RequestedPose."""
         reset = Reset(requested)
         self.part.on_reset(reset, *when)
         return reset
