@@ -122,7 +122,7 @@ class Pointer:
             screen = self._root.get_geometry()
             pixel_x, pixel_y = self._mouse.position
             return screen_position(pixel_x, pixel_y, screen.width, screen.height)
-        except Exception as error:    # Xlib raises several exceptions, some of private classes
+        except Exception as error:    # the classes of some exceptions of Xlib are private
             raise ValueError(f'lost the display of the mouse ({error})') from None
 
 

@@ -3,8 +3,8 @@
 
 The code is a good student's solution.
 
-The numbers of axes and buttons belong to the course's pad. `rostopic echo /joy` shows the numbers
-of your pad.
+The indices of axes and buttons are those of the course's pad. `rostopic echo /joy` shows the
+indices of your pad.
 
 Subscribes
     joy            sensor_msgs/Joy

@@ -175,8 +175,8 @@ def judge_names(graph: RobotGraph) -> Iterator[Finding]:
 
 def _mistake_sentences(text, graph, names, users, partners):
     """Returns the sentence `text` for each node that uses a wrong topic instead of one of `names`.
-    `users` {topic: nodes} are the publishers and `partners` the subscribers, or vice versa. A topic
-    without partners may be wrong."""
+    `users` and `partners` are {topic: nodes}: one has the publishers, the other the subscribers. A
+    topic without partners may be wrong."""
     sentences = []
     for topic in sorted(set(users) - set(partners)):
         for node in users[topic]:

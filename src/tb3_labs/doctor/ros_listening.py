@@ -73,7 +73,8 @@ def examine_messages(graph, address, is_wall_time):
 
 def listen(namespace, address):
     """Returns all ReceivedMessages of a robot's topics, and the time [s] at which listening ended.
-    ROS_IP may be wrong, so the doctor advertises `address`, from which it reaches the master."""
+    ROS_IP may be wrong. So the doctor advertises `address`, its own address on the way to the
+    master."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []

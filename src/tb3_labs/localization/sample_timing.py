@@ -110,7 +110,7 @@ class SenderClock:
 
     def __init__(self) -> None:
         self.epoch = -1                  # number of the epoch; the first epoch is 0
-        self.uses_stamps = True          # the stamps are a clock
+        self.uses_stamps = True          # the stamps show the sender's time
         self._last_arrival = math.nan    # NaN before the first sample
         self._start_epoch()
 

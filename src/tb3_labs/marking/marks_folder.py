@@ -81,8 +81,8 @@ class MarksFolder:
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
     def options_of(self, student: str) -> Options:
-        """Returns the options of a student's trial. If this run names no package and no file, the
-        ones that a person has chosen for this student stay chosen."""
+        """Returns the options of a student's trial. If this run names neither a package nor a
+        file, the student keeps the package and the file that a person has chosen earlier."""
         record = self._records.get(student)
         if record is None or self.options.package or self.options.name:
             return self.options

@@ -34,7 +34,8 @@ OUTLIER_SHARE = 0.05        # this share of the smallest offsets may be too smal
 
 @dataclass(frozen=True)
 class RecordedClock:
-    """A sender's clock made the `stamps` [s], and is `offset` [s] behind the recorder's clock."""
+    """The clock of a sender, from which the `stamps` [s] were read. It is `offset` [s] behind the
+    recorder's clock."""
 
     offset: float
     stamps: np.ndarray

@@ -89,7 +89,7 @@ class HiddenFault:
         self._healthy = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
-        """Returns the settings at `now` [s]. While they do not change, they are the same object."""
+        """Returns the settings at `now` [s]. Returns the same object until the settings change."""
         if self.fault.value_field:
             return self._faulty
         period = FAULT_PAUSE_TIME + self.value

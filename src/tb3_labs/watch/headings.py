@@ -158,7 +158,7 @@ def printed_headings(node_run: NodeRun) -> Series:
     """Returns the headings that the node printed in its first run."""
     recording = node_run.recording
     end = recording.starts[1] if len(recording.starts) > 1 else np.inf
-    # a node may print one line in several texts
+    # a line that a node prints may be recorded in several pieces
     texts = [str(text) for text in recording.printed.text]
     time_of_character = np.repeat(recording.printed.arrival, [len(text) for text in texts])
     matches = list(HEADING_LINE.finditer(''.join(texts)))

@@ -4,7 +4,7 @@
 Each TODO describes code that you write in its place. Then delete the lines below the TODO that say
 that the TODO is open. The node also starts with open TODOs, and names each one that it reaches.
 
-The numbers of axes and buttons belong to the course's pad. `rostopic echo /joy` shows yours.
+The indices of axes and buttons are those of the course's pad. `rostopic echo /joy` shows yours.
 
 Subscribes
     joy            sensor_msgs/Joy

@@ -150,7 +150,7 @@ def _is_doubtful(best, other):
         return False
     if other.quality_key == best.quality_key or other.is_outside_zip != best.is_outside_zip:
         return True
-    # `best` was chosen because `other` is old, but only the package of `other` has a usual name
+    # `other` alone has a package with a usual name, and was not chosen because it is old
     if other.package_match <= PART_OF_NAME < best.package_match:
         return True
     # only the signs of the node, or the names of the files, decided between the two

@@ -189,10 +189,12 @@ def try_drive(trial):
     """Start the node without control. Then give control for a drive from the odometry's origin."""
     start = trial.recorder.pose
     trial.node.start()
-    # nothing is published before: a False would stop a node that wrongly starts with control
-    trial.observe(stimuli.WITHOUT_CONTROL, stimuli.OBSERVATION_TIME)
-    control = ControlGiver(trial)
-    control.wait_for_node()
+    with trial.stimulus(stimuli.WITHOUT_CONTROL):
+        # first nothing is published: a False would stop a node that wrongly starts with control
+        time.sleep(stimuli.OBSERVATION_TIME)
+        control = ControlGiver(trial)
+        control.wait_for_node()
+        time.sleep(stimuli.OBSERVATION_TIME)
     control.drive(stimuli.FIRST_DRIVE, start=start)
     trial.observe(stimuli.AT_GOAL, stimuli.OBSERVATION_TIME)
 

@@ -247,8 +247,8 @@ class ControllerCore:
         self._change_driver(DriverEvent.MOUSE_RELEASED, reason)
 
     def _change_driver(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver after `event`, if NEXT_DRIVER says so. An event with a `reason` ends
-        an active turn as given up, and the repetitions of all requests."""
+        """Change the driver after `event`, if NEXT_DRIVER says so. An event with a `reason` gives
+        up an active turn. It also ends the repetitions of all requests."""
         if reason:
             self._turn_requests.end_repetitions()
         previous_driver = self.driver

@@ -76,7 +76,8 @@ class GamepadCore:
                 self._change_holder(ControlEvent.RELINQUISH, now)
 
     def _obey_sticks(self, state: PadState, now: float) -> None:
-        """Let a ready pad drive. Stop a pad that was silent, or was pushed before another stop."""
+        """Let a ready pad drive. Stop a pad that was silent, or whose stick was pushed before
+        another node stopped the robot."""
         is_ready = self.pad.presses.hold if self._config.has_hold else state.is_at_rest
         if is_ready and self._is_current(now):
             self._change_holder(ControlEvent.READY, now)
