@@ -13,6 +13,8 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from tb3_labs.command_line import Parser, error_text, number_or_text, printable
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.robot.turtlebot3 import model_of_environment
@@ -42,16 +44,15 @@ def parse(argv):
     return arguments
 
 
-def read_bag(path, namespace):
-    """Returns the RunData of a bag. If the bag is of a trial, the goals and the resets are those
-    that the marker gave to the node."""
-    from tb3_labs.recording.ros_bag import read_run
-    run = read_run(str(path), namespace)
-    if len(run.events):
-        from tb3_labs.marking.trial.from_bag import read_trial
-        with suppress(ValueError):      # the events of a stranger's bag are of another kind
-            trial = read_trial(path).recording
-            run = replace(run, goals=trial.goals, resets=trial.resets)
+def with_goals_of_trial(run):
+    """Returns the RunData with the goals and resets that the marker of a trial gave to the node.
+    Returns an unchanged RunData if the run was not a trial."""
+    from tb3_labs.marking.trial.from_bag import trial_of
+    with suppress(Exception):       # the events in a stranger's bag may be any texts
+        trial = trial_of(run).recording
+        numbers = [*trial.goals.columns, *trial.resets.columns]
+        if all(np.isfinite(column).all() for column in numbers):    # a text raises an exception
+            return replace(run, goals=trial.goals, resets=trial.resets)
     return run
 
 
@@ -61,7 +62,11 @@ def main(argv):
     try:
         from tb3_labs.report.motion.movements import with_derived_fields
         from tb3_labs.report.page.files import write_report    # needs matplotlib
-        run = with_derived_fields(read_bag(arguments.bag, arguments.ns), arguments.goal)
+        from tb3_labs.recording.ros_bag import read_run
+        recorded_run = read_run(str(arguments.bag), arguments.ns)
+        if len(recorded_run.events):
+            recorded_run = with_goals_of_trial(recorded_run)
+        run = with_derived_fields(recorded_run, arguments.goal)
         for note in run.notes:
             _print(f'{arguments.bag}: {note}')
         folder = arguments.folder or arguments.bag.with_name(arguments.bag.stem + '_report')

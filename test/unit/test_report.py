@@ -28,6 +28,7 @@ from tb3_labs.report.page.document import number_text, table
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
+from tb3_labs.recording.ros_bag import read_run
 from tb3_labs.report.motion.drives import drive_reports
 from tb3_labs.report.motion.movements import with_derived_fields
 from tb3_labs.report.page.printed_figures import paths_figure
@@ -37,6 +38,10 @@ from tb3_labs.report.page.files import COMPUTED_NOTE, NO_DRIVE, samples_csv, wri
 def lab_report(*words):
     """The exit status of the command."""
     return runpy.run_path(str(SCRIPTS / 'lab_report.py'))['main']([str(word) for word in words])
+
+
+def with_goals_of_trial(run):
+    return runpy.run_path(str(SCRIPTS / 'lab_report.py'))['with_goals_of_trial'](run)
 
 
 def words_of(run, folder):
@@ -50,8 +55,16 @@ def test_the_bag_of_a_trial_has_the_goals_and_resets_of_the_marker(tmp_path):
     drive_stimulus = Stimulus('first drive', 1.0, 5.0, facts={'goal': [0.8, -0.4, 0.15]})
     seen = Observation('move2goal', 'lab7_tf/move2goal_tf.py', processes=[NodeProcess(0.0)], stimuli=[drive_stimulus])
     write_trial(tmp_path / 'trial.bag', seen)
-    read_bag = runpy.run_path(str(SCRIPTS / 'lab_report.py'))['read_bag']
-    assert read_bag(tmp_path / 'trial.bag', None).goals.pose(0) == Pose2(0.8, -0.4, 0.15)
+    assert with_goals_of_trial(read_run(str(tmp_path / 'trial.bag'))).goals.pose(0) == Pose2(0.8, -0.4, 0.15)
+
+
+@pytest.mark.parametrize('goal', ['["a", "b", "c"]', '[1]', 'null', '[NaN, 0, 0]', '[1e999, 0, 0]'])
+def test_the_events_of_a_strangers_bag_may_be_any_texts(goal):
+    trial = ['{"kind": "trial", "lab": "x", "node": "y"}', '{"kind": "begin", "name": "z"}',
+             '{"kind": "end", "facts": {"goal": %s}}' % goal]
+    for texts in (['5'], ['{}'], ['hello'], ['{"kind": "end"}'], trial):
+        run = made(events=states(*((float(k), text) for k, text in enumerate(texts))))
+        assert with_goals_of_trial(run) is run
 
 
 def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):

@@ -26,14 +26,18 @@ FIELD_OF_KEY = {
 
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
-    """Returns the Observation in the bag of a trial. The `path_prefixes` are paths on the marking
-    machine, which are removed from all texts. Raises ``ValueError`` if the bag contains no trial,
-    or if the machine's clock jumped during the trial."""
+    """Returns the Observation in the bag of a trial, as :func:`trial_of` does."""
+    return trial_of(read_run(str(path)), path_prefixes)
+
+
+def trial_of(recording: RunData, path_prefixes: Sequence[str] = ()) -> Observation:
+    """Returns the Observation of a recorded trial. The `path_prefixes` are paths on the marking
+    machine, which are removed from all texts. Raises ``ValueError`` if no trial was recorded, or if
+    the machine's clock jumped during the trial."""
     def without_prefixes(text: str) -> str:
         for prefix in path_prefixes:
             text = text.replace(prefix, '')
         return text
-    recording = read_run(str(path))
     if any(CLOCK_JUMPED in note for note in recording.notes):
         raise ValueError(f'{CLOCK_JUMPED}; type the same command again')
     log_texts = np.array(list(map(without_prefixes, recording.log.text)), dtype=object)
